@@ -88,8 +88,8 @@ pub fn gates() -> String {
     let mut text = format!("| ruptures detected, false alarms | {names} |\n|---|{}\n", "---|".repeat(DATA.len()));
     for (name, settings) in GATES {
         let _ = write!(text, "| {name} |");
-        for (data, _, own) in DATA {
-            let all: Vec<&str> = own.iter().chain(settings).copied().collect();
+        for (data, _, of_data) in DATA {
+            let all: Vec<&str> = of_data.iter().chain(settings).copied().collect();
             let scenario = scenario(data, &all);
             let counts: Vec<[u64; 3]> = (1..=SEEDS)
                 .into_par_iter()

@@ -20,7 +20,7 @@
 //! | detect ruptures in a recording | [`detect`]; [`roc`] evaluates detectors |
 //! | analyse stability | [`stability`] |
 //! | control a rig | [`rig::HapticController`] (the package `trocar-core`: `no_std`, no allocation) |
-//! | run a user-defined part in the loop | [`engine::OwnParts`] with [`run::run_with`] |
+//! | run a user-defined part in the loop | [`engine::UserDefinedParts`] with [`run::run_with`] |
 //! | write results | [`report`] |
 //!
 //! # Run and compare
@@ -66,7 +66,7 @@
 //! [`Architecture`](teleoperation::Architecture) and [`PassivityScheme`](teleoperation::PassivityScheme). A type that
 //! implements one of them for `f64` runs in any scenario.
 //! ```
-//! use trocar::engine::OwnParts;
+//! use trocar::engine::UserDefinedParts;
 //! use trocar::scenario::{Scenario, Source};
 //! use trocar::tissue::{Reaction, Tissue};
 //!
@@ -82,8 +82,8 @@
 //! }
 //!
 //! let scenario = Scenario::load(&Source::parse("paper/classical"), &[])?;
-//! let own = OwnParts::default().tissue(Spring { stiffness_n_per_m: 200.0 });
-//! let run = trocar::run::run_with(scenario, own)?;
+//! let parts = UserDefinedParts::default().tissue(Spring { stiffness_n_per_m: 200.0 });
+//! let run = trocar::run::run_with(scenario, parts)?;
 //! assert!(run.metrics.max_tissue_force_n.is_some_and(|force_n| force_n > 1.0));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -7,20 +7,19 @@ use trocar_base::large_pages::copy_of;
 
 use crate::error;
 
-/// Returns a copy of one-dimensional float64 samples, because the array can change while the interpreter's lock is
-/// released. The Python code has already checked the type, the shape and the layout.
+/// Copies one-dimensional float64 samples, because the array can change while the interpreter's lock is released. The
+/// Python code has checked type, shape and layout.
 pub(crate) fn samples(array: &PyReadonlyArray1<'_, f64>) -> PyResult<Vec<f64>> {
     Ok(copy_of(array.as_slice().map_err(error::value)?))
 }
 
-/// Number of samples above which each array is copied by its own thread. The system takes longer to provide the
-/// memory of a copy than to fill it.
+/// Number of samples above which each array is copied by its own thread: providing the memory takes longer than filling
+/// it.
 const LONG: usize = 1 << 20;
 
 /// Times, positions, velocities (if measured) and forces.
 pub(crate) type RecordingColumns = (Vec<f64>, Vec<f64>, Option<Vec<f64>>, Vec<f64>);
 
-/// Returns copies of the columns of a recording; see [`samples`].
 pub(crate) fn recording_columns(
     time_s: &PyReadonlyArray1<'_, f64>,
     position_m: &PyReadonlyArray1<'_, f64>,
@@ -45,12 +44,10 @@ pub(crate) fn recording_columns(
     Ok((time, position, velocity, force))
 }
 
-/// Inserts a vector into a dictionary as an array, without a copy.
 pub(crate) fn put<T: numpy::Element>(columns: &Bound<'_, PyDict>, name: &str, values: Vec<T>) -> PyResult<()> {
     columns.set_item(name, PyArray1::from_vec(columns.py(), values))
 }
 
-/// Returns a row-major matrix as an array of shape (rows, columns).
 pub(crate) fn matrix<'py>(py: Python<'py>, rows: Vec<Vec<f64>>, columns: usize) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let height = rows.len();
     let flat = PyArray1::from_vec(py, rows.into_iter().flatten().collect());

@@ -11,11 +11,11 @@ use trocar_scenario::{Reader, Values, keys_without_effect};
 
 use crate::arrays::recording_columns;
 use crate::detect::{Refusal, Samples};
-use crate::interrupt::interruptible_told;
+use crate::interrupt::interruptible_with_progress;
 use crate::{convert, document, error};
 
-/// Calibrates. Calls `tell` with the numbers of completed steps and of all steps. Returns the content of
-/// `calibration.json`, the document, and the settings as TOML.
+/// Calls `tell` with the numbers of completed and of all steps. Returns the content of `calibration.json`, the
+/// document, and the settings as TOML.
 #[pyfunction]
 #[pyo3(signature = (
     name, time_s, position_m, velocity_m_per_s, force_n, settings, *, first_s, quiet_s, keeps_contact, false_alarm_s,
@@ -53,12 +53,12 @@ pub(crate) fn calibrate<'py>(
     let samples = Samples(recording_columns(&time_s, &position_m, velocity_m_per_s.as_ref(), &force_n)?);
     let values = Values::from_settings(name, &settings).map_err(|error| error::scenario(py, &error))?;
     let steps = Arc::new([const { AtomicUsize::new(0) }; 2]);
-    let told = steps.clone();
+    let counted = steps.clone();
     let tell = |py: Python<'_>| {
-        let [done, all] = told.each_ref().map(|count| count.load(Ordering::Relaxed));
+        let [done, all] = counted.each_ref().map(|count| count.load(Ordering::Relaxed));
         tell.as_ref().filter(|_| all > 0).map_or(Ok(()), |tell| tell.call1(py, (done, all)).map(drop))
     };
-    let calibrated = interruptible_told(py, threads, tell, move |_| {
+    let calibrated = interruptible_with_progress(py, threads, tell, move |_| {
         let (spec, values) = samples.spec(values)?;
         let recording = &spec.recording.recording;
         let mut more = keys_without_effect(&values, &settings, Reader::Calibration);
@@ -67,7 +67,7 @@ pub(crate) fn calibrate<'py>(
             steps[0].store(done, Ordering::Relaxed);
             steps[1].store(all, Ordering::Relaxed);
         };
-        Ok::<_, Refusal>((calibration::calibrate_told(&spec, &request, &count), more))
+        Ok::<_, Refusal>((calibration::calibrate_with_progress(&spec, &request, &count), more))
     })?;
     tell(py)?;
     let (calibration, more) = calibrated.map_err(|refusal| refusal.raise(py))?;

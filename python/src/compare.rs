@@ -12,10 +12,10 @@ use trocar_metrics::Metrics;
 use trocar_studies::compare::{Comparison, ComparisonReport, MAX_SEEDS, SeedStudy, paper_facts};
 use trocar_studies::run::RunError;
 
-use crate::interrupt::interruptible_told;
-use crate::own::CompiledParts;
+use crate::interrupt::interruptible_with_progress;
 use crate::run::{Run, hand_over, measure_compiled, measure_with, traced_with};
 use crate::scenario::Scenario;
+use crate::user_defined::CompiledParts;
 use crate::{convert, document, error};
 
 type Compared<'py> = (
@@ -25,11 +25,11 @@ type Compared<'py> = (
     Vec<(Run, Bound<'py, PyDict>)>,
 );
 
-/// Compares scenarios. User-defined parts, by role, run one after the other, or in threads if all are compiled; these
-/// runs have no added noise.
+/// User-defined parts, by role, run one after the other, or in threads if all are compiled; these runs have no added
+/// noise.
 ///
-/// Returns the content of `comparison.json`, the document without its figures, the rows, and the runs. Calls `tell`
-/// with the numbers of completed runs and of all runs of the seeds.
+/// The content of `comparison.json`, the document without its figures, the rows, and the runs. Calls `tell`
+/// with the numbers of completed and of all runs of the seeds.
 #[pyfunction]
 pub(crate) fn compare<'py>(
     py: Python<'py>,
@@ -50,7 +50,7 @@ pub(crate) fn compare<'py>(
         let done = Arc::new(AtomicU64::new(0));
         let counted = done.clone();
         let tell = |py: Python<'_>| tell(py, done.load(Ordering::Relaxed));
-        let compared = interruptible_told(py, threads, tell, move |_| {
+        let compared = interruptible_with_progress(py, threads, tell, move |_| {
             let count = || {
                 counted.fetch_add(1, Ordering::Relaxed);
             };
@@ -63,8 +63,8 @@ pub(crate) fn compare<'py>(
         compare_with(py, &scenarios, seeds, (parts, threads), tell)?
     };
     let facts = if is_paper_pair && parts.is_empty() { paper_facts(&comparison) } else { None };
-    let told = ComparisonReport { comparison: &comparison, facts: facts.as_deref(), seeds: study.as_ref() };
-    let mut document = told.document();
+    let report = ComparisonReport { comparison: &comparison, facts: facts.as_deref(), seeds: study.as_ref() };
+    let mut document = report.document();
     // These figures show every sample, so they are described on demand.
     document.figures.clear();
     let (json, contents) = (to_json(&document.json), document::dictionary(py, &document, true)?);
@@ -85,12 +85,12 @@ fn compare_with(
     let study = |runs: Vec<Vec<Metrics>>| Some(SeedStudy::of_runs(scenarios, &runs));
     if let (Some(compiled), Some(seeds)) = (CompiledParts::of(parts)?, seeds) {
         let done = Arc::new(AtomicU64::new(0));
-        let told = done.clone();
+        let counted = done.clone();
         let seeded = scenarios.to_vec();
-        let measured = interruptible_told(
+        let measured = interruptible_with_progress(
             py,
             threads,
-            |py| tell(py, told.load(Ordering::Relaxed)),
+            |py| tell(py, counted.load(Ordering::Relaxed)),
             move |_| {
                 try_map(seeds as usize, |offset| {
                     let of = |scenario: &trocar_scenario::Scenario| {
@@ -103,7 +103,7 @@ fn compare_with(
                 })
             },
         )??;
-        tell(py, told.load(Ordering::Relaxed))?;
+        tell(py, counted.load(Ordering::Relaxed))?;
         let raise = |metrics: Result<Metrics, RunError>| metrics.map_err(|error| error::run(py, &error));
         let runs_of = |seed: Vec<_>| seed.into_iter().map(raise).collect::<PyResult<Vec<_>>>();
         let measured = measured.into_iter().map(runs_of).collect::<PyResult<Vec<_>>>()?;

@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 use serde_json::Value as Json;
 
-/// Returns a JSON value as a Python object; `null` is `None`.
+/// A JSON value as a Python object; `null` is `None`.
 pub(crate) fn python<'py>(py: Python<'py>, json: &Json) -> PyResult<Bound<'py, PyAny>> {
     Ok(match json {
         Json::Null => py.None().into_bound(py),
@@ -30,7 +30,7 @@ pub(crate) fn python<'py>(py: Python<'py>, json: &Json) -> PyResult<Bound<'py, P
     })
 }
 
-/// Returns a JSON document of the crate as a Python object.
+/// A JSON document of the crate as a Python object.
 pub(crate) fn parsed<'py>(py: Python<'py>, json: &str) -> PyResult<Bound<'py, PyAny>> {
     // Python's JSON reader keeps every bit of a number.
     py.import("json")?.call_method1("loads", (json,))

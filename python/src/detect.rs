@@ -21,7 +21,7 @@ impl Samples {
         Self(recording.samples().clone().into_columns())
     }
 
-    /// Returns the specification of the detection and its values. Reads every sample; needs no interpreter.
+    /// The specification of the detection and its values. Reads every sample; needs no interpreter.
     pub(crate) fn spec(self, mut values: Values) -> Result<(DetectionSpec, Values), Refusal> {
         let max_gap_s = match values.get("recording.max_gap_s") {
             Some(trocar_scenario::Value::Number(gap_s)) => Some(*gap_s),
@@ -63,8 +63,8 @@ pub(crate) fn tuning(py: Python<'_>, file: &str) -> PyResult<Vec<String>> {
 
 type Detected<'py> = (Bound<'py, PyDict>, Bound<'py, PyArray1<i64>>, bool, Bound<'py, PyAny>, Bound<'py, PyAny>);
 
-/// Detects ruptures. Returns the columns of `detection.csv`, the rows with an alarm, true if the samples were
-/// resampled, the content of `detection.json`, and the document without the figures that show every sample.
+/// The columns of `detection.csv`, the rows with an alarm, true if the samples were resampled, the content of
+/// `detection.json`, and the document without the figures that show every sample.
 #[pyfunction]
 #[pyo3(signature = (name, time_s, position_m, velocity_m_per_s, force_n, settings, settings_file))]
 #[expect(clippy::too_many_arguments, reason = "the Python wrapper passes them by name")]

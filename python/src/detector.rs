@@ -82,7 +82,7 @@ impl Step {
         }
     }
 
-    /// Returns the arguments with which [`Step::new`] restores this step.
+    /// The arguments with which [`Step::new`] restores this step.
     fn __getnewargs__(&self) -> (bool, f64, f64, f64, f64, f64, f64, f64, f64) {
         (
             self.alarm,
@@ -139,7 +139,7 @@ impl Detector {
         Ok(Self { initial: chain.clone(), chain, is_filtered, samples: 0 })
     }
 
-    /// Returns a detector in the same state.
+    /// A detector in the same state.
     fn copy(&self) -> Self {
         Self {
             chain: self.chain.clone(),
@@ -278,7 +278,7 @@ impl Detector {
     }
 }
 
-/// Refuses an impossible sample, which would corrupt the estimates permanently.
+/// Refuses a sample that would corrupt the estimates permanently.
 fn check(measurement: &Measurement<f64>, at: Option<usize>) -> PyResult<()> {
     let all = [
         ("position", measurement.position_m),

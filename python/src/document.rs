@@ -7,8 +7,8 @@ use trocar_report::document_text;
 
 use crate::convert;
 
-/// Returns the parts of a document for Python: the answer, the warnings, the tables, the figures, and the text of the
-/// command line (with `all`, the text of its `--all`).
+/// The parts of a document for Python: the answer, the warnings, the tables, the figures, and the text of the command
+/// line (with `all`, that of `--all`).
 pub(crate) fn contents(document: &Document<'_>, all: bool) -> Json {
     let tables = document.sections.iter().flat_map(|section| {
         section.blocks.iter().filter_map(|block| match block {
@@ -29,7 +29,6 @@ pub(crate) fn contents(document: &Document<'_>, all: bool) -> Json {
     })
 }
 
-/// Returns the descriptions of the figures of a document, by name.
 pub(crate) fn figures(document: &Document<'_>) -> Json {
     document.figures.iter().map(|(name, figure)| (name.to_string(), figure.description())).collect()
 }
@@ -39,7 +38,6 @@ pub(crate) fn dictionary<'py>(py: Python<'py>, document: &Document<'_>, all: boo
     convert::python(py, &contents(document, all))
 }
 
-/// Returns a table with the values of its cells in SI units and their texts, in rows of equal lengths.
 fn table(table: &Table, is_short: bool) -> Json {
     let padded = |cells: &[Cell], of: fn(&Cell) -> Json, rest: Json| -> Json {
         let missing = table.columns.len().saturating_sub(cells.len());
@@ -59,7 +57,6 @@ fn table(table: &Table, is_short: bool) -> Json {
     })
 }
 
-/// Returns the value of a cell; an empty cell has none.
 fn value(cell: &Cell) -> Json {
     match cell {
         Cell::Text(text) if text.is_empty() => Json::Null,

@@ -10,7 +10,7 @@ use trocar_studies::run::RunError;
 use trocar_studies::stability_check::CheckError;
 use trocar_studies::sweep::SweepError;
 
-/// Returns a `trocar.ScenarioError` with the text, which underlines the line, and its parts as attributes.
+/// A `trocar.ScenarioError` with the text, which underlines the line, and its parts as attributes.
 pub(crate) fn scenario(py: Python<'_>, error: &ScenarioError) -> PyErr {
     static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
     let class = match CLASS.import(py, "trocar._errors", "ScenarioError") {
@@ -32,7 +32,7 @@ pub(crate) fn scenario(py: Python<'_>, error: &ScenarioError) -> PyErr {
     }
 }
 
-/// Returns a `ValueError` for invalid input.
+/// A `ValueError` for invalid input.
 pub(crate) fn value(error: impl ToString) -> PyErr {
     PyValueError::new_err(in_python(&error.to_string()))
 }
@@ -71,7 +71,7 @@ pub(crate) fn in_python(message: &str) -> String {
     text
 }
 
-/// Returns the text after the name of an option, with `="COLUMN:mN"` for ` COLUMN:mN`.
+/// The text after the name of an option, with `="COLUMN:mN"` for ` COLUMN:mN`.
 fn with_value(rest: &str) -> String {
     let value = rest.strip_prefix(' ').unwrap_or_default();
     let value = &value[..value.find([' ', ';', ',', ')']).unwrap_or(value.len())];

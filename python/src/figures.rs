@@ -1,5 +1,5 @@
-//! The figures of the command line as data, which `trocar/_figures.py` draws with matplotlib. Figures that show every
-//! sample are described on demand, from the columns of the result.
+//! The figures of the command line as data, which `trocar/_figures.py` draws with matplotlib. Figures of every sample
+//! are described on demand.
 
 use std::collections::HashMap;
 
@@ -15,8 +15,8 @@ use trocar_studies::{compare, run};
 use crate::scenario::Scenario;
 use crate::{convert, document, error};
 
-/// A run: its scenario, its columns, the times of its ruptures and alarms in s, and the maximum energy, in J, that
-/// its passivity scheme promises to generate.
+/// A run: its scenario, its columns, the times of its ruptures and alarms in s, and the maximum energy, in J, that its
+/// passivity scheme promises to generate.
 type RunData<'py> = (PyRef<'py, Scenario>, Bound<'py, PyDict>, Vec<f64>, Vec<f64>, Option<f64>);
 
 /// The numeric columns of a result, borrowed while a figure is described.
@@ -39,8 +39,8 @@ impl<'py> Columns<'py> {
         column.as_slice().map_err(error::value)
     }
 
-    /// Returns the trust in the estimates from the columns of position and velocity. `sampling` has the contact
-    /// position in m and the time between two samples in s.
+    /// The trust in the estimates from the columns of position and velocity. `sampling` has the contact position in m
+    /// and the sampling interval in s.
     fn trust(&self, [position, velocity]: [&str; 2], sampling: (f64, f64)) -> PyResult<TrustColumns> {
         let motion = (self.get(position)?, self.get(velocity)?);
         let parameters = (self.get("stiffness_n_per_m")?, self.get("damping_n_s_per_m")?);
@@ -142,20 +142,18 @@ fn trust_of_run(scenario: &trocar_scenario::Scenario, columns: &Columns<'_>) -> 
     columns.trust(["slave_position_m", "slave_velocity_m_per_s"], (scenario.contact_m, scenario.grid.tick_s()))
 }
 
-/// Returns the trust in the estimates of a run from the columns of its trace.
 pub(crate) fn run_trust(scenario: &trocar_scenario::Scenario, columns: &Bound<'_, PyDict>) -> PyResult<TrustColumns> {
     trust_of_run(scenario, &Columns::of(columns)?)
 }
 
-/// Returns the names of the figures of a run and of a detection.
 #[pyfunction]
 pub(crate) fn figure_names() -> (Vec<&'static str>, Vec<&'static str>) {
     let of_estimation = || ESTIMATION_FIGURES.into_iter().map(|(name, _)| name);
     (RUN_FIGURES.into_iter().map(|(name, _)| name).chain(of_estimation()).collect(), of_estimation().collect())
 }
 
-/// Returns a figure of runs: one figure of all runs, or the estimation of the first run. `window` is in s; `None`
-/// means the time around the first rupture, or the whole time of an estimation.
+/// One figure of all runs, or the estimation of the first. `window` is in s; `None` means the time around the first
+/// rupture, or the whole time of an estimation.
 #[pyfunction]
 pub(crate) fn run_figure<'py>(
     py: Python<'py>,
@@ -193,8 +191,8 @@ pub(crate) fn comparison_figures<'py>(py: Python<'py>, runs: Vec<RunData<'py>>) 
     convert::python(py, &document::figures(&drawn))
 }
 
-/// Returns the figures of an estimation in a recording, by name. `sampling` has the contact position in m and the
-/// time between two samples in s; `distance` is the word of the detector's distance.
+/// The figures of an estimation in a recording, by name. `sampling` has the contact position in m and the sampling
+/// interval in s; `distance` is the word of the detector's distance.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the Python wrapper passes what it has of a detection")]
 pub(crate) fn detection_figures<'py>(

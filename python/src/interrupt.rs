@@ -16,19 +16,19 @@ const MAX_THREADS: usize = 1024;
 
 /// Runs work on a separate thread without the interpreter's lock, and checks for signals.
 ///
-/// A signal such as Ctrl-C sets `stop` and raises the exception at once; the work ends at its next check of `stop`.
-/// The work has its own thread pool, because the threads of a shared pool do not exist in a forked process.
+/// A signal such as Ctrl-C sets `stop` and raises the exception at once; the work ends at its next check. It has its
+/// own thread pool, because the threads of a shared pool do not exist in a forked process.
 pub(crate) fn interruptible<T: Send + 'static>(
     py: Python<'_>,
     threads: usize,
     work: impl FnOnce(&AtomicBool) -> T + Send + 'static,
 ) -> PyResult<T> {
-    interruptible_told(py, threads, |_| Ok(()), work)
+    interruptible_with_progress(py, threads, |_| Ok(()), work)
 }
 
 /// Runs work like [`interruptible`] and calls `tell` at each check. An exception of `tell` ends the work like a
 /// signal.
-pub(crate) fn interruptible_told<T: Send + 'static>(
+pub(crate) fn interruptible_with_progress<T: Send + 'static>(
     py: Python<'_>,
     threads: usize,
     tell: impl Fn(Python<'_>) -> PyResult<()> + Send,

@@ -14,7 +14,6 @@ mod document;
 mod error;
 mod figures;
 mod interrupt;
-mod own;
 mod recording;
 mod rig;
 mod roc;
@@ -25,11 +24,11 @@ mod simulation;
 mod stability;
 mod state_space;
 mod sweep;
+mod user_defined;
 
 use pyo3::prelude::*;
 
-/// Reuses the memory of freed columns for the next run, because the system takes longer to provide new pages than a
-/// tick takes.
+/// Reuses the memory of freed columns, because new pages take longer than a run's ticks.
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 

@@ -47,7 +47,7 @@ impl Recording {
         Ok(Self { name, recording })
     }
 
-    /// Returns the arguments with which [`Recording::new`] restores this recording.
+    /// The arguments with which [`Recording::new`] restores this recording.
     fn __getnewargs__<'py>(&self, py: Python<'py>) -> Arrays<'py> {
         let array = |values: &[f64]| PyArray1::from_slice(py, values);
         let recording = &self.recording;

@@ -75,7 +75,7 @@ impl Command {
         }
     }
 
-    /// Returns the arguments with which [`Command::new`] restores this command.
+    /// The arguments with which [`Command::new`] restores this command.
     fn __getnewargs__(&self) -> CommandParts {
         let numbers = [
             self.slave_reference_m,
@@ -100,7 +100,7 @@ impl Command {
 
 #[pymethods]
 impl HapticController {
-    /// Returns the controller of a scenario, with values of the keys `rig.…`.
+    /// The controller of a scenario, with values of the keys `rig.…`.
     #[new]
     fn new(py: Python<'_>, scenario: &Scenario, changes: Vec<(String, f64)>) -> PyResult<Self> {
         let refuse = |error: ScenarioError| error::scenario(py, &error);
@@ -163,7 +163,7 @@ impl HapticController {
         self.controller.restore(state.as_slice().map_err(error::value)?).map_err(error::value)
     }
 
-    /// Returns a controller in the same state.
+    /// A controller in the same state.
     fn copy(&self) -> Self {
         Self { controller: self.controller.clone(), initial: self.initial.clone() }
     }

@@ -11,15 +11,15 @@ use trocar_metrics::RUPTURE_WINDOW_S;
 use trocar_recording::InVivoLikeVariant;
 use trocar_scenario::{DetectionSpec, Source, Values};
 use trocar_studies::roc::trials::Trial;
-use trocar_studies::roc::{OwnPoints, RocError, Signal, Study};
+use trocar_studies::roc::{RocError, Signal, Study, UserDefinedPoints};
 use trocar_studies::run::RunError;
 
 use crate::arrays::put;
 use crate::detect::Samples;
-use crate::interrupt::interruptible_told;
-use crate::own::{CompiledPart, Failure, detector};
+use crate::interrupt::interruptible_with_progress;
 use crate::recording::Recording;
 use crate::scenario::Scenario;
+use crate::user_defined::{CompiledPart, Failure, detector};
 use crate::{convert, document, error};
 
 const SHIPPED: &str = "paper/classical";
@@ -27,13 +27,13 @@ const SHIPPED: &str = "paper/classical";
 type Judged<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
 
 /// A user-defined detector: its name, its threshold (if any) and the part.
-type OwnDetector<'py> = (String, Option<f64>, Bound<'py, PyAny>);
+type UserDefinedDetector<'py> = (String, Option<f64>, Bound<'py, PyAny>);
 
-/// Evaluates built-in detectors, by their words, and user-defined ones. The signal is a recording, the closed loop of
-/// a scenario, synthetic recordings, or by default the shipped insertion.
+/// Evaluates built-in detectors, by name, and user-defined ones on a recording, the closed loop of a scenario,
+/// synthetic recordings, or by default the shipped insertion.
 ///
-/// Returns the content of `roc.json` and the document. Calls `tell` with the numbers of completed cases and of all
-/// cases; each user-defined detector is a case of its own, and all built-in ones together are another.
+/// Returns the content of `roc.json` and the document. Calls `tell` with the numbers of completed and of all cases:
+/// each user-defined detector is a case, and all built-in ones together are another.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the Python wrapper passes them by name")]
 pub(crate) fn roc<'py>(
@@ -44,7 +44,7 @@ pub(crate) fn roc<'py>(
     is_trials: bool,
     settings: Vec<String>,
     kinds: Vec<String>,
-    own: Vec<OwnDetector<'py>>,
+    user_defined: Vec<UserDefinedDetector<'py>>,
     noise_std_n: Vec<f64>,
     seeds: u64,
     thresholds: usize,
@@ -78,38 +78,38 @@ pub(crate) fn roc<'py>(
     };
     let study = Study { signals: vec![signal], noise_std_n, seeds, thresholds, within_s };
     // A case evaluates one user-defined detector, or all built-in ones together.
-    let all = study.noise_std_n.len() as u64 * seeds * (own.len() as u64 + u64::from(!kinds.is_empty()));
+    let all = study.noise_std_n.len() as u64 * seeds * (user_defined.len() as u64 + u64::from(!kinds.is_empty()));
     let done = Arc::new(AtomicU64::new(0));
     let counted = done.clone();
     let tell = |py: Python<'_>| {
         let done = done.load(Ordering::Relaxed);
         tell.as_ref().map_or(Ok(()), |tell| tell.call1(py, (done, all)).map(drop))
     };
-    let (names, own): (Vec<_>, Vec<_>) =
-        own.into_iter().map(|(name, threshold, part)| ((name, threshold.unwrap_or(f64::NAN)), part)).unzip();
-    let compiled = own.iter().map(CompiledPart::detector).collect::<PyResult<Option<Vec<_>>>>()?;
+    let (names, parts): (Vec<_>, Vec<_>) =
+        user_defined.into_iter().map(|(name, threshold, part)| ((name, threshold.unwrap_or(f64::NAN)), part)).unzip();
+    let compiled = parts.iter().map(CompiledPart::detector).collect::<PyResult<Option<Vec<_>>>>()?;
     let points = match compiled {
-        Some(compiled) if !own.is_empty() => {
+        Some(compiled) if !parts.is_empty() => {
             let (study, counted) = (study.clone(), counted.clone());
-            let points = interruptible_told(py, threads, tell, move |_| {
-                study.run_own_side_by_side(compiled.len(), |index, input, _, alarms| {
+            let points = interruptible_with_progress(py, threads, tell, move |_| {
+                study.run_user_defined_side_by_side(compiled.len(), |index, input, _, alarms| {
                     let failure = Failure::default();
                     let mut detector = compiled[index].begin(&failure);
                     alarms.extend((0..input.len()).filter(|sample| detector.update(&input[*sample]).alarm));
                     counted.fetch_add(1, Ordering::Relaxed);
-                    failure.take().map_or(Ok(()), Err).map_err(OwnError::Python)
+                    failure.take().map_or(Ok(()), Err).map_err(UserDefinedError::Python)
                 })
             })?;
             points.map_err(|error| error.raise(py))?
         }
-        Some(_) | None => own_points(py, &study, &own, || {
+        Some(_) | None => user_defined_points(py, &study, &parts, || {
             done.fetch_add(1, Ordering::Relaxed);
             tell(py)
         })?,
     };
     // Without built-in detectors, run no case a second time.
     let study = Study { seeds: if kinds.is_empty() { 0 } else { seeds }, ..study };
-    let judged = interruptible_told(py, threads, tell, move |stop| {
+    let judged = interruptible_with_progress(py, threads, tell, move |stop| {
         let count = || {
             counted.fetch_add(1, Ordering::Relaxed);
         };
@@ -117,41 +117,40 @@ pub(crate) fn roc<'py>(
     })?;
     tell(py)?;
     let mut judged = judged.map_err(refuse)?;
-    let own: Vec<_> =
+    let evaluated: Vec<_> =
         names.into_iter().zip(points).map(|((name, threshold), points)| (name, threshold, points)).collect();
-    judged.add_own(&own);
+    judged.add_user_defined(&evaluated);
     let document = judged.document(seeds);
     Ok((convert::python(py, &document.json)?, document::dictionary(py, &document, false)?))
 }
 
 /// Evaluates user-defined detectors. Calls `count` after each case of each detector.
-fn own_points<'py>(
+fn user_defined_points<'py>(
     py: Python<'py>,
     study: &Study,
-    own: &[Bound<'py, PyAny>],
+    parts: &[Bound<'py, PyAny>],
     count: impl Fn() -> PyResult<()>,
-) -> PyResult<Vec<OwnPoints>> {
-    if own.is_empty() {
+) -> PyResult<Vec<UserDefinedPoints>> {
+    if parts.is_empty() {
         return Ok(vec![]);
     }
     let failure = Failure::default();
-    let judged = study.run_own(own.len(), |index, input, _, alarms| {
-        py.check_signals().map_err(OwnError::Python)?;
+    let judged = study.run_user_defined(parts.len(), |index, input, _, alarms| {
+        py.check_signals().map_err(UserDefinedError::Python)?;
         // Each case begins with a reset.
-        let mut detector = detector(&own[index], &failure).map_err(OwnError::Python)?;
+        let mut detector = detector(&parts[index], &failure).map_err(UserDefinedError::Python)?;
         alarms.extend((0..input.len()).filter(|sample| detector.update(&input[*sample]).alarm));
-        failure.take().map_or_else(&count, Err).map_err(OwnError::Python)
+        failure.take().map_or_else(&count, Err).map_err(UserDefinedError::Python)
     });
     judged.map_err(|error| error.raise(py))
 }
 
-/// The reason why user-defined detectors could not be evaluated.
-enum OwnError {
+enum UserDefinedError {
     Python(PyErr),
     Study(RocError),
 }
 
-impl OwnError {
+impl UserDefinedError {
     fn raise(self, py: Python<'_>) -> PyErr {
         match self {
             Self::Python(error) => error,
@@ -160,7 +159,7 @@ impl OwnError {
     }
 }
 
-impl From<RocError> for OwnError {
+impl From<RocError> for UserDefinedError {
     fn from(error: RocError) -> Self {
         Self::Study(error)
     }
@@ -192,7 +191,7 @@ pub(crate) fn detectors() -> Vec<&'static str> {
     DistanceKind::WORDS.to_vec()
 }
 
-/// Returns the in-vivo-like recording of a seed, with user-defined ruptures, as CSV.
+/// The in-vivo-like recording of a seed, with user-defined ruptures, as CSV.
 #[pyfunction]
 pub(crate) fn record(
     py: Python<'_>,
@@ -213,7 +212,7 @@ pub(crate) fn record(
     Ok(py.detach(|| trocar_recording::in_vivo_like_variant_csv(seed, &variant)))
 }
 
-/// Returns a synthetic recording by its number, from 1: its columns and its properties.
+/// A synthetic recording by its number, from 1: its columns and its properties.
 #[pyfunction]
 pub(crate) fn trial(py: Python<'_>, number: u64) -> PyResult<(Bound<'_, PyDict>, Bound<'_, PyDict>)> {
     let trial = py.detach(|| Trial::new(Trial::BEFORE_FIRST.wrapping_add(number)));
@@ -235,7 +234,6 @@ pub(crate) fn trial(py: Python<'_>, number: u64) -> PyResult<(Bound<'_, PyDict>,
     Ok((columns, about))
 }
 
-/// Returns the name of a variant in words, as in `rigid stop`.
 fn word(variant: impl std::fmt::Debug) -> String {
     let mut word = String::new();
     for letter in format!("{variant:?}").chars() {

@@ -14,8 +14,8 @@ use trocar_studies::run::{RunError, observe, observe_with};
 use crate::arrays::put;
 use crate::figures::run_trust;
 use crate::interrupt::interruptible;
-use crate::own::{CompiledParts, Failure, Own};
 use crate::scenario::Scenario;
+use crate::user_defined::{CompiledParts, Failure, UserDefined};
 use crate::{convert, document, error};
 
 /// Number of ticks between two readings of the clock, and time between two checks for signals. A tick takes about 30
@@ -23,7 +23,7 @@ use crate::{convert, document, error};
 const TICKS: u64 = 4096;
 const PERIOD: Duration = Duration::from_millis(10);
 
-/// Number of ticks above which the work after a run can take long. It then runs on its own thread, which Ctrl-C can
+/// Number of ticks above which the work after a run can take long and runs on its own thread, which Ctrl-C can
 /// interrupt.
 const MANY_TICKS: u64 = 200_000;
 
@@ -35,7 +35,7 @@ pub(crate) struct Run {
 
 #[pymethods]
 impl Run {
-    /// Returns the content of `summary.json`.
+    /// The content of `summary.json`.
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         convert::parsed(py, &to_json(&self.run.summary()))
     }
@@ -51,12 +51,11 @@ impl Run {
         to_json(&self.run.summary())
     }
 
-    /// Returns the document, without its figures.
+    /// The document, without its figures.
     fn document<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         document::dictionary(py, &self.run.document(), false)
     }
 
-    /// Returns the columns of the trust in the estimates, computed from the other columns.
     fn trust<'py>(&self, py: Python<'py>, columns: &Bound<'py, PyDict>) -> PyResult<Bound<'py, PyDict>> {
         let trust = run_trust(&self.run.scenario, columns)?;
         let all = PyDict::new(py);
@@ -74,7 +73,7 @@ impl Run {
     }
 }
 
-/// Watches for signals and for exceptions of user-defined parts. Both end the run.
+/// Watches for signals and for exceptions of user-defined parts, which end the run.
 #[derive(Default)]
 struct Watch {
     last_check: Option<Instant>,
@@ -107,7 +106,6 @@ impl Watch {
         }
     }
 
-    /// Returns the exception or the signal that ended the run as an error.
     fn ended(self) -> PyResult<()> {
         self.failure.take().or(self.signal).map_or(Ok(()), Err)
     }
@@ -149,11 +147,11 @@ pub(crate) fn traced_with(
     scenario: &trocar_scenario::Scenario,
     parts: &Bound<'_, PyDict>,
 ) -> PyResult<trocar_studies::run::Run> {
-    let own = Own::of(parts)?;
-    let roles = own.parts.roles();
-    let mut trace = trocar_studies::run::empty_trace_with(scenario, &own.parts);
-    let metrics = observed(py, scenario, own, &mut trace.recorder())?.map_err(|error| error::run(py, &error))?;
-    Ok(trocar_studies::run::Run::of_own_parts(scenario.clone(), roles, metrics, trace))
+    let parts = UserDefined::of(parts)?;
+    let roles = parts.parts.roles();
+    let mut trace = trocar_studies::run::empty_trace_with(scenario, &parts.parts);
+    let metrics = observed(py, scenario, parts, &mut trace.recorder())?.map_err(|error| error::run(py, &error))?;
+    Ok(trocar_studies::run::Run::of_user_defined_parts(scenario.clone(), roles, metrics, trace))
 }
 
 pub(crate) fn measure_with(
@@ -161,7 +159,7 @@ pub(crate) fn measure_with(
     scenario: &trocar_scenario::Scenario,
     parts: &Bound<'_, PyDict>,
 ) -> PyResult<Result<Metrics, RunError>> {
-    observed(py, scenario, Own::of(parts)?, &mut ())
+    observed(py, scenario, UserDefined::of(parts)?, &mut ())
 }
 
 /// Runs a scenario with compiled parts for its metrics, on a thread of the pool.
@@ -169,12 +167,11 @@ pub(crate) fn measure_compiled(
     scenario: &trocar_scenario::Scenario,
     parts: &CompiledParts,
 ) -> PyResult<Result<Metrics, RunError>> {
-    let Own { parts, failure, .. } = parts.own();
+    let UserDefined { parts, failure, .. } = parts.begin();
     let outcome = observe_with(scenario, parts, &mut Failing(&failure));
     failure.take().map_or(Ok(outcome), Err)
 }
 
-/// Ends a run after a part has failed.
 struct Failing<'a>(&'a Failure);
 
 impl Observer<f64> for Failing<'_> {
@@ -188,7 +185,7 @@ impl Observer<f64> for Failing<'_> {
 fn observed<O: Observer<f64> + Send>(
     py: Python<'_>,
     scenario: &trocar_scenario::Scenario,
-    Own { parts, failure, are_compiled }: Own,
+    UserDefined { parts, failure, are_compiled }: UserDefined,
     observer: &mut O,
 ) -> PyResult<Result<Metrics, RunError>> {
     let mut watched = (observer, Watch { failure, ..Watch::default() });
@@ -199,7 +196,6 @@ fn observed<O: Observer<f64> + Send>(
     Ok(outcome)
 }
 
-/// Returns a run and its trace as arrays, without a copy and without the trust in the estimates.
 pub(crate) fn hand_over(py: Python<'_>, mut run: trocar_studies::run::Run) -> PyResult<(Run, Bound<'_, PyDict>)> {
     let columns = PyDict::new(py);
     let trace = &mut run.trace;
@@ -216,13 +212,11 @@ pub(crate) fn hand_over(py: Python<'_>, mut run: trocar_studies::run::Run) -> Py
     Ok((Run { run }, columns))
 }
 
-/// Returns the columns of a trace: name, unit, meaning.
 #[pyfunction]
 pub(crate) fn trace_columns() -> Vec<(&'static str, &'static str, &'static str)> {
     TRACE_COLUMNS.iter().chain(&TRUST_COLUMNS).map(|column| (column.name, column.unit, column.meaning)).collect()
 }
 
-/// Returns the minimum time, in s, of several runs of a scenario with the crate's `run`.
 #[pyfunction]
 pub(crate) fn seconds_of_run(py: Python<'_>, scenario: &Scenario, times: usize) -> f64 {
     py.detach(|| {

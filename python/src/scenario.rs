@@ -17,7 +17,7 @@ pub(crate) struct Scenario {
     pub(crate) source: Source,
     /// The settings of each call; the first ones are those of loading the scenario.
     pub(crate) settings: Vec<Vec<String>>,
-    /// The recordings in memory that the settings name. They are held so that their names stay valid.
+    /// The recordings in memory that the settings name, held so that their names stay valid.
     recordings: Vec<Recording>,
 }
 
@@ -52,7 +52,6 @@ fn cloned(recordings: &[PyRef<'_, Recording>]) -> Vec<Recording> {
     recordings.iter().map(|recording| Recording::clone(recording)).collect()
 }
 
-/// Returns the error with its file, named like on the command line.
 pub(crate) fn named(mut error: ScenarioError, source: &Source) -> ScenarioError {
     let file = source.display();
     if error.place.is_none() && !error.message.contains(&file) {
@@ -109,7 +108,7 @@ impl Scenario {
         Self::of(py, text_source(name, text).keeping(KeptFiles::default()), settings, cloned(&recordings))
     }
 
-    /// Returns the scenario with additional settings, which override earlier ones and may change their kinds. It
+    /// The scenario with additional settings, which override earlier ones and may change their kinds. It
     /// reads no file a second time.
     fn replace(&self, py: Python<'_>, settings: Vec<String>, recordings: Vec<PyRef<'_, Recording>>) -> PyResult<Self> {
         let settings = self.settings.iter().cloned().chain([settings]).collect();
@@ -117,8 +116,8 @@ impl Scenario {
         Self::of(py, self.source.clone(), settings, recordings)
     }
 
-    /// Returns the source: the path or `None`, the name, the text or `None`, the settings of each call, the
-    /// recordings in memory, and the content of the files that were read.
+    /// The source: the path or `None`, the name, the text or `None`, the settings of each call, the recordings in
+    /// memory, and the content of the read files.
     fn origin(&self) -> Origin {
         let content = self.source.kept().map(KeptFiles::content).unwrap_or_default();
         let files = (

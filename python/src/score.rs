@@ -9,8 +9,8 @@ use crate::{convert, error};
 
 type Scored<'py> = (Bound<'py, PyAny>, Vec<(usize, usize)>);
 
-/// Scores alarms against ruptures, both in s and ascending. Returns the scores and the matches, which are pairs of
-/// the indices of a rupture and its alarm. The recorded time is NaN if unknown.
+/// Scores alarms against ruptures, both in s and ascending. Returns the scores and the matches: pairs of the indices of
+/// a rupture and its alarm. The recorded time is NaN if unknown.
 #[pyfunction]
 pub(crate) fn score<'py>(
     py: Python<'py>,

@@ -12,9 +12,9 @@ use trocar_engine::engine::{COLUMNS, ColumnValues};
 use trocar_studies::run::SteppedRun;
 
 use crate::error;
-use crate::own::{Failure, Own};
 use crate::run::{Run, hand_over};
 use crate::scenario::Scenario;
+use crate::user_defined::{Failure, UserDefined};
 
 /// A run that is stepped tick by tick.
 #[pyclass(frozen, module = "trocar._core")]
@@ -65,7 +65,7 @@ fn this_thread() -> usize {
 impl Simulation {
     #[new]
     fn new(py: Python<'_>, scenario: &Scenario, parts: &Bound<'_, PyDict>) -> PyResult<Self> {
-        let Own { parts, failure, .. } = Own::of(parts)?;
+        let UserDefined { parts, failure, .. } = UserDefined::of(parts)?;
         let run = SteppedRun::new(scenario.scenario.clone(), parts).map_err(|error| error::run(py, &error))?;
         Ok(Self::of(run, failure))
     }
@@ -112,7 +112,7 @@ impl Simulation {
         Ok(Self::of(run, Failure::default()))
     }
 
-    /// Returns the imposed position of the operator at each tick so far, in m; NaN where none was imposed.
+    /// The imposed position of the operator at each tick so far, in m; NaN where none was imposed.
     fn led_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         Ok(PyArray1::from_slice(py, self.locked(py)?.running()?.led_m()))
     }
@@ -144,7 +144,7 @@ impl Simulation {
     fn locked(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, State>> {
         if self.in_tick.load(Ordering::Relaxed) == this_thread() {
             return Err(PyRuntimeError::new_err(
-                "a part cannot use the simulation that it is in: it has its inputs as arguments",
+                "a part cannot use the simulation that contains it; use the arguments of the part instead",
             ));
         }
         Ok(self.run.lock_py_attached(py).unwrap_or_else(PoisonError::into_inner))

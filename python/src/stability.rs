@@ -10,16 +10,15 @@ use trocar_stability::Axis;
 use trocar_studies::stability_check::{CheckError, MAX_STIFFNESS_N_PER_M, StabilityStudy, Verdict, is_tissue};
 
 use crate::arrays::put;
-use crate::interrupt::interruptible_told;
+use crate::interrupt::interruptible_with_progress;
 use crate::scenario::Scenario;
 use crate::{convert, document, error};
 
 type Analysed<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyDict>);
 
-/// Analyses the loop of a scenario and maps it over two axes. Calls `tell` with the numbers of simulated points and
-/// of all points.
+/// Calls `tell` with the numbers of simulated and of all points.
 ///
-/// Returns the content of `stability.json`, the document, and arrays: `x`, `y`, `stable` (by rows, from the lowest
+/// The content of `stability.json`, the document, and arrays: `x`, `y`, `stable` (by rows, from the lowest
 /// y), `boundary` (four numbers per segment), and `simulated` if requested.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the Python wrapper passes them by name")]
@@ -45,12 +44,12 @@ pub(crate) fn stability<'py>(
     let scenario = scenario.scenario.clone();
     let all = x_axis.count * y_axis.count;
     let done = Arc::new(AtomicUsize::new(0));
-    let told = done.clone();
+    let counted = done.clone();
     let tell = |py: Python<'_>| {
-        let done = told.load(Ordering::Relaxed);
+        let done = counted.load(Ordering::Relaxed);
         tell.as_ref().filter(|_| simulate).map_or(Ok(()), |tell| tell.call1(py, (done, all)).map(drop))
     };
-    let studied = interruptible_told(py, threads, tell, move |stop| {
+    let studied = interruptible_with_progress(py, threads, tell, move |stop| {
         let mut study = StabilityStudy::of(&scenario, (x_axis, y_axis), tissue)?;
         if simulate {
             let count = || {

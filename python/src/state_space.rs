@@ -74,7 +74,7 @@ impl StateSpace {
         either!(self, system => matrix(py, rows!(system.d()), system.inputs()))
     }
 
-    /// Returns the poles as (real, imaginary) parts.
+    /// The poles as (real, imaginary) parts.
     fn poles(&self) -> PyResult<Vec<(f64, f64)>> {
         let poles = either!(self, system => system.poles()).map_err(error::value)?;
         Ok(poles.into_iter().map(|pole| (pole.re, pole.im)).collect())
@@ -122,7 +122,7 @@ impl StateSpace {
     }
 }
 
-/// Returns the matrices of a scenario's side or loop: the master with its arm, the slave, the loop gain or the closed
+/// The matrices of a scenario's side or loop: the master with its arm, the slave, the loop gain or the closed
 /// loop.
 #[pyfunction]
 pub(crate) fn state_space(py: Python<'_>, scenario: &Scenario, side: &str) -> PyResult<StateSpace> {
@@ -161,7 +161,6 @@ pub(crate) fn state_space(py: Python<'_>, scenario: &Scenario, side: &str) -> Py
     }
 }
 
-/// Returns a side with the names of its first states.
 fn of_side(
     system: lti::StateSpace<Continuous>,
     name: &'static str,
@@ -174,7 +173,6 @@ fn of_side(
     Ok(StateSpace { system: System::Continuous(system), name, inputs, outputs, states })
 }
 
-/// Returns the loop from tick to tick, as loop gain or closed loop.
 fn of_loop(
     py: Python<'_>,
     scenario: &trocar_scenario::Scenario,

@@ -19,10 +19,10 @@ use trocar_studies::sweep::{
 };
 
 use crate::arrays::{put, samples};
-use crate::interrupt::{interruptible, interruptible_told};
-use crate::own::CompiledParts;
+use crate::interrupt::{interruptible, interruptible_with_progress};
 use crate::run::{measure_compiled, measure_with};
 use crate::scenario::{Scenario, text_source};
+use crate::user_defined::CompiledParts;
 use crate::{convert, document, error};
 
 struct Columns {
@@ -34,7 +34,6 @@ struct Columns {
 }
 
 impl Columns {
-    /// Returns empty columns for this number of cases, or an error if they do not fit into memory.
     fn for_cases(design: &Design, cases: u64, memory_bytes: u64) -> Result<Self, NoRoom> {
         let numbers = design.columns.len() + design.axes.len() + 2;
         if cases.saturating_mul(numbers as u64 * 8) > memory_bytes {
@@ -49,7 +48,6 @@ impl Columns {
         })
     }
 
-    /// Adds the rows that `each` yields: a case, its outcome, its metrics.
     fn fill<E>(
         &mut self,
         design: &Design,
@@ -98,8 +96,8 @@ impl std::fmt::Display for NoRoom {
         let gigabytes = self.cases as f64 * self.numbers as f64 * 8e-9;
         write!(
             f,
-            "the {} cases take {gigabytes:.0} GB of memory, more than there is: take fewer points or metrics, or \
-             `trocar sweep` of the command line, which keeps them on disk",
+            "the {} cases take {gigabytes:.0} GB of memory, more than this machine has: use fewer points or metrics, \
+             or `trocar sweep` on the command line, which keeps the cases on disk",
             self.cases
         )
     }
@@ -155,7 +153,7 @@ impl Sources {
 
 type Swept<'py> = (Bound<'py, PyDict>, String, u64, String, Vec<(String, String)>);
 
-/// Returns the hash of a sweep and its number of cases, without running any.
+/// The hash of a sweep and its number of cases, without running any.
 #[pyfunction]
 pub(crate) fn sweep_plan(
     py: Python<'_>,
@@ -170,11 +168,11 @@ pub(crate) fn sweep_plan(
 }
 
 /// Runs a sweep, or a shard such as "3/8", if its rows fit into `memory_bytes`. The sweep is a file's path or a text;
-/// `base` is the scenario if the sweep names none. 0 threads means one per processor. Calls `tell` with the numbers
-/// of completed cases and of all cases, from time to time and at the end.
+/// `base` is the scenario if the sweep names none. 0 threads: one per processor. Calls `tell` with the numbers of
+/// completed and of all cases.
 ///
-/// Returns the columns, the hash of the whole sweep, its number of cases, the text of all its inputs, and the former
-/// names of metrics in the file, each with its present name.
+/// The columns, the hash of the whole sweep, its number of cases, the text of all its inputs, and the former
+/// names of metrics with the present ones.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the Python wrapper passes a job and how to run it")]
 pub(crate) fn sweep<'py>(
@@ -191,9 +189,9 @@ pub(crate) fn sweep<'py>(
     let shard: Shard = shard.parse().map_err(error::value)?;
     let sources = Sources::of(path, text, base);
     let done = Arc::new([const { AtomicU64::new(0) }; 2]);
-    let told = done.clone();
+    let counted = done.clone();
     let tell = move |py: Python<'_>| {
-        let [done, all] = told.each_ref().map(|count| count.load(Ordering::Relaxed));
+        let [done, all] = counted.each_ref().map(|count| count.load(Ordering::Relaxed));
         tell.as_ref().filter(|_| all > 0).map_or(Ok(()), |tell| tell.call1(py, (done, all)).map(drop))
     };
     let work = move |stop: &AtomicBool| {
@@ -219,7 +217,7 @@ pub(crate) fn sweep<'py>(
         })?;
         Ok(Some((columns, plan.hash(), plan.design.cases(), plan.canonical().to_owned(), plan.former_names)))
     };
-    let swept = interruptible_told(py, threads, &tell, work)?.map_err(|failed: Failed| failed.raise(py))?;
+    let swept = interruptible_with_progress(py, threads, &tell, work)?.map_err(|failed: Failed| failed.raise(py))?;
     // Only a signal stops a sweep, and its exception has been raised.
     let (columns, hash, cases, inputs, former_names) =
         swept.ok_or_else(|| error::value("the sweep was interrupted"))?;
@@ -227,11 +225,10 @@ pub(crate) fn sweep<'py>(
     Ok((columns.hand_over(py)?, hash, cases, inputs, former_names))
 }
 
-/// Number of cases that a thread runs together.
 const CASES_AT_ONCE: u64 = 16;
 
-/// Runs a sweep with user-defined parts, by role: in threads if all of them are compiled, otherwise case by case.
-/// Returns the same as [`sweep`].
+/// With user-defined parts, by role: in threads if all are compiled, otherwise case by case. Returns the same as
+/// [`sweep`].
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the Python wrapper passes a job and how to run it")]
 pub(crate) fn sweep_with<'py>(
@@ -252,7 +249,7 @@ pub(crate) fn sweep_with<'py>(
     let tell = |py: Python<'_>, done: u64| tell.as_ref().map_or(Ok(()), |tell| tell.call1(py, (done, cases)).map(drop));
     let (columns, plan) = if let Some(compiled) = CompiledParts::of(parts)? {
         let done = Arc::new(AtomicU64::new(0));
-        let told = done.clone();
+        let counted = done.clone();
         let work = move |_: &AtomicBool| {
             let rows = try_map(cases.div_ceil(CASES_AT_ONCE) as usize, |turn| {
                 let first = turn as u64 * CASES_AT_ONCE;
@@ -271,8 +268,8 @@ pub(crate) fn sweep_with<'py>(
             })?;
             Ok((columns, plan))
         };
-        let tell_done = |py: Python<'_>| tell(py, told.load(Ordering::Relaxed));
-        let swept = interruptible_told(py, threads, tell_done, work)?;
+        let tell_done = |py: Python<'_>| tell(py, counted.load(Ordering::Relaxed));
+        let swept = interruptible_with_progress(py, threads, tell_done, work)?;
         tell_done(py)?;
         swept.map_err(|failed: Failed| failed.raise(py))?
     } else {
@@ -293,8 +290,8 @@ pub(crate) fn sweep_with<'py>(
     Ok((columns.hand_over(py)?, plan.hash(), cases, plan.canonical().to_owned(), plan.former_names.clone()))
 }
 
-/// Returns the document of a complete sweep. The inputs are the text of all its inputs, its hash, and its rows as the
-/// code of each outcome and one column per metric.
+/// The document of a complete sweep, from the text of all its inputs, its hash, and its rows: the code of each outcome
+/// and one column per metric.
 #[pyfunction]
 pub(crate) fn sweep_document<'py>(
     py: Python<'py>,
@@ -320,8 +317,7 @@ pub(crate) fn sweep_document<'py>(
     convert::python(py, &interruptible(py, 1, work)?.map_err(|failed| failed.raise(py))?)
 }
 
-/// Writes the rows of a complete sweep into a file, from which the statistics read them. Returns the rows and the
-/// temporary folder.
+/// Writes the rows of a complete sweep into a file for the statistics. Returns the rows and the temporary folder.
 fn stored_rows(design: &Design, outcomes: &[u8], metrics: &[Vec<f64>]) -> Result<(TempDir, Rows), Failed> {
     let cases = design.cases();
     let layout = Layout { key: 0, columns: metrics.len(), cases, packs: 0..cases.div_ceil(PACK_CASES) };
@@ -338,13 +334,11 @@ fn stored_rows(design: &Design, outcomes: &[u8], metrics: &[Vec<f64>]) -> Result
     Ok((folder, Rows(vec![part])))
 }
 
-/// Returns an empty part of a sweep, and its folder, which is removed on drop.
 fn temporary_part(layout: Layout) -> Result<(TempDir, Part), SweepError> {
     let io = |source| SweepError::Io { path: std::env::temp_dir(), source };
     let folder = tempfile::Builder::new().prefix("trocar-sweep-").tempdir().map_err(io)?;
     let part = Part::open(&folder.path().join(trocar_studies::sweep::CASES), layout)?;
-    // On Unix, open files need no name. Removing the folder now keeps even a killed process from leaving files
-    // behind.
+    // On Unix, open files need no name: removed now, the folder leaves nothing behind even if the process is killed.
     #[cfg(unix)]
     std::fs::remove_dir_all(folder.path()).map_err(io)?;
     Ok((folder, part))
@@ -366,7 +360,7 @@ fn of_case(
     Ok((outcome, plan.design.columns.iter().map(|column| value(column).unwrap_or(f64::NAN)).collect()))
 }
 
-/// Returns the metrics of a sweep: name, scope, label, unit, which values are better, and meaning. Metrics of
+/// The metrics of a sweep: name, scope, label, unit, which values are better, and meaning. Metrics of
 /// ruptures and events have the number 1.
 #[pyfunction]
 pub(crate) fn metrics() -> Vec<(String, &'static str, String, &'static str, &'static str, &'static str)> {

@@ -103,7 +103,7 @@ def test_a_detector_accepts_or_refuses_any_sample(sample):
     st.booleans(),
     st.sampled_from(["=f8", ">f8", "<f8"]),
 )
-def test_layout_does_not_matter(step, writeable, dtype):
+def test_the_memory_layout_does_not_change_the_result(step, writeable, dtype):
     samples = {name: strided(values.astype(dtype), step) for name, values in good().items()}
     for values in samples.values():
         values.flags.writeable = writeable
@@ -143,7 +143,7 @@ def test_arguments_are_not_changed():
         ("force", lambda values: np.ma.masked_greater(values, 1.001), "masked"),
     ],
 )
-def test_reasons_name_the_sample(quantity, change, reason):
+def test_errors_name_the_sample(quantity, change, reason):
     samples = good()
     samples[quantity] = change(samples[quantity])
     with pytest.raises((ValueError, TypeError), match=reason):

@@ -19,7 +19,7 @@ SCENARIOS = [
 
 @pytest.mark.parametrize("changes", SCENARIOS, ids=str)
 @pytest.mark.parametrize("side", ["master", "slave"])
-def test_poles_agree(side, changes):
+def test_the_poles_agree_with_python_control(side, changes):
     system = trocar.state_space(trocar.Scenario.load("paper/classical", **changes), side)
     ours, theirs = np.sort_complex(system.poles()), np.sort_complex(system.to_control().poles())
     # The double pole at zero of a free mass splits by the square root of the rounding error, so only other poles are
@@ -31,7 +31,7 @@ def test_poles_agree(side, changes):
 
 @pytest.mark.parametrize("changes", SCENARIOS[:3], ids=str)
 @pytest.mark.parametrize("side", ["master", "slave"])
-def test_step_responses_agree(side, changes):
+def test_the_step_responses_agree_with_python_control(side, changes):
     system = trocar.state_space(trocar.Scenario.load("paper/classical", **changes), side)
     theirs = system.to_control()
     for index, name in enumerate(system.inputs):
@@ -64,7 +64,7 @@ FREQUENCIES_HZ = np.geomspace(0.1, 400.0, 60)
 
 @pytest.mark.parametrize("delay", DELAYS, ids=str)
 @pytest.mark.parametrize("kind", ARCHITECTURES)
-def test_the_loop_agrees(kind, delay):
+def test_the_loop_agrees_with_python_control(kind, delay):
     scenario = trocar.Scenario.load("paper/classical", **{"controller.kind": kind}, **delay)
     gain, closed = (trocar.state_space(scenario, side) for side in ("loop-gain", "closed-loop"))
     theirs = gain.to_control()
@@ -85,7 +85,7 @@ def test_the_loop_agrees(kind, delay):
 
 @pytest.mark.parametrize("delay", DELAYS, ids=str)
 @pytest.mark.parametrize("kind", ARCHITECTURES)
-def test_the_margins_agree(kind, delay):
+def test_the_margins_agree_with_python_control(kind, delay):
     scenario = trocar.Scenario.load("paper/classical", **{"controller.kind": kind}, **delay)
     margins = trocar.stability(scenario, x="scaling.force=0.9:1:2", y="scaling.position=0.9:1:2").report["margins"]
     theirs = trocar.state_space(scenario, "loop-gain").to_control()

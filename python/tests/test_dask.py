@@ -65,7 +65,7 @@ def test_a_killed_worker_loses_no_case(cluster, capsys):
     same(found, expected)
 
 
-def test_shards_do_not_matter(cluster):
+def test_the_result_does_not_depend_on_the_number_of_shards(cluster):
     expected = sweep()
     for shards in (1, 3, 150):
         same(sweep(client=cluster, shards=shards), expected)

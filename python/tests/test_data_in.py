@@ -71,7 +71,7 @@ def test_the_samples_go_to_other_processes(of_arrays):
     assert all(here[name].tobytes() == there[name].tobytes() for name in here)
 
 
-def test_detect_and_calibrate_take_a_frame(frame):
+def test_detect_and_calibrate_accept_a_frame(frame):
     data = trocar.record()
     apart = trocar.detect(data["time_s"], data["position_m"], data["velocity_m_per_s"], data["force_n"], contact_m=0.012)
     together = trocar.detect(frame, contact_m=0.012)

@@ -75,7 +75,7 @@ def test_invalid_keys_are_refused(key):
         trocar.Scenario.load(CLASSICAL, **{key: 1})
 
 
-def test_deep_values_are_refused():
+def test_deeply_nested_values_are_refused():
     value = []
     for _ in range(10_000):
         value = [value]
@@ -127,7 +127,7 @@ def test_stability_reports_invalid_arguments():
         (lambda: trocar.compare(threads=2000), "threads = 2000, must be at most 1024"),
         (lambda: trocar.compare(seeds=-1), "seeds is -1, must be at least 2"),
         (lambda: trocar.roc(seeds=0), "seeds is 0, must be at least 1"),
-        (lambda: trocar.roc(trials=True, ruptures_s=[1.0]), "trials have their ruptures"),
+        (lambda: trocar.roc(trials=True, ruptures_s=[1.0]), "trials contain their ruptures"),
         (lambda: trocar.roc(noise_std_n=[]), "noise_std_n is empty"),
         (lambda: trocar.roc(detectors={"mine": {float("nan"): bool}}), "a threshold of mine is nan, must be finite"),
         (lambda: trocar.record(-1), "seed is -1, must be at least 0"),
@@ -145,6 +145,6 @@ def test_invalid_numbers_are_named(call, text):
 
 
 @pytest.mark.parametrize("threads", [1.5, "2", True, None])
-def test_a_number_of_threads_is_whole(threads):
+def test_the_number_of_threads_must_be_whole(threads):
     with pytest.raises(TypeError, match="threads is .*, must be a whole number"):
         trocar.compare(threads=threads)

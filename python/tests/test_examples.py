@@ -22,20 +22,20 @@ def example(name, folder):
     return done.stdout
 
 
-def test_the_papers_figures(tmp_path):
+def test_the_example_draws_the_figures_of_the_paper(tmp_path):
     said = example("paper_figures.py", tmp_path)
     figures = ["figure_13.png", "figure_15.png", "figure_16.png"]
     assert all((tmp_path / name).read_bytes().startswith(b"\x89PNG") for name in figures)
     assert said.count("yes  ") == 14 and "NO" not in said
 
 
-def test_the_users_recording(tmp_path):
-    said = example("own_recording.py", tmp_path)
+def test_the_example_evaluates_a_recording(tmp_path):
+    said = example("your_recording.py", tmp_path)
     assert "1 alarm" in said and "alarm at 1.7795 s: 0.5 ms after the rupture" in said
 
 
-@pytest.mark.parametrize("name", ["paper_figures.py", "own_recording.py"])
-def test_every_cell_is_python(name):
+@pytest.mark.parametrize("name", ["paper_figures.py", "your_recording.py"])
+def test_every_cell_of_an_example_compiles(name):
     cells = (EXAMPLES / name).read_text(encoding="utf-8").split("# %%")
     assert len(cells) > 4
     for cell in cells[1:]:
@@ -52,7 +52,7 @@ def public():
 
 
 @pytest.mark.parametrize("name", list(public()))
-def test_every_name_has_an_example(name):
+def test_every_public_name_has_an_example(name):
     found = getattr(trocar, name)
     text = inspect.getdoc(found) or ""
     assert ">>> " in text, f"trocar.{name} has no example"

@@ -128,7 +128,7 @@ def commands(unit, samples, tick_s, outputs):
 
 
 @pytest.mark.parametrize(("kind", "version"), KINDS)
-def test_fmpy_finds_no_problem(export, kind, version):
+def test_fmpy_finds_no_problem_in_an_exported_unit(export, kind, version):
     unit = export("layers/skin-augmented" if kind == "tissue" else "paper/augmented", kind, version)
     assert validate_fmu(str(unit)) == []
     description = fmpy.read_model_description(str(unit))
@@ -147,7 +147,7 @@ def test_fmpy_finds_no_problem(export, kind, version):
 
 
 @pytest.mark.parametrize(("kind", "version"), KINDS)
-def test_fmpy_simulates(export, kind, version):
+def test_fmpy_simulates_an_exported_unit(export, kind, version):
     unit = export("layers/skin-augmented", kind, version)
     outputs = {"rig": "command.slave_reference_m", "simulation": "slave_position_m", "tissue": "reaction.force_n"}
     output = outputs[kind]
@@ -329,4 +329,4 @@ def test_a_unit_from_another_program_gives_the_same_bits_as_the_built_in_tissue(
 
 def test_without_a_library_the_remedy_is_named(cli: object, tmp_path: Path) -> None:
     made: subprocess.CompletedProcess[str] = cli("export", "fmu", "paper/augmented", "--library", tmp_path / "none")  # type: ignore[operator]
-    assert made.returncode == 2 and "run `cargo build --release`, which makes" in made.stderr
+    assert made.returncode == 2 and "run `cargo build --release`, which builds" in made.stderr

@@ -252,7 +252,7 @@ def test_the_command_line_detects_the_same_alarms(
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_a_list_names_the_signals(files: dict[str, tuple[Path, Names]], name: str, cli: Cli) -> None:
+def test_list_signals_names_the_signals(files: dict[str, tuple[Path, Names]], name: str, cli: Cli) -> None:
     path, names = files[name]
     listed = trocar.list_signals(path)
     by_name = {signal["name"]: signal for signal in listed["signals"]}
@@ -297,7 +297,7 @@ def test_unique_roles_serve_as_columns_with_a_warning(cli: Cli, files: dict[str,
     assert "--list" in done.stderr
 
 
-def test_an_operating_characteristic_of_a_file(cli: Cli, files: dict[str, tuple[Path, Names]], tmp_path: Path) -> None:
+def test_roc_writes_the_operating_characteristic_of_a_file(cli: Cli, files: dict[str, tuple[Path, Names]], tmp_path: Path) -> None:
     path, names = files["v7.mat"]
     flags = [word for flag, column in columns(names).items() for word in (f"--{flag}", column)]
     done = cli("roc", path, *flags, "--rupture-s", 1.5, "--seeds", 2, "--quiet", "--out", tmp_path / "roc")

@@ -22,7 +22,7 @@ def runs_of_cli(cli, tmp_path_factory):
     return out
 
 
-def test_there_are_scenarios():
+def test_every_shipped_scenario_has_a_question():
     assert len(SHIPPED) >= 34
     assert all("?" in question for question in trocar.shipped().values())
 
@@ -59,18 +59,18 @@ def test_the_default_recording_is_the_shipped_one(recording):
     assert not np.array_equal(trocar.record(2)["force_n"], made["force_n"])
 
 
-def test_compare(cli, tmp_path):
+def test_compare_equals_the_command_line(cli, tmp_path):
     done = cli("compare", "--json", "--out", tmp_path)
     assert trocar.compare().report == json.loads(done.stdout)
 
 
-def test_compare_over_seeds(cli, tmp_path):
+def test_compare_over_seeds_equals_the_command_line(cli, tmp_path):
     pair = ["hand/fast-stab", "layers/skin-augmented"]
     done = cli("compare", *pair, "--seeds", 3, "--json", "--out", tmp_path)
     assert trocar.compare(*pair, seeds=3).report == json.loads(done.stdout)
 
 
-def test_detect(cli, tmp_path, recording):
+def test_detect_equals_the_command_line(cli, tmp_path, recording):
     columns = [recording[name] for name in ("time_s", "position_m", "velocity_m_per_s", "force_n")]
     given = ["builtin:in_vivo_like.csv", "--contact-m", "0.012", "--rupture-s", "5.52", "--rupture-s", "8.85"]
     done = cli("detect", *given, "--velocity", "velocity_m_per_s", "--json", "--out", tmp_path)
@@ -86,14 +86,14 @@ def test_detect(cli, tmp_path, recording):
     assert set(found.columns) <= set(heading)
 
 
-def test_detect_without_velocities(cli, tmp_path, recording):
+def test_detect_without_velocities_equals_the_command_line(cli, tmp_path, recording):
     done = cli("detect", "builtin:in_vivo_like.csv", "--set", "detector.threshold=0.05", "--json", "--out", tmp_path)
     columns = recording["time_s"], recording["position_m"], None, recording["force_n"]
     found = trocar.detect(*columns, name="in_vivo_like", **{"detector.threshold": 0.05})
     assert found.report == json.loads(done.stdout)
 
 
-def test_calibrate(cli, tmp_path, recording):
+def test_calibrate_equals_the_command_line(cli, tmp_path, recording):
     given = ["builtin:in_vivo_like.csv", "--velocity", "velocity_m_per_s", "--first-s", 7, "--json", "--out", tmp_path]
     done = cli("calibrate", *given)
     columns = [recording[name] for name in ("time_s", "position_m", "velocity_m_per_s", "force_n")]
@@ -133,7 +133,7 @@ def same_as_csv(sweep, rows):
             assert [str(value) for value in column] == cells, name
 
 
-def test_sweep_of_a_file_and_of_arguments(cli, tmp_path):
+def test_a_sweep_of_a_file_or_of_arguments_equals_the_command_line(cli, tmp_path):
     path = tmp_path / "small.toml"
     path.write_text(SMALL)
     done = cli("sweep", path, "--out", tmp_path, "--quiet")
@@ -153,7 +153,7 @@ def test_sweep_of_a_file_and_of_arguments(cli, tmp_path):
     same_as_csv(of_arguments, rows)
 
 
-def test_stability(cli, tmp_path):
+def test_stability_equals_the_command_line(cli, tmp_path):
     axes = "scaling.force=0.1:20:12", "tissue.stiffness_n_per_m=10:4000:15"
     done = cli("stability", "--x", axes[0], "--y", axes[1], "--simulate", "--json", "--out", tmp_path)
     stability = trocar.stability(x=axes[0], y=axes[1], simulate=True)

@@ -42,7 +42,7 @@ def roc():
     trocar.roc(seeds=100_000)
 
 
-def roc_of_ones_own():
+def roc_of_a_user_defined_detector():
     trocar.roc(detectors={"mine": lambda *evidence: False}, seeds=100_000)
 
 
@@ -67,7 +67,7 @@ def interruptible():
     signal.signal(signal.SIGINT, before)
 
 
-@pytest.mark.parametrize("call", [stability, compare, sweep, calibrate, detect, roc, roc_of_ones_own, steps, step_response])
+@pytest.mark.parametrize("call", [stability, compare, sweep, calibrate, detect, roc, roc_of_a_user_defined_detector, steps, step_response])
 def test_ctrl_c_ends_a_long_call_and_its_work(call):
     timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))
     timer.start()

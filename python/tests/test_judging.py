@@ -94,8 +94,8 @@ def test_detectors_are_evaluated_on_recordings_loops_and_trials(copied):
         ({"seeds": 0}, ValueError, "seeds is 0, must be at least 1"),
         ({"noise_std_n": -1.0}, ValueError, "noise_std_n is -1, must be from 0 to 100"),
         ({"within_s": 2.0}, ValueError, "within_s is 2, must be from 0 to 0.5"),
-        ({"trials": True, "signal": "paper/classical"}, ValueError, "give one of them"),
-        ({"signal": "paper/classical", "contact_m": 0.01}, ValueError, "a scenario has its settings"),
+        ({"trials": True, "signal": "paper/classical"}, ValueError, "give either trials or a signal"),
+        ({"signal": "paper/classical", "contact_m": 0.01}, ValueError, "a scenario contains its settings"),
         ({"detectors": {"mine": lambda *_: None}}, TypeError, "the detector returned a"),
     ],
 )
@@ -136,21 +136,21 @@ def test_a_synthetic_insertion_has_the_requested_drop():
         trocar.record(sharpness_s=0.0)
 
 
-def test_a_comparison_with_user_defined_parts(copied):
+def test_a_comparison_with_copied_parts_equals_the_built_in_one(copied):
     scenarios = [trocar.Scenario.load(name, **PAPER) for name in ("paper/classical", "paper/augmented")]
     built_in = trocar.compare(*scenarios, seeds=2)
-    own = trocar.compare(*scenarios, seeds=2, detector=copied)
-    assert own.report["seeds"] == built_in.report["seeds"] and own.report["noise"] == []
-    for one, other in zip(own.runs, built_in.runs):
+    user_defined = trocar.compare(*scenarios, seeds=2, detector=copied)
+    assert user_defined.report["seeds"] == built_in.report["seeds"] and user_defined.report["noise"] == []
+    for one, other in zip(user_defined.runs, built_in.runs):
         assert all(np.array_equal(one[name], column, equal_nan=True) for name, column in other.items())
-    names = own.to_dataframe().index
-    assert own.to_dataframe().equals(built_in.to_dataframe().loc[names])
+    names = user_defined.to_dataframe().index
+    assert user_defined.to_dataframe().equals(built_in.to_dataframe().loc[names])
     with pytest.raises(ValueError, match="seeds is 1"):
         trocar.compare(seeds=1, detector=copied)
 
 
 def test_the_progress_counts_every_detector(monkeypatch):
-    told = []
-    monkeypatch.setattr("trocar._progress.Progress.tell", lambda self, done, all: told.append((done, all)))
+    reported = []
+    monkeypatch.setattr("trocar._progress.Progress.tell", lambda self, done, all: reported.append((done, all)))
     trocar.roc(detectors={"mine": lambda force, predicted, residual, depth, velocity, contact: False, "adaptive": None}, seeds=2, noise_std_n=[0.0, 0.02], progress=True)
-    assert told[:4] == [(1, 8), (2, 8), (3, 8), (4, 8)] and told[-1] == (8, 8)
+    assert reported[:4] == [(1, 8), (2, 8), (3, 8), (4, 8)] and reported[-1] == (8, 8)

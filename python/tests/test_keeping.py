@@ -122,7 +122,7 @@ def test_processes_return_runs(run):
         same_run(one, run)
 
 
-def test_joblib_keeps_runs(run, tmp_path):
+def test_joblib_caches_runs(run, tmp_path):
     joblib = pytest.importorskip("joblib")
     kept = joblib.Memory(tmp_path, verbose=0).cache(trocar.run)
     kept(run.scenario)
@@ -244,7 +244,7 @@ def test_a_scenario_is_created_from_a_dictionary_and_changed_by_nested_keywords(
     assert scenario == trocar.Scenario.from_dict({"base": "paper/augmented", "scaling.force": 0.8}, "soft")
     changed = scenario.replace(scaling={"force": 0.9}, tissue={"index": "depth"})
     assert (changed["scaling.force"], changed["tissue.index"], changed.name) == (0.9, "depth", scenario.name)
-    with pytest.raises(TypeError, match="made of a dictionary, not of 'paper/augmented'"):
+    with pytest.raises(TypeError, match="created from a dictionary, not from 'paper/augmented'"):
         trocar.Scenario("paper/augmented")
 
 

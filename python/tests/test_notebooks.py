@@ -12,7 +12,7 @@ pytest.importorskip("ipykernel")
 NOTEBOOKS = REPOSITORY / "docs" / "notebooks"
 
 
-@pytest.mark.parametrize(("name", "figures"), [("paper", 7), ("own_detector", 4)])
+@pytest.mark.parametrize(("name", "figures"), [("paper", 7), ("user_defined_detector", 4)])
 def test_a_notebook_runs(name, figures, tmp_path, capsys):
     notebook = nbformat.read(NOTEBOOKS / f"{name}.ipynb", as_version=4)
     assert all(not cell.get("outputs") for cell in notebook.cells), "notebooks are kept without outputs"

@@ -18,9 +18,9 @@ import trocar
 SOFT = "operator.kind = \"ramp\"\ntissue.kind = \"kelvin-voigt\"\naugmentation.events_s = [1.5]\n"
 
 
-def same_bits(own, built_in):
+def same_bits(run, built_in):
     for name, column in built_in.traces.items():
-        assert np.array_equal(own[name], column, equal_nan=True), name
+        assert np.array_equal(run[name], column, equal_nan=True), name
 
 
 @pytest.fixture
@@ -106,9 +106,9 @@ def test_a_copied_detector_gives_the_same_bits(name):
     detector = SquaredResidual(scenario)
     for _ in range(2):
         # The detector is reset before each run.
-        own = trocar.run(scenario, detector=detector)
-        same_bits(own, built_in)
-        assert own.events == built_in.events
+        run = trocar.run(scenario, detector=detector)
+        same_bits(run, built_in)
+        assert run.events == built_in.events
 
 
 def test_a_user_defined_estimator_and_motion_law_have_an_effect(soft):
@@ -223,8 +223,8 @@ def test_a_compiled_tissue_gives_the_same_bits_and_each_run_has_its_own_state(so
         thread.start()
     for thread in threads:
         thread.join()
-    for own in runs:
-        same_bits(own, built_in)
+    for run in runs:
+        same_bits(run, built_in)
     assert state[3] == 0.0
 
 
@@ -295,17 +295,17 @@ def test_a_pickled_simulation_continues(soft):
         same_bits(other.run(), expected)
     with pytest.raises(ValueError, match="concluded"):
         pickle.dumps(simulation)
-    with pytest.raises(TypeError, match="with parts of one's own cannot be copied or pickled"):
+    with pytest.raises(TypeError, match="with user-defined parts cannot be copied or pickled"):
         pickle.dumps(trocar.Simulation(soft, tissue=Spring(soft)))
 
 
 def test_a_sweep_with_copies_of_built_in_parts_gives_the_same_rows(soft):
     axes = {"scaling.force": [0.5, 1.0], "operator.speed_m_per_s": [0.01, 0.02, 0.03]}
     built_in = trocar.sweep(soft, axes, seeds=2)
-    own = trocar.sweep(soft, axes, seeds=2, tissue=Spring(soft), force_law=Decay(soft))
-    assert own.hash == built_in.hash and list(own) == list(built_in)
+    run = trocar.sweep(soft, axes, seeds=2, tissue=Spring(soft), force_law=Decay(soft))
+    assert run.hash == built_in.hash and list(run) == list(built_in)
     for name, column in built_in.items():
-        assert np.array_equal(own[name], column, equal_nan=column.dtype.kind == "f"), name
+        assert np.array_equal(run[name], column, equal_nan=column.dtype.kind == "f"), name
 
     def fails(tick, position_m, velocity_m_per_s):
         raise ArithmeticError("in a case")
@@ -321,7 +321,7 @@ def test_a_part_cannot_use_its_own_simulation(soft):
         return simulation.time_s
 
     simulation = trocar.Simulation(soft, tissue=tissue)
-    with pytest.raises(RuntimeError, match="a part cannot use the simulation that it is in"):
+    with pytest.raises(RuntimeError, match="a part cannot use the simulation that contains it"):
         while simulation.step():
             pass
 
@@ -365,9 +365,9 @@ def test_compiled_parts_run_in_threads_with_the_same_rows(soft, library):
     axes = {"scaling.force": [0.5, 1.0], "operator.speed_m_per_s": trocar.Range(0.01, 0.03, 20)}
     built_in = trocar.sweep(soft, axes, seeds=2)
     for threads in (1, 2):
-        own = trocar.sweep(soft, axes, seeds=2, tissue=tissue, threads=threads, progress=False)
-        assert own.hash == built_in.hash
+        run = trocar.sweep(soft, axes, seeds=2, tissue=tissue, threads=threads, progress=False)
+        assert run.hash == built_in.hash
         for name, column in built_in.items():
-            assert np.array_equal(own[name], column, equal_nan=column.dtype.kind == "f"), name
+            assert np.array_equal(run[name], column, equal_nan=column.dtype.kind == "f"), name
     compared = [trocar.compare(soft, seeds=4, threads=threads, tissue=tissue).report["seeds"] for threads in (1, 2)]
     assert compared[0] == compared[1] == trocar.compare(soft, seeds=4, tissue=Spring(soft)).report["seeds"]

@@ -74,7 +74,7 @@ def test_invalid_sweeps_are_reported(arguments, exception, text):
 def test_shards_join_in_any_order():
     parts = [trocar.shard(f"{part}/3", "layers/skin-augmented", AXES, seeds=4, metrics=METRICS) for part in (2, 3, 1)]
     same(trocar.merge(parts), sweep())
-    with pytest.raises(ValueError, match="have .* of 80 cases, and 0 of them more than once; each must be there once"):
+    with pytest.raises(ValueError, match="have .* of 80 cases, and 0 of them more than once; give each part once"):
         trocar.merge(parts[:2])
     other = trocar.shard("1/3", "layers/skin-augmented", AXES, seeds=5, metrics=METRICS)
     with pytest.raises(ValueError, match="not of the same sweep"):
@@ -135,7 +135,7 @@ def test_ray_gives_the_same_bytes():
         ray.shutdown()
 
 
-def test_a_folder_continues(tmp_path):
+def test_a_sweep_in_a_folder_continues_after_an_interruption(tmp_path):
     expected, folder = sweep(), tmp_path / "sweep"
     same(sweep(folder=folder, shards=4), expected)
     names = sorted(path.name for path in folder.iterdir())

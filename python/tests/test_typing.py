@@ -58,5 +58,5 @@ def test_examples_satisfy_mypy(examples, least, tmp_path):
     others = ["--ignore-missing-imports", "--disable-error-code=import-untyped", "--allow-untyped-calls"]
     command = [sys.executable, "-m", "mypy", "--strict", *others, *names]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-    told = re.sub(r"example_\d+\.py", lambda file: names[file[0]], done.stdout)
-    assert done.returncode == 0, told + done.stderr
+    output = re.sub(r"example_\d+\.py", lambda file: names[file[0]], done.stdout)
+    assert done.returncode == 0, output + done.stderr

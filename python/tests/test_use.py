@@ -90,7 +90,7 @@ def test_a_former_name_of_a_metric_is_accepted_with_a_warning():
     assert "max_slave_overshoot_m" in sweep.columns
 
 
-def test_a_frame_a_figure_and_a_table(run):
+def test_a_run_is_shown_as_a_frame_a_figure_and_a_table(run):
     frame = run.to_dataframe()
     assert frame.shape == (17000, 24) and frame.index.name == "time_s"
     assert len(run.plot(figsize=(4, 6)).axes) == 2
@@ -112,7 +112,7 @@ def test_a_run_that_diverges_is_a_result():
     assert len(run["time_s"]) < 17000
 
 
-def test_a_comparison():
+def test_a_comparison_is_shown_as_a_table_and_a_figure():
     comparison = trocar.compare()
     assert [fact["holds"] for fact in comparison.facts] == [True] * len(comparison.facts)
     frame = comparison.to_dataframe()
@@ -125,7 +125,7 @@ def test_a_comparison():
         trocar.compare(seeds=1)
 
 
-def test_a_detection_and_a_calibration(recording):
+def test_a_detection_and_a_calibration_are_shown_as_tables_and_figures(recording):
     columns = [recording[name] for name in ("time_s", "position_m", "velocity_m_per_s", "force_n")]
     found = trocar.detect(*columns, contact_m=0.012, ruptures_s=[5.52, 8.85])
     frame = found.to_dataframe()
@@ -137,7 +137,7 @@ def test_a_detection_and_a_calibration(recording):
         trocar.calibrate(*columns, first_s=-1.0)
 
 
-def test_a_sweep_as_a_frame_and_its_overrides():
+def test_a_sweep_is_a_frame_and_its_settings_override_the_scenario():
     base = trocar.Scenario.load("paper/augmented", **{"scaling.force": 3.0, "simulation.duration_s": 9.0})
     sweep = trocar.sweep(base, {"scaling.force": np.array([0.5, 1.0])}, set={"simulation.duration_s": 6.0})
     assert list(sweep["scaling.force"]) == [0.5, 1.0]
@@ -150,7 +150,7 @@ def test_a_sweep_as_a_frame_and_its_overrides():
     assert len(set(spread["scaling.position"])) == 4
 
 
-def test_a_map():
+def test_the_boundary_of_a_map_separates_decaying_from_growing_loops():
     stability = trocar.stability(x="scaling.force=0.1:20:8", y="tissue.stiffness_n_per_m=10:4000:9")
     assert stability.is_stable and stability.plot().axes
     assert stability.boundary.shape[1:] == (2, 2) and stability.simulated is None

@@ -10,7 +10,7 @@ import trocar
 from trocar import _warnings
 
 
-def test_a_class_for_each_code(binary):
+def test_each_code_has_a_class(binary):
     listed = subprocess.run([binary, "explain"], capture_output=True, text=True, check=True).stdout
     meanings: dict[str, list[str]] = {}
     for line in listed.splitlines():
@@ -36,7 +36,7 @@ def test_an_oscillation_is_an_outcome_and_a_warning():
     assert run.metrics["outcome"]["kind"] == "oscillating"
 
 
-def test_no_warning_without_a_reason():
+def test_correct_inputs_give_no_warning():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         trocar.run("paper/augmented")

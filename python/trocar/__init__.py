@@ -199,7 +199,7 @@ def metrics() -> dict[str, tuple[str, str, str, str, str]]:
 
     >>> import trocar
     >>> trocar.metrics()["detected_ruptures"]
-    ('run', 'detected ruptures', '1', 'higher', 'Ruptures with an alarm within 0.5 s.')
+    ('run', 'detected ruptures', '1', 'higher', 'Ruptures with an alarm within 0.1 s, after the force has fallen.')
     """
     return {
         name: (scope, label, unit, better, meaning) for name, scope, label, unit, better, meaning in _core.metrics()

@@ -309,7 +309,7 @@ def roc(
     is_trials: bool,
     settings: list[str],
     kinds: list[str],
-    own: list[tuple[str, float | None, Any]],
+    user_defined: list[tuple[str, float | None, Any]],
     noise_std_n: list[float],
     seeds: int,
     thresholds: int,

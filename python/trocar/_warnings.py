@@ -49,7 +49,7 @@ class HandEnergyImpossibleWarning(TrocarWarning):
 
 
 class ActiveLoopWarning(TrocarWarning):
-    """The master gives the hand energy that neither the hand nor the tissue has put in."""
+    """The master gives the hand more energy than hand and tissue have supplied."""
 
     code = "active-loop"
 
@@ -79,7 +79,7 @@ class DelayBeyondRunWarning(TrocarWarning):
 
 
 class DelayRoundedWarning(TrocarWarning):
-    """A delay of the link acts as a whole number of ticks."""
+    """A delay of the link is rounded up to a whole number of ticks."""
 
     code = "delay-rounded"
 
@@ -115,7 +115,7 @@ class OutsideMeasuredWarning(TrocarWarning):
 
 
 class SeedsWithoutEffectWarning(TrocarWarning):
-    """The scenario has no random numbers, so that every seed gives the same run."""
+    """The scenario has no random numbers, so every seed gives the same run."""
 
     code = "seeds-without-effect"
 
@@ -145,7 +145,7 @@ class LowSamplingRateWarning(TrocarWarning):
 
 
 class HighSamplingRateWarning(TrocarWarning):
-    """The samples are closer together than any force sensor's."""
+    """The sampling rate is higher than that of any force sensor."""
 
     code = "high-sampling-rate"
 
@@ -157,13 +157,13 @@ class ForceSignWarning(TrocarWarning):
 
 
 class ForceMagnitudeWarning(TrocarWarning):
-    """The forces are not those of a needle in tissue."""
+    """The forces are implausible for a needle in tissue."""
 
     code = "force-magnitude"
 
 
 class PositionMagnitudeWarning(TrocarWarning):
-    """The positions are not those of a needle insertion."""
+    """The positions are implausible for a needle insertion."""
 
     code = "position-magnitude"
 
@@ -181,7 +181,7 @@ class NoContactWarning(TrocarWarning):
 
 
 class ForceOutOfContactWarning(TrocarWarning):
-    """The largest force of a recording, or that of an alarm, acts above the contact position."""
+    """The largest force of a recording, or the force at an alarm, acts above the contact position."""
 
     code = "force-out-of-contact"
 
@@ -253,8 +253,8 @@ def warning_of(one: dict[str, Any]) -> TrocarWarning:
     """Returns the warning object for a warning of an answer."""
     message, place, remedy = (None if one[key] is None else _core.in_python(one[key]) for key in ("message", "place", "remedy"))
     source = f"{one['source']}: " if one.get("source") else ""
-    told = f"{source}{message} ({remedy})" if remedy else f"{source}{message}"
-    return BY_CODE[one["code"]](told, place, remedy)
+    text = f"{source}{message} ({remedy})" if remedy else f"{source}{message}"
+    return BY_CODE[one["code"]](text, place, remedy)
 
 
 def warn(found: Iterable[dict[str, Any]]) -> None:

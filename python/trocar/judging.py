@@ -168,8 +168,8 @@ class Roc(Documented, Stored):
         first."""
         found = {}
         for curve in self.report["characteristics"]["all"]:
-            own = [point for point in curve["points"] if point["threshold"] == curve["own_threshold"]]
-            found[curve["detector"]] = (own or curve["points"])[0]
+            at = [point for point in curve["points"] if point["threshold"] == curve["own_threshold"]]
+            found[curve["detector"]] = (at or curve["points"])[0]
         return found
 
     def to_dataframe(self) -> pandas.DataFrame:
@@ -267,16 +267,16 @@ def roc(
     >>> [point["cases"] for point in roc.at_own_threshold().values()]
     [5, 5]
     """
-    own, kinds = _detectors(detectors)
+    user_defined, kinds = _detectors(detectors)
     seeds, thresholds, threads = whole("seeds", seeds, 1), whole("thresholds", thresholds, 2), whole("threads", threads)
     if trials and signal is not None:
-        raise ValueError("trials are judged in place of a signal: give one of them")
+        raise ValueError("trials replace the signal: give either trials or a signal")
     if trials and (len(ruptures_s) or contact_m is not None):
-        raise ValueError("trials have their ruptures and contact themselves: leave out ruptures_s and contact_m")
+        raise ValueError("trials contain their ruptures and contact position: leave out ruptures_s and contact_m")
     is_scenario = isinstance(signal, (Scenario, str, os.PathLike))
     scenario = (signal if isinstance(signal, Scenario) else Scenario.load(signal)) if is_scenario else None  # type: ignore[arg-type]
     if scenario is not None and (settings or contact_m is not None or len(ruptures_s)):
-        raise ValueError("a scenario has its settings, contact and ruptures itself: change them with replace()")
+        raise ValueError("a scenario contains its settings, contact position and ruptures: change them with replace()")
     recording = None if signal is None or is_scenario else recording_of(signal)
     name = "trials" if trials else "in_vivo_like" if signal is None else "recording"
     noises = [0.0] if trials else [float(std_n) for std_n in np.atleast_1d(np.asarray(noise_std_n, dtype=np.float64))]
@@ -291,7 +291,7 @@ def roc(
             trials,
             changes,
             kinds,
-            own,
+            user_defined,
             noises,
             seeds,
             thresholds,
@@ -304,10 +304,10 @@ def roc(
 
 
 # The name, the threshold (if any) and the part of each user-defined detector.
-_Own = list[tuple[str, float | None, Any]]
+_UserDefined = list[tuple[str, float | None, Any]]
 
 
-def _detectors(given: Sequence[str] | Mapping[str, Part | Mapping[float, Part] | None] | None) -> tuple[_Own, list[str]]:
+def _detectors(given: Sequence[str] | Mapping[str, Part | Mapping[float, Part] | None] | None) -> tuple[_UserDefined, list[str]]:
     """Returns the user-defined detectors, each with its name and threshold, and the names of the built-in ones."""
     if given is None:
         return [], _core.detectors()
@@ -317,13 +317,13 @@ def _detectors(given: Sequence[str] | Mapping[str, Part | Mapping[float, Part] |
         raise ValueError("detectors are empty: give at least one")
     if not isinstance(given, Mapping):
         return [], list(given)
-    own: _Own = []
+    user_defined: _UserDefined = []
     for name, part in given.items():
         if isinstance(part, Mapping):
-            own += [(name, _threshold(name, threshold), _detector(one)) for threshold, one in part.items()]
+            user_defined += [(name, _threshold(name, threshold), _detector(one)) for threshold, one in part.items()]
         elif part is not None:
-            own.append((name, None, _detector(part)))
-    return own, [name for name, part in given.items() if part is None]
+            user_defined.append((name, None, _detector(part)))
+    return user_defined, [name for name, part in given.items() if part is None]
 
 
 def _threshold(name: str, threshold: Any) -> float:

@@ -86,9 +86,9 @@ class Simulation:
 
     def __init__(self, scenario: Scenario | str | os.PathLike[str], **parts: Unpack[Parts]) -> None:
         self.scenario = scenario_of(scenario)
-        own = core_parts(parts)
-        self._core = _core.Simulation(self.scenario._core, own)
-        self._has_own = bool(own)
+        user_defined = core_parts(parts)
+        self._core = _core.Simulation(self.scenario._core, user_defined)
+        self._has_user_defined_parts = bool(user_defined)
         self._signals: dict[str, float] | None = None
 
     def step(self, desired_position_m: float | None = None) -> bool:
@@ -151,9 +151,9 @@ class Simulation:
         return Run(self.scenario, core, traces)
 
     def __reduce__(self) -> tuple[object, ...]:
-        if self._has_own:
+        if self._has_user_defined_parts:
             raise TypeError(
-                "a Simulation with parts of one's own cannot be copied or pickled, as they have states of their own; "
+                "a Simulation with user-defined parts cannot be copied or pickled, as the parts have states; "
                 "run() returns a Run, which can"
             )
         return _repeated, (self.scenario, self._core.led_m())
@@ -164,6 +164,6 @@ class Simulation:
 
 def _repeated(scenario: Scenario, led_m: NDArray[np.float64]) -> Simulation:
     simulation = object.__new__(Simulation)
-    simulation.scenario, simulation._has_own, simulation._signals = scenario, False, None
+    simulation.scenario, simulation._has_user_defined_parts, simulation._signals = scenario, False, None
     simulation._core = _core.Simulation.repeated(scenario._core, led_m)
     return simulation

@@ -42,7 +42,7 @@ def list_signals(path: str | os.PathLike[str]) -> dict[str, Any]:
 
     >>> import trocar
     >>> import os, tempfile
-    >>> path = os.path.join(tempfile.mkdtemp(), "own.csv")
+    >>> path = os.path.join(tempfile.mkdtemp(), "mine.csv")
     >>> with open(path, "w") as file:
     ...     _ = file.write("time_s,position_m,force_n\\n0,0.001,0\\n0.001,0.0011,0.1\\n")
     >>> [(signal["name"], signal["samples"]) for signal in trocar.list_signals(path)["signals"]]
@@ -87,7 +87,7 @@ def read_recording(
 
     >>> import trocar
     >>> import os, tempfile
-    >>> path = os.path.join(tempfile.mkdtemp(), "own.csv")
+    >>> path = os.path.join(tempfile.mkdtemp(), "mine.csv")
     >>> with open(path, "w") as file:
     ...     _ = file.write("t;x;f\\n0;1,5;2\\n0,001;1,6;3\\n")
     >>> trocar.read_recording(path, time="t", position="x:mm", force="f:-1")["position"]

@@ -299,8 +299,8 @@ def run(scenario: Scenario | str | os.PathLike[str], **parts: Unpack[Parts]) -> 
     >>> [event["frozen_motion_m"] < 1e-4 for event in run.events]
     [True, True]
     """
-    own = core_parts(parts)
+    user_defined = core_parts(parts)
     scenario = scenario_of(scenario)
-    core, traces = _core.run_with(scenario._core, own) if own else _core.run(scenario._core)
+    core, traces = _core.run_with(scenario._core, user_defined) if user_defined else _core.run(scenario._core)
     warn(core.warnings())
     return Run(scenario, core, traces)

@@ -46,7 +46,7 @@ class Scenario:
 
     def __init__(self, values: Mapping[str, Any], name: str = "scenario") -> None:
         if not isinstance(values, Mapping):
-            raise TypeError(f"a scenario is made of a dictionary, not of {values!r}; Scenario.load reads a file")
+            raise TypeError(f"a scenario is created from a dictionary, not from {values!r}; Scenario.load reads a file")
         text, recordings = document(values)
         object.__setattr__(self, "_core", _core.Scenario.from_text(name, text, [], recordings))
 

@@ -249,12 +249,12 @@ def sweep(
     threads = whole("threads", threads)
     job = _job(base, axes, set, seeds, first_seed, metrics, design, points, design_seed)
     executor = client if executor is None else executor
-    own_parts = core_parts(parts)
-    if own_parts:
+    user_defined_parts = core_parts(parts)
+    if user_defined_parts:
         if executor is not None or folder is not None:
-            raise ValueError("a sweep with parts of one's own runs here: give no client, no executor and no folder")
+            raise ValueError("a sweep with user-defined parts runs in this process: give no client, no executor and no folder")
         with Progress("cases", progress) as bar:
-            return _result(job.run_with(own_parts, threads, bar.tell), job.base)
+            return _result(job.run_with(user_defined_parts, threads, bar.tell), job.base)
     if executor is None and folder is None and shards is None:
         with Progress("cases", progress) as bar:
             return _result(job.run("1/1", threads, bar.tell), job.base)
@@ -353,7 +353,7 @@ def merge(parts: Iterable[Sweep]) -> Sweep:
     if not np.array_equal(columns["case"], np.arange(first.cases)):
         found = len(np.unique(columns["case"]))
         repeated = len(columns["case"]) - found
-        raise ValueError(f"the parts have {found} of {first.cases} cases, and {repeated} of them more than once; each must be there once")
+        raise ValueError(f"the parts have {found} of {first.cases} cases, and {repeated} of them more than once; give each part once")
     return Sweep(columns, first.hash, first.cases, first._inputs, first.scenario)
 
 
@@ -444,8 +444,8 @@ def _job(
     # Keys of the sweep override changes of the scenario.
     overridden = {*shared, *axes}
     changes = [setting for call in scenario._core.origin()[3] for setting in call]
-    own = [setting for setting in changes if key_of(setting) not in overridden]
-    return _Job(None, "\n".join(lines) + "\n", scenario, own)
+    kept = [setting for setting in changes if key_of(setting) not in overridden]
+    return _Job(None, "\n".join(lines) + "\n", scenario, kept)
 
 
 def _with_names(values: Mapping[str, Any], recordings: list[_core.Recording]) -> dict[str, Any]:

@@ -45,11 +45,11 @@ pub(super) struct CheckArgs {
     json: bool,
 }
 
-/// Returns the verdict on the linear loop of a scenario, or the reason for having none. The check runs nothing, so it
-/// does not know the tissue of an FMU.
+/// The verdict on the linear loop of a scenario, or the reason for having none. Runs nothing, so it does not know the
+/// tissue of an FMU.
 fn verdict(scenario: &Scenario) -> Result<LoopVerdict, String> {
     let tissue = TissueRange::of_parameters(scenario)
-        .ok_or("only a run shows how stiff its tissue is; `trocar stability` runs it")?;
+        .ok_or("the stiffness of its tissue follows only from a run; `trocar stability` performs this run")?;
     let settings = LinearLoop::of(scenario, tissue).map_err(|error| error.to_string())?;
     LoopVerdict::with_loop(scenario, settings).map_err(|error| error.to_string())
 }

@@ -56,8 +56,8 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
     let seeds = args.seeds.map(|seeds| over_seeds(&args.output, &scenarios, seeds)).transpose()?;
     let comparison = Comparison::of(scenarios)?;
     let facts = if is_paper_pair { paper_facts(&comparison) } else { None };
-    let told = ComparisonReport { comparison: &comparison, facts: facts.as_deref(), seeds: seeds.as_ref() };
-    let (runs, folder, document) = (&comparison.runs, args.output.folder(), told.document());
+    let report = ComparisonReport { comparison: &comparison, facts: facts.as_deref(), seeds: seeds.as_ref() };
+    let (runs, folder, document) = (&comparison.runs, args.output.folder(), report.document());
     run::write_runs(&folder, runs)?;
     warnings.print(&comparison.warnings());
     let again = || {
@@ -72,7 +72,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
     warnings.finish()
 }
 
-/// Returns true if a setting names a file, which other machines may not have.
+/// True if a setting names a file, which other machines may not have.
 fn names_files(args: &CompareArgs) -> bool {
     args.changes
         .settings

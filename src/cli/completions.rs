@@ -37,13 +37,12 @@ fn scenarios() -> Vec<&'static str> {
     shipped_questions().map(|(path, _)| path.trim_end_matches(".toml")).collect()
 }
 
-/// Returns the keys for `--set`, each with the `=` that follows it.
+/// The keys for `--set`, each with the `=` that follows it.
 fn settings() -> Vec<String> {
     KEYS.iter().map(|key| format!("{}=", key.path)).collect()
 }
 
-/// Adds scenario names and keys as possible values, for the scripts only: the parser would refuse other files and
-/// values.
+/// Adds scenario names and keys as values, for the scripts only: the parser would refuse others.
 fn with_values(command: Command) -> Command {
     let add = |arg: Arg| {
         if expects_scenario(&arg) {
@@ -63,8 +62,7 @@ fn expects_scenario(arg: &Arg) -> bool {
     arg.is_positional() && names.iter().any(|name| name.split('|').any(|word| word == "SCENARIO"))
 }
 
-/// Replaces the lists of scenarios and keys by zsh functions. A list would exclude files and add a space after the
-/// `=`.
+/// Replaces the lists of scenarios and keys by zsh functions: a list would exclude files and add a space after the `=`.
 fn with_zsh_functions(script: &str) -> String {
     let (scenarios, settings) = (scenarios().join(" "), settings().join(" "));
     let functions = format!(
@@ -87,7 +85,7 @@ _trocar_settings() {{
         .replacen("_trocar() {", &format!("{functions}_trocar() {{"), 1)
 }
 
-/// Returns the fish completions of positional arguments, which clap leaves out.
+/// The fish completions of positional arguments, which clap leaves out.
 fn fish_scenarios() -> String {
     let command = Cli::command();
     let expects = |command: &Command| command.get_arguments().any(expects_scenario);

@@ -82,8 +82,8 @@ fn of_label(word: &str) -> Option<String> {
     let scope = scope.trim_end_matches(|c: char| c.is_ascii_digit() || c == ' ');
     let is_meant = |metric: &&Declaration| {
         let full = metric.full_label(1).to_lowercase();
-        let own = full.split_once(": ").map_or("", |(own, _)| own.trim_end_matches(" 1"));
-        metric.label.to_lowercase() == label && (scope.is_empty() || scope == own) || full == word
+        let name = full.split_once(": ").map_or("", |(scope, _)| scope.trim_end_matches(" 1"));
+        metric.label.to_lowercase() == label && (scope.is_empty() || scope == name) || full == word
     };
     let all: Vec<String> = declarations().filter(is_meant).map(of_metric).collect();
     (!all.is_empty()).then(|| all.join("\n"))
@@ -92,8 +92,8 @@ fn of_label(word: &str) -> Option<String> {
 fn of_section(word: &str) -> Option<String> {
     let word = word.trim().trim_start_matches('[').trim_end_matches(']');
     let (name, about) = SECTIONS.iter().find(|(name, _)| *name == word)?;
-    let is_own = |key: &&Key| key.path.rsplit_once('.').is_some_and(|(section, _)| section == *name);
-    let keys = KEYS.iter().filter(is_own).map(|key| format!("\n{}\n{}", key.path, paragraph(key.meaning)));
+    let in_section = |key: &&Key| key.path.rsplit_once('.').is_some_and(|(section, _)| section == *name);
+    let keys = KEYS.iter().filter(in_section).map(|key| format!("\n{}\n{}", key.path, paragraph(key.meaning)));
     Some(format!("[{name}]\n{}{}", paragraph(about), keys.collect::<String>()))
 }
 

@@ -15,7 +15,7 @@ const EXAMPLES: &str = "\
 Examples:
   trocar explore                                the shipped insertion
   trocar explore layers/skin-augmented          insertion through the skin
-  trocar explore my.toml --port 8000 --no-open  your own scenario";
+  trocar explore my.toml --port 8000 --no-open  your scenario";
 
 /// Explore a scenario in the browser.
 #[derive(Debug, Args)]

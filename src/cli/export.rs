@@ -22,7 +22,7 @@ Examples:
   trocar export fmu layers/skin-augmented --tissue
       its tissue alone: the needle's position and velocity in, the force out
 
-The unit contains a library, which `cargo build --release` makes beside trocar.";
+The unit contains a library, which `cargo build --release` builds next to trocar.";
 
 /// The licences, one of which a user may choose.
 const LICENCES: [(&str, &str); 2] =
@@ -93,7 +93,6 @@ pub(super) fn run(args: &ExportArgs) -> Result<(), CliError> {
     terminal::print(&format!("{}: {what}, FMI {}.0, {count} files\n", out.display(), args.fmi))
 }
 
-/// Reads the FMU library: the given file, or the file in the folder of this program.
 fn library(given: Option<&Path>) -> Result<Vec<u8>, CliError> {
     use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
     let beside = || {
@@ -104,7 +103,6 @@ fn library(given: Option<&Path>) -> Result<Vec<u8>, CliError> {
     std::fs::read(&path).map_err(|source| CliError::NoLibrary { path: path.display().to_string(), source })
 }
 
-/// Packs the files of an FMU into a ZIP container.
 fn packed(unit: &Unit) -> Result<Vec<u8>, std::io::Error> {
     let mut container = ZipWriter::new(Cursor::new(vec![]));
     for (path, content) in &unit.files {

@@ -23,13 +23,12 @@ fn parser() -> impl TypedValueParser<Value = FigureFormat> {
         .try_map(move |word| of(word).ok_or("no format"))
 }
 
-/// Returns the file name of a figure in the format that is easiest to view; `None` if no figures are written.
+/// File name of a figure in the format that is easiest to view; `None` without figures.
 pub(super) fn file_name(style: &FigureStyle, name: &str) -> Option<String> {
     let format = FigureFormat::ALL.into_iter().find(|format| style.formats.contains(format))?;
     Some(format!("{name}.{format}"))
 }
 
-/// Lists the files of figures; empty without figures.
 pub(super) fn lines(names: &[String]) -> String {
     if names.is_empty() { String::new() } else { wrapped(&format!("figures: {}\n", names.join(", ")), 2) }
 }

@@ -29,7 +29,6 @@ impl Finish<'_> {
         if self.output.json { terminal::print(&to_json(&document.json)) } else { self.print(document) }
     }
 
-    /// Prints the text of a document and the folder of its files, unless the command is quiet.
     pub(super) fn print(&self, document: &Document<'_>) -> Result<(), CliError> {
         let Self { output, folder, all, report } = self;
         if output.quiet {

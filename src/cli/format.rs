@@ -30,13 +30,11 @@ impl FormatArgs {
         &self.format
     }
 
-    /// Returns these formats after CSV.
     pub(super) fn with_csv(&self) -> Self {
         let others = self.format.iter().copied().filter(|format| *format != ColumnFormat::Csv);
         Self { format: std::iter::once(ColumnFormat::Csv).chain(others).collect() }
     }
 
-    /// Returns the flag, unless it is the default.
     pub(super) fn flags(&self) -> Vec<String> {
         if self.format == [ColumnFormat::Csv] {
             return vec![];

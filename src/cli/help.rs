@@ -5,7 +5,6 @@ use clap::Command;
 /// The commands of the second group.
 const FILES_AND_SETUP: [&str; 5] = ["init", "schema", "record", "completions", "man"];
 
-/// Sets a help template with the commands in groups, each in the order of declaration.
 pub(super) fn grouped(command: Command) -> Command {
     let is_setup = |inner: &Command| FILES_AND_SETUP.contains(&inner.get_name());
     let main = list(command.clone().disable_help_subcommand(true), |inner| !is_setup(inner));
@@ -19,7 +18,6 @@ pub(super) fn grouped(command: Command) -> Command {
     ))
 }
 
-/// Returns clap's help lines for the commands to be kept.
 fn list(command: Command, is_kept: impl Fn(&Command) -> bool) -> String {
     let hide = |inner: Command| {
         let is_hidden = !is_kept(&inner);

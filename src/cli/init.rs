@@ -12,7 +12,7 @@ use trocar_scenario::Starter;
 const EXAMPLES: &str = "\
 Examples:
   trocar init my.toml && trocar run my.toml
-  trocar init mine.toml --replay    a recording, to be replaced by your own";
+  trocar init mine.toml --replay    a replay; replace the recording by yours";
 
 /// Write a commented starter scenario.
 #[derive(Debug, Args)]

@@ -1,4 +1,4 @@
-//! Handles Ctrl-C: the first one stops the work and keeps its results, the second one ends the process at once.
+//! Handles Ctrl-C: the first one stops the work and keeps its results, the second one ends the process.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -7,10 +7,7 @@ static STOP: AtomicBool = AtomicBool::new(false);
 /// Exit code of an interrupted command: 128 plus the number of the signal.
 pub(super) const EXIT_CODE: u8 = 130;
 
-/// Calls `stop` at the first Ctrl-C, SIGTERM or SIGHUP. A second one ends the process at once.
-///
-/// # Errors
-/// If the handler cannot be installed. Ctrl-C then ends the process at once.
+/// Calls `stop` at the first Ctrl-C, SIGTERM or SIGHUP; a second one ends the process.
 pub(super) fn on_first(stop: impl Fn() + Send + 'static) -> Result<(), ctrlc::Error> {
     let is_second = AtomicBool::new(false);
     ctrlc::set_handler(move || {
@@ -21,7 +18,7 @@ pub(super) fn on_first(stop: impl Fn() + Send + 'static) -> Result<(), ctrlc::Er
     })
 }
 
-/// Returns a flag that the first Ctrl-C sets. If the handler cannot be installed, Ctrl-C ends the process at once.
+/// A flag that the first Ctrl-C sets. Without a handler, Ctrl-C ends the process at once.
 pub(super) fn stop_flag() -> &'static AtomicBool {
     let _ = on_first(|| STOP.store(true, Ordering::Relaxed));
     &STOP

@@ -28,7 +28,6 @@ pub(super) fn run(args: &ManArgs) -> Result<(), CliError> {
     terminal::print(&format!("manual pages: {}\n", out.display()))
 }
 
-/// Writes the pages of a command and its subcommands, such as `trocar-sweep.1` and `trocar-sweep-merge.1`.
 fn write_pages(folder: &Folder, name: &str, command: clap::Command) -> Result<(), CliError> {
     for inner in command.get_subcommands().filter(|inner| inner.get_name() != "help") {
         write_pages(folder, &format!("{name}-{}", inner.get_name()), inner.clone())?;

@@ -59,7 +59,7 @@ struct Cli {
 const EXAMPLES: &str = "\
 Examples:
   trocar compare                             classical and augmented
-  trocar init my.toml && trocar run my.toml  your own scenario
+  trocar init my.toml && trocar run my.toml  your scenario
   trocar run layers/skin-augmented --set augmentation.reengage=snap
   trocar explore                             interactive, in the browser
   trocar detect force.csv --time t_s --position x_mm:1e-3 --force f_n
@@ -194,13 +194,10 @@ enum Command {
     Man(manual::ManArgs),
 }
 
-/// The help of `--out` with one folder per recording.
 const OUT_PER_RECORDING: &str = "Folder for the files; it contains one folder per recording";
 
-/// The help of `--out` for sweeps.
 const OUT_PER_SWEEP: &str = "Folder for the files; it contains one folder per sweep";
 
-/// The help of `--set` for commands with one scenario or none.
 const SET_ONE: &str = "Override a key, as in --set scaling.force=2 (repeatable; the last value applies)";
 
 /// Options for files and printed output.
@@ -244,7 +241,6 @@ struct ScenarioArgs {
 }
 
 impl ScenarioArgs {
-    /// Loads all scenarios before any of them runs.
     fn load(&self, paths: &[String]) -> Result<Vec<Scenario>, CliError> {
         let sources: Vec<Source> = paths.iter().map(|path| Source::parse(path)).collect();
         let named = |(loaded, path): (Result<Scenario, ScenarioError>, &String)| {

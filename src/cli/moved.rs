@@ -20,7 +20,6 @@ pub(super) struct MovedCompare {
 }
 
 impl MovedCompare {
-    /// Returns an error that names the new flag if a removed flag is given.
     pub(super) fn check(&self) -> Result<(), CliError> {
         let moved = [
             (self.paper, "--paper", "trocar paper"),

@@ -2,17 +2,14 @@
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// Returns a bar for many short items, with rate and remaining time.
 pub(super) fn rated_bar(items: usize, quiet: bool) -> ProgressBar {
     styled(items, quiet, "{msg} [{bar:30}] {pos}/{len} {per_sec} {eta} left")
 }
 
-/// Returns a bar for scenarios, hidden if `quiet` or for a single scenario.
 pub(super) fn bar(scenarios: usize, quiet: bool) -> ProgressBar {
     styled(scenarios, quiet, "{msg} [{bar:30}] {pos}/{len} {eta}")
 }
 
-/// Returns a counter of items whose total is unknown.
 pub(super) fn counter(quiet: bool) -> ProgressBar {
     if quiet {
         return ProgressBar::hidden();

@@ -32,7 +32,6 @@ pub(super) struct ColumnArgs {
     force: Option<Column>,
 }
 
-/// The flags of a command that concern its recordings.
 pub(super) struct RecordedFlags<'a> {
     pub(super) columns: &'a ColumnArgs,
     pub(super) contact_m: Option<f64>,
@@ -41,13 +40,12 @@ pub(super) struct RecordedFlags<'a> {
 }
 
 impl RecordedFlags<'_> {
-    /// Returns the warnings about keys of `--set` that have no effect on a recording.
     pub(super) fn unread(&self, values: &Values, reader: Reader) -> Vec<Warning> {
         keys_without_effect(values, &self.changes.settings, reader)
     }
 
-    /// Returns the flags as settings, with the path of the recording if given. Flags override `tuning`, and `--set`
-    /// comes last and overrides both.
+    /// The flags as settings, with the path of the recording if given. Flags override `tuning`, and `--set` overrides
+    /// both.
     pub(super) fn settings(&self, recording: Option<&str>, tuning: &[String]) -> Vec<String> {
         let mut settings: Vec<String> = recording.and_then(file_setting).into_iter().collect();
         settings.extend(tuning.iter().cloned());
@@ -102,17 +100,15 @@ impl ColumnArgs {
     }
 }
 
-/// Returns true if an argument names a scenario instead of a recording.
 pub(super) fn is_scenario(given: &str) -> bool {
     Source::parse(given).display().ends_with(".toml")
 }
 
-/// Returns the setting `recording.file`, or `None` for a scenario, which names its own recording.
+/// The setting `recording.file`, or `None` for a scenario, which names its own recording.
 pub(super) fn file_setting(given: &str) -> Option<String> {
     (!is_scenario(given)).then(|| format!("recording.file={}", quoted(given)))
 }
 
-/// Loads a scenario file, or makes the values of a recording from settings that name it.
 pub(super) fn load(given: &str, settings: &[String]) -> Result<Values, ScenarioError> {
     let source = Source::parse(given);
     if is_scenario(given) {
@@ -122,8 +118,8 @@ pub(super) fn load(given: &str, settings: &[String]) -> Result<Values, ScenarioE
     }
 }
 
-/// Loads like [`load`], and guesses the columns from the names and units of the signals. It guesses only if no flag
-/// or key sets the columns, the file has no default column and the guess is unique; then it returns a warning.
+/// Like [`load`], but guesses the columns, with a warning, if no flag or key sets them, the file has no default column,
+/// and the guess is unique.
 pub(super) fn load_guessed(
     given: &str,
     flags: &RecordedFlags<'_>,
@@ -137,7 +133,6 @@ pub(super) fn load_guessed(
     Ok((load(given, &guessed)?, Some(warning)))
 }
 
-/// Guesses the columns of a file from the names and units of its signals; `None` if the guess is not unique.
 fn guess(given: &str, values: &Values) -> Option<(ColumnArgs, Warning)> {
     let path = std::path::Path::new(given);
     let sections = ["recording.columns", "recording.scale"];
@@ -149,12 +144,12 @@ fn guess(given: &str, values: &Values) -> Option<(ColumnArgs, Warning)> {
     }
     let defaults = ["time_s", "position_m", "force_n"];
     let names = signal_names(path, &Limits::default()).ok()?;
-    let has = |name: &&str| names.iter().any(|own| own.trim_start_matches('/') == *name);
+    let has = |name: &&str| names.iter().any(|column| column.trim_start_matches('/') == *name);
     if defaults.iter().any(has) {
         return None;
     }
     let listed = list_signals(path, &Limits::default()).ok().filter(|signals| Roles::of(signals).are_unique());
-    // If a sample is invalid, use the names alone, so that reading the file reports the invalid sample.
+    // If a sample is invalid, use the names alone; reading the file then reports it.
     let signals = listed.unwrap_or_else(|| signals_by_name(&names));
     let roles = Roles::of(&signals);
     if !roles.are_unique() {
@@ -172,13 +167,12 @@ fn guess(given: &str, values: &Values) -> Option<(ColumnArgs, Warning)> {
     Some((columns, Warning::new(Code::GuessedColumns, message).at("--time, --position, --force").remedy(remedy)))
 }
 
-/// Removes the place of an error. Without a scenario file, the place is a flag, which the message names.
+/// Removes the place of an error: without a scenario file, it is a flag, which the message names.
 pub(super) fn of_flags(mut error: ScenarioError) -> ScenarioError {
     error.place = None;
     error
 }
 
-/// Returns a function that keeps the place of an error for a scenario file and removes it otherwise.
 pub(super) fn placed(given: &str) -> impl Fn(ScenarioError) -> ScenarioError {
     let is_scenario = is_scenario(given);
     move |error| if is_scenario { error } else { of_flags(error) }

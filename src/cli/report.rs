@@ -9,8 +9,7 @@ use trocar_studies::run::Run;
 
 pub(super) const FILE: &str = "report.html";
 
-/// Returns the path that a report shows. An absolute path becomes its file name, so that a report reveals no path of
-/// this machine.
+/// The path that a report shows: an absolute path becomes its file name, which reveals no path of this machine.
 pub(super) fn shown(path: &str) -> String {
     let parsed = std::path::Path::new(path);
     match parsed.file_name() {
@@ -27,7 +26,7 @@ pub(super) fn print_path(folder: &Folder) -> Result<(), CliError> {
     terminal::print(&format!("report: {}\n", folder.path.join(FILE).display()))
 }
 
-/// Returns the instructions to repeat a command with the scenarios of its runs, as files under their names, and
+/// The instructions to repeat a command with the scenarios of its runs, as files under their names, and
 /// further flags.
 pub(super) fn again(command: &'static str, runs: &[Run], flags: impl IntoIterator<Item = String>) -> Again {
     let files: Vec<_> = runs.iter().map(|run| (format!("{}.toml", run.scenario.name), run.scenario.echo())).collect();

@@ -121,7 +121,6 @@ pub(super) fn run(args: &RocArgs) -> Result<(), CliError> {
     warnings.finish()
 }
 
-/// Loads all requested signals before any of them is evaluated.
 fn signals(args: &RocArgs, warnings: &Warnings) -> Result<Vec<Signal>, CliError> {
     let kinds: Vec<DistanceKind> = DistanceKind::ALL
         .into_iter()
@@ -155,14 +154,13 @@ fn signals(args: &RocArgs, warnings: &Warnings) -> Result<Vec<Signal>, CliError>
     for drop_n in optional(&args.drop_n) {
         for fall_s in optional(&args.sharpness_s) {
             for depth_m in optional(&args.depth_m) {
-                signals.push(Signal::made(&spec, InVivoLikeVariant { drop_n, fall_s, depth_m }, &kinds)?);
+                signals.push(Signal::synthetic(&spec, InVivoLikeVariant { drop_n, fall_s, depth_m }, &kinds)?);
             }
         }
     }
     Ok(signals)
 }
 
-/// Returns the recording of a file, or its closed loop if it has no recording.
 fn signal(
     path: &str,
     flags: &RecordedFlags<'_>,
@@ -179,7 +177,6 @@ fn signal(
     Ok(Signal::recorded(values.name().to_owned(), &spec, kinds)?)
 }
 
-/// Wraps the values of a list; an empty list becomes a single `None`.
 fn optional(list: &[f64]) -> Vec<Option<f64>> {
     if list.is_empty() { vec![None] } else { list.iter().copied().map(Some).collect() }
 }

@@ -62,12 +62,10 @@ pub(super) fn run(args: &ScenariosArgs) -> Result<(), CliError> {
     }
 }
 
-/// Splits a path into the folder and the name of a shipped scenario.
 fn parts(path: &str) -> (&str, &str) {
     path.trim_end_matches(".toml").split_once('/').unwrap_or(("", path))
 }
 
-/// Lists the scenarios with their questions, by folder.
 fn list() -> String {
     let widest = shipped_questions().map(|(path, _)| parts(path).1.len()).max().unwrap_or(0);
     let mut text = String::new();

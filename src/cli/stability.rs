@@ -89,7 +89,6 @@ pub(super) struct StabilityArgs {
 }
 
 impl StabilityArgs {
-    /// Returns the changes of the scenario, including the settings that other flags stand for.
     fn changes(&self) -> ScenarioArgs {
         let of_arms = |count: u64| ["population.arm=people".to_owned(), format!("population.size={count}")];
         let settings = self.changes.settings.iter().cloned().chain(self.arms.into_iter().flat_map(of_arms));
@@ -181,13 +180,11 @@ fn command(args: &StabilityArgs, name: &str) -> String {
     command_line(words.into_iter().chain(["--report".to_owned()]))
 }
 
-/// Parses the damping of walls, `LOW:HIGH:COUNT`, in N·s/m.
 fn walls(text: &str) -> Result<Axis, CliError> {
     let axis = format!("{}={text}", Parameter::Damping.key());
     Axis::parse(&axis).map_err(|reason| CliError::Axis { axis: text.to_owned(), reason })
 }
 
-/// Parses a range of dampings, `LOW:HIGH`, in N·s/m.
 fn dampings(text: &str, max: f64) -> Result<(f64, f64), CliError> {
     let numbers =
         text.split_once(':').and_then(|(low, high)| Some((low.trim().parse().ok()?, high.trim().parse().ok()?)));
@@ -199,7 +196,6 @@ fn dampings(text: &str, max: f64) -> Result<(f64, f64), CliError> {
     })
 }
 
-/// Parses a range of stiffnesses, `LOW:HIGH`, in N/m.
 fn tissue(text: &str) -> Result<(f64, f64), CliError> {
     let numbers =
         text.split_once(':').and_then(|(low, high)| Some((low.trim().parse().ok()?, high.trim().parse().ok()?)));

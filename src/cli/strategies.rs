@@ -88,8 +88,8 @@ fn schemes(args: &StrategiesArgs, source: &Source) -> Result<(), CliError> {
     let scenarios: Vec<Scenario> = runs.iter().map(|run| run.scenario.clone()).collect();
     warnings.print(&seeds_without_effect(&scenarios, args.seeds.unwrap_or(1)));
     let seeds = args.seeds.map(|seeds| over_seeds(&args.output, &scenarios, seeds)).transpose()?;
-    let told = SchemeReport { study: &study, seeds: seeds.as_ref() };
-    let document = told.document();
+    let report = SchemeReport { study: &study, seeds: seeds.as_ref() };
+    let document = report.document();
     warnings.print(&study.comparison.warnings());
     let folder = args.output.folder();
     run::write_runs(&folder, runs)?;

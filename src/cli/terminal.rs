@@ -15,7 +15,7 @@ pub(super) fn print(text: &str) -> Result<(), CliError> {
     }
 }
 
-/// Draws a figure in dots if standard output is a terminal. The colours depend on `NO_COLOR` and on the terminal.
+/// Draws a figure in dots if standard output is a terminal, with colours by `NO_COLOR` and the terminal.
 pub(super) fn draw(figure: Option<&Figure<'_>>) -> Result<(), CliError> {
     let Some(figure) = figure.filter(|_| std::io::stdout().is_terminal()) else { return Ok(()) };
     match writeln!(anstream::stdout().lock(), "{}", sketch(figure)) {

@@ -124,22 +124,23 @@ fn invalid_input_ends_with_2_a_failure_with_1_and_an_interruption_with_130() {
 
 #[test]
 fn an_error_states_the_number_and_the_remedy() {
-    let told = |error: CliError| error.to_string();
+    let message = |error: CliError| error.to_string();
     let same = |first: &str, second: &str| {
-        told(CliError::SameName { name: "a".into(), first: first.into(), second: second.into() })
+        message(CliError::SameName { name: "a".into(), first: first.into(), second: second.into() })
     };
     assert!(same("x.toml", "x.toml").ends_with("x.toml is given twice; remove one"));
     assert!(same("x.toml", "y.toml").contains("x.toml and y.toml; change the name"));
-    assert_eq!(told(CliError::Interrupted { kept: None }), "interrupted: nothing was written");
-    assert_eq!(told(CliError::Interrupted { kept: Some("3 cases".into()) }), "interrupted: 3 cases");
-    assert!(told(CliError::Warnings { count: 1 }).starts_with("1 warning, "));
-    assert!(told(CliError::Warnings { count: 2 }).starts_with("2 warnings, "));
+    assert_eq!(message(CliError::Interrupted { kept: None }), "interrupted: nothing was written");
+    assert_eq!(message(CliError::Interrupted { kept: Some("3 cases".into()) }), "interrupted: 3 cases");
+    assert!(message(CliError::Warnings { count: 1 }).starts_with("1 warning, "));
+    assert!(message(CliError::Warnings { count: 2 }).starts_with("2 warnings, "));
     let unknown =
-        |nearest: Option<&str>| told(CliError::Unknown { word: "x".into(), nearest: nearest.map(str::to_owned) });
+        |nearest: Option<&str>| message(CliError::Unknown { word: "x".into(), nearest: nearest.map(str::to_owned) });
     assert!(unknown(Some("y")).ends_with("; did you mean y?") && !unknown(None).contains("mean"));
-    assert!(told(CliError::NoCase { case: 9, cases: 3 }).contains("no case 9: it has 3 cases"));
+    assert!(message(CliError::NoCase { case: 9, cases: 3 }).contains("no case 9: it has 3 cases"));
     assert!(
-        told(CliError::LongSweep { cases: 12, about: "2 h".into() }).starts_with("12 cases take about 2 h; add --yes")
+        message(CliError::LongSweep { cases: 12, about: "2 h".into() })
+            .starts_with("12 cases take about 2 h; add --yes")
     );
 }
 

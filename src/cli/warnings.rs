@@ -8,7 +8,6 @@ use super::error::CliError;
 use trocar_base::warning::Warning;
 use trocar_report::{WIDTH, filled};
 
-/// Prints the warnings of a command and counts them.
 pub(super) struct Warnings {
     is_quiet: bool,
     are_errors: bool,
@@ -31,9 +30,6 @@ impl Warnings {
     }
 
     /// Ends the command.
-    ///
-    /// # Errors
-    /// [`CliError::Warnings`] if warnings are errors and there were some.
     pub(super) fn finish(&self) -> Result<(), CliError> {
         match self.count.get() {
             count if self.are_errors && count > 0 => Err(CliError::Warnings { count }),
@@ -42,7 +38,6 @@ impl Warnings {
     }
 }
 
-/// Returns a warning as lines that fit the terminal.
 pub(super) fn text(warning: &Warning) -> String {
     let style = emphasis();
     let head = format!("warning[{}]: {warning}", warning.code.word());

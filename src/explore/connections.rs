@@ -1,8 +1,7 @@
 //! Accepts a limited number of connections, each for a limited time.
 //!
-//! A connection carries one request and is then closed, unless it becomes the WebSocket of a page; those have a
-//! separate limit. Beyond the maximum number of connections the oldest one is closed, so that idle connections cannot
-//! block new ones.
+//! A connection carries one request and is then closed, unless it becomes a page's WebSocket; those have a separate
+//! limit. Beyond the maximum number of connections the oldest is closed, so idle connections cannot block new ones.
 
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -62,7 +61,7 @@ pub(super) fn text(status: u16, media: &'static str, body: &'static str) -> Resp
     response
 }
 
-/// Headers of every response: allow only the page's own files, no frames and no caching, and close the connection.
+/// Headers of every response: only the page's own files, no frames, no caching, and the connection closes.
 const HEADERS: &[(&str, &str)] = &[
     (
         "content-security-policy",
@@ -78,12 +77,10 @@ const HEADERS: &[(&str, &str)] = &[
     ("x-frame-options", "DENY"),
 ];
 
-/// Returns the `Host` of a request, or an empty text.
 pub(super) fn host<T>(request: &Request<T>) -> &str {
     header(request, "host").unwrap_or_default()
 }
 
-/// Returns a header of a request, or `None` if it is missing or not text.
 pub(super) fn header<'a, T>(request: &'a Request<T>, name: &str) -> Option<&'a str> {
     request.headers().get(name).and_then(|value| value.to_str().ok())
 }

@@ -8,7 +8,6 @@ use super::state::{Catalogue, Entry, SCHEME, State, StateError};
 use trocar_scenario::{KEYS, KeyAt, Kind, unit_of};
 use trocar_stability::Parameter;
 
-/// Returns the first message to a page: scenarios, keys, and the parameters of a map.
 pub(super) fn greeting(catalogue: &Catalogue, first: &str) -> ServerMessage {
     let scenarios: Vec<Entry> = catalogue.entries().collect();
     let axes: Vec<Json> =
@@ -46,7 +45,7 @@ fn description(key: &KeyAt) -> Json {
     json!({ "path": key.path, "name": name, "unit": unit_of(&key.path), "kind": kind, "meaning": key.meaning, "acts": acts })
 }
 
-/// Returns the name of a key in words, without its unit: `skin: rupture force`.
+/// The name of a key in words, without its unit: `skin: rupture force`.
 fn plain_name(path: &str) -> String {
     let (section, name) = path.rsplit_once('.').unwrap_or(("", path));
     let units = ["n", "n2", "j", "hz", "m", "s", "kg", "m2", "s2", "per"];
@@ -58,10 +57,6 @@ fn plain_name(path: &str) -> String {
     if section.is_empty() { words.join(" ") } else { format!("{section}: {}", words.join(" ")) }
 }
 
-/// Returns the values of a scenario's keys, and the keys of its layers.
-///
-/// # Errors
-/// [`StateError`].
 pub(super) fn values(id: u32, scenario: &str, maker: &mut PairMaker) -> Result<ServerMessage, StateError> {
     let state = State { scenario: scenario.to_owned(), ..State::default() };
     let written = maker.written(&state, true)?;

@@ -1,7 +1,7 @@
 //! The page of a link: its pointer moves the operator's hand, and it shows the signals known to the master's side.
 //!
-//! The link runs on its own thread. Its ticks and the page share only the [`Hand`] and the rows of the last
-//! [`FRAME`], so that a slow page delays no tick.
+//! The link runs on its own thread. Its ticks and the page share only the [`Hand`] and the rows of the last [`FRAME`],
+//! so a slow page delays no tick.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -66,7 +66,7 @@ pub struct Field {
 }
 
 impl Field {
-    /// Returns the field of a scenario. Its range is the travel of the scenario's operator and a little more.
+    /// The field of a scenario. Its range is the travel of the scenario's operator and a little more.
     #[must_use]
     pub fn new(scenario: &Scenario) -> Self {
         let range_m = range_m(scenario);
@@ -102,13 +102,12 @@ impl Field {
         outcome.is_ok_and(|(waiting, _)| waiting.leader.is_some())
     }
 
-    /// Returns true if the operator has ended the link or left the page.
+    /// True if the operator has ended the link or left the page.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// Adds a row, and its event if there is one.
     pub(crate) fn add(&self, row: Row, event: Option<(f64, &'static str)>, tissue: &DrawnTissue) {
         let mut waiting = self.waiting();
         if waiting.rows.len() < MAX_ROWS {
@@ -130,14 +129,13 @@ impl Field {
         let _ = self.changed.wait_timeout_while(waiting, LAST_MESSAGE, is_due);
     }
 
-    /// Handles a request of a page and returns the answer. If the page leads, `leads` is the id of the request that
-    /// began.
+    /// Handles a request and returns the answer. If the page leads, `leads` is the id of its first request.
     fn take(&self, request: &Request, leads: &mut Option<u32>) -> Option<ServerMessage> {
         match *request {
             Request::Push { id } => {
                 let mut waiting = self.waiting();
                 if waiting.leader.is_some() {
-                    let reason = "this link has a hand already: it runs once, led by one page";
+                    let reason = "another page already controls this link";
                     return Some(ServerMessage::refused(id, &reason));
                 }
                 (waiting.leader, *leads) = (Some(id), Some(id));
@@ -153,7 +151,6 @@ impl Field {
         None
     }
 
-    /// Returns the next message for the leading page, and true with the last message.
     fn next(&self, id: u32) -> Option<(ServerMessage, bool)> {
         let mut waiting = self.waiting();
         let waiting = &mut *waiting;
@@ -174,7 +171,7 @@ impl Field {
     }
 }
 
-/// Serves a page until it closes, violates a limit, or stops reading. If the page leads, the link ends with it.
+/// Serves a page until it closes, violates a limit, or stops reading; the link of a leading page ends with it.
 pub(super) async fn serve(mut socket: WebSocket, field: Arc<Field>, _permit: OwnedSemaphorePermit) {
     let mut leads = None;
     converse(&mut socket, &field, &mut leads).await;

@@ -26,11 +26,10 @@ use trocar_studies::animation::animation;
 use trocar_studies::compare::{NoiseCheck, rows, verdict_of_schemes};
 use trocar_studies::run::Run;
 
-/// Displayed time before and after the first rupture, in s.
 const BEFORE_S: f64 = 0.3;
 const AFTER_S: f64 = 1.5;
 
-/// The JSON part of a frame. It is serialised directly, because a JSON tree in between would copy everything.
+/// The JSON part of a frame, serialised directly: a JSON tree in between would copy everything.
 #[derive(Serialize)]
 struct Shown {
     #[serde(rename = "type")]
@@ -45,10 +44,7 @@ struct Shown {
     server_ms: f64,
 }
 
-/// Returns the frame of a pair, with the noise checks if they are available.
-///
-/// # Errors
-/// [`StateError::Figure`].
+/// The frame of a pair, with the noise checks if they are available.
 pub(super) fn frame(pair: &Pair, noise: &[NoiseCheck], show: &Show, began: Instant) -> Result<Vec<u8>, StateError> {
     let [classical, augmented] = &pair.runs;
     let grid = classical.scenario.grid;
@@ -81,7 +77,7 @@ pub(super) fn signals<'a>(runs: &'a [Run; 2], ticks: &Range<usize>) -> Result<Fi
     figures::signals(&views, window)
 }
 
-/// Returns the displayed time in s, limited to the run: the requested time, or the time around the first rupture.
+/// The displayed time in s, limited to the run: the requested time, or that around the first rupture.
 fn window_s(window: ShownTime, animation: Option<&Animation>, whole_s: (f64, f64)) -> (f64, f64) {
     match (window, animation) {
         (ShownTime::Between(from_s, to_s), _) => (from_s, to_s),
@@ -93,10 +89,6 @@ fn window_s(window: ShownTime, animation: Option<&Animation>, whole_s: (f64, f64
     }
 }
 
-/// Returns a file with the figure of one run of a pair (0 classical, 1 augmented).
-///
-/// # Errors
-/// [`StateError::Figure`].
 pub(super) fn picture(
     runs: &[Run; 2],
     which: usize,
@@ -134,7 +126,6 @@ fn description(run: &Run) -> Json {
     })
 }
 
-/// Returns the table of `compare`: one row per metric, with the change.
 pub(super) fn table(runs: &[Run; 2], noise: &[NoiseCheck]) -> Json {
     let metrics: Vec<_> = runs.iter().map(|run| &run.metrics).collect();
     let lines = rows(&metrics, noise).into_iter().map(|row| {

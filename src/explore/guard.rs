@@ -2,7 +2,7 @@
 //!
 //! A browser sends the site of the requesting page (`Origin`) and the host name of the request (`Host`). A page of
 //! another site has another origin; a page that uses DNS rebinding has another host. Therefore the host must be an IP
-//! address or `localhost`, with the port of the server, and the origin of a WebSocket must be the same host.
+//! address or `localhost`, with the port of the server, and a WebSocket's origin must be the same host.
 //!
 //! A server that other machines can reach also requires a token, which is part of the printed address.
 
@@ -21,10 +21,10 @@ impl Guard {
         Self { bound, token: None }
     }
 
-    /// Returns the same guard with a random token of 128 bits.
+    /// The same guard with a random token of 128 bits.
     ///
     /// # Errors
-    /// Returns an error if the system has no random numbers.
+    /// An error if the system has no random numbers.
     pub fn with_token(self) -> std::io::Result<Self> {
         let mut bytes = [0_u8; 16];
         getrandom::fill(&mut bytes).map_err(std::io::Error::other)?;
@@ -32,13 +32,13 @@ impl Guard {
         Ok(Self { token: Some(token), ..self })
     }
 
-    /// Returns the query with the token, `?token=…`; empty without a token.
+    /// The query with the token, `?token=…`; empty without a token.
     #[must_use]
     pub fn query(&self) -> String {
         self.token.as_ref().map_or(String::new(), |token| format!("?token={token}"))
     }
 
-    /// Returns true if no token is required, or if the query of a request contains it.
+    /// True if no token is required, or if the query of a request contains it.
     #[must_use]
     pub fn admits_query(&self, query: Option<&str>) -> bool {
         let Some(token) = &self.token else { return true };
@@ -46,7 +46,7 @@ impl Guard {
         query.is_some_and(|query| query.split('&').any(given))
     }
 
-    /// Returns true if the `Host` of a request is this server.
+    /// True if the `Host` of a request is this server.
     #[must_use]
     pub fn admits_host(&self, host: &str) -> bool {
         let (name, port) = match host.rsplit_once(':') {
@@ -72,7 +72,7 @@ impl Guard {
         }
     }
 
-    /// Returns true if a page of this server opens the WebSocket: its `Origin` equals its `Host`.
+    /// True if a page of this server opens the WebSocket: its `Origin` equals its `Host`.
     #[must_use]
     pub fn admits_origin(&self, origin: Option<&str>, host: &str) -> bool {
         let site = origin.and_then(|origin| origin.strip_prefix("http://"));
@@ -121,12 +121,12 @@ mod tests {
 
     #[test]
     fn the_origin_must_be_the_host() {
-        let own = guard("127.0.0.1:8417");
-        assert!(own.admits_origin(Some("http://127.0.0.1:8417"), "127.0.0.1:8417"));
+        let guard = guard("127.0.0.1:8417");
+        assert!(guard.admits_origin(Some("http://127.0.0.1:8417"), "127.0.0.1:8417"));
         for origin in ["https://127.0.0.1:8417", "http://localhost:8417", "http://evil.example", "null", ""] {
-            assert!(!own.admits_origin(Some(origin), "127.0.0.1:8417"), "{origin}");
+            assert!(!guard.admits_origin(Some(origin), "127.0.0.1:8417"), "{origin}");
         }
-        assert!(!own.admits_origin(None, "127.0.0.1:8417"));
-        assert!(!own.admits_origin(Some("http://evil.example:8417"), "evil.example:8417"));
+        assert!(!guard.admits_origin(None, "127.0.0.1:8417"));
+        assert!(!guard.admits_origin(Some("http://evil.example:8417"), "evil.example:8417"));
     }
 }

@@ -13,10 +13,6 @@ use trocar_studies::stability_check::{CheckError, LoopVerdict};
 /// Ratio between the ends of an axis and a value other than 0.
 const SPAN_RATIO: f64 = 12.0;
 
-/// Returns the stability map of a state.
-///
-/// # Errors
-/// [`StateError`].
 pub(super) fn mapped(request: &MapRequest, maker: &mut PairMaker) -> Result<ServerMessage, StateError> {
     let scenario = maker.unpaired(&request.state)?;
     let verdict = LoopVerdict::of(&scenario)?;
@@ -63,8 +59,7 @@ pub(super) fn mapped(request: &MapRequest, maker: &mut PairMaker) -> Result<Serv
     Ok(ServerMessage::json(&message))
 }
 
-/// Returns the caption of a parameter in the displayed unit, and the number of displayed units per SI unit: delays
-/// are in ms.
+/// The caption of a parameter in the displayed unit, and displayed units per SI unit (delays are in ms).
 fn shown_unit(parameter: Parameter) -> (String, f64) {
     let caption = parameter.caption();
     match parameter {
@@ -73,7 +68,6 @@ fn shown_unit(parameter: Parameter) -> (String, f64) {
     }
 }
 
-/// Returns the axis with a new range if the range is valid for it.
 fn with_range(axis: Axis, range: Option<(f64, f64)>) -> Axis {
     let (low, high) = range.unwrap_or((axis.low, axis.high));
     let is_valid = low < high.min(max_of(axis.parameter)) && low >= 0.0 && high.is_finite();
@@ -108,7 +102,7 @@ fn axis(parameter: Parameter, value: f64) -> Axis {
     Axis { parameter, low, high, count: MAP_POINTS, spacing }
 }
 
-/// Returns the upper limit of an axis. A long tick gives no loop, and each tick of delay adds a state.
+/// The upper limit of an axis: a long tick gives no loop, and each tick of delay adds a state.
 fn max_of(parameter: Parameter) -> f64 {
     match parameter {
         Parameter::Tick => 0.02,

@@ -25,8 +25,7 @@ impl Pair {
     }
 }
 
-/// Runs pairs of a catalogue's scenarios. Caches the last scenario with its recording, so that a change of a slider
-/// reads no file.
+/// Runs pairs of a catalogue's scenarios. Caches the last scenario with its recording, so a slider reads no file.
 #[derive(Debug)]
 pub struct PairMaker {
     catalogue: Catalogue,
@@ -48,7 +47,7 @@ impl PairMaker {
         Self { catalogue, cached: None }
     }
 
-    /// Returns the two scenarios of a state. Their [`Scenario::values`] are those of the first cached state.
+    /// The two scenarios of a state. Their [`Scenario::values`] are those of the first cached state.
     ///
     /// # Errors
     /// [`StateError`].
@@ -63,7 +62,7 @@ impl PairMaker {
         Ok([build(false)?, build(true)?])
     }
 
-    /// Returns a scenario of a state with its own values, to be written to a file.
+    /// A scenario of a state with its own values, to be written to a file.
     ///
     /// # Errors
     /// [`StateError`].
@@ -72,7 +71,7 @@ impl PairMaker {
         bounded(template.whole(&scheme(&values, enabled), seed)?)
     }
 
-    /// Returns the scenario of a state with the augmentation as its file sets it.
+    /// The scenario of a state with the augmentation as its file sets it.
     ///
     /// # Errors
     /// [`StateError`].
@@ -98,7 +97,6 @@ impl PairMaker {
         Ok(Pair { runs: [classical?, augmented?] })
     }
 
-    /// Returns the template for a state, the values of its open keys except the scheme's, and the seed.
     fn template(&mut self, state: &State) -> Result<(&Template, Vec<Value>, u64), StateError> {
         let source = self.catalogue.source(&state.scenario)?;
         let mut given = state.values()?;
@@ -123,7 +121,7 @@ impl PairMaker {
     }
 }
 
-/// Returns the values of the open keys; the first is the scheme's.
+/// The values of the open keys; the first is the scheme's.
 fn scheme(values: &[Value], enabled: bool) -> Vec<Value> {
     std::iter::once(Value::Flag(enabled)).chain(values.iter().cloned()).collect()
 }

@@ -99,12 +99,10 @@ impl ServerMessage {
         Self::Text(value.to_string())
     }
 
-    /// Returns the refusal of a request with one reason.
     pub(super) fn refused(id: u32, reason: &dyn std::fmt::Display) -> Self {
         Self::refused_for(id, reason, &[reason.to_string()])
     }
 
-    /// Returns the refusal of a request with all its reasons.
     pub(super) fn refused_for(id: u32, reason: &dyn std::fmt::Display, all: &[String]) -> Self {
         Self::json(&serde_json::json!({ "type": "refused", "id": id, "message": reason.to_string(), "all": all }))
     }

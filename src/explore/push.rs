@@ -1,7 +1,7 @@
 //! An insertion by hand: the pointer sets the desired position of the master, and the engine runs in real time.
 //!
-//! The engine is the same as in every other run. Its operator is a [`Hand`] that follows the pointer. Its observer
-//! waits for the time of each tick and sends the signals to the page 60 times per second.
+//! The engine is that of every other run. Its operator is a [`Hand`] that follows the pointer. Its observer waits for
+//! the time of each tick and sends the signals to the page 60 times per second.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -38,14 +38,13 @@ const MAX_LAG: Duration = Duration::from_millis(100);
 /// Maximum sleep between two checks of the stop flag, because a tick can be long.
 const MAX_SLEEP: Duration = Duration::from_millis(50);
 
-/// Additional range of the hand beyond the travel of the scenario's operator, as a fraction of that travel.
+/// Additional range of the hand, as a fraction of the travel of the scenario's operator.
 const EXTRA_TRAVEL: f64 = 0.15;
 
 /// Maximum duration of an insertion by hand, in s.
 const MAX_DURATION_S: f64 = 60.0;
 
-/// Time for which the hand rests at the end of a repeated insertion, in s. It covers the horizon of the reported
-/// advances.
+/// Time for which the hand rests at the end of a repeated insertion, in s: the horizon of the reported advances.
 const REST_S: f64 = HORIZON_S + 0.1;
 
 const RESULT_INTERVALS: usize = 1000;
@@ -59,9 +58,6 @@ pub(super) struct Push {
 
 impl Push {
     /// Starts an insertion by hand.
-    ///
-    /// # Errors
-    /// [`StateError`] for an invalid state, or if no thread can be started.
     pub(super) fn begin(
         id: u32,
         (state, augmented): (&State, bool),
@@ -97,7 +93,6 @@ impl Push {
         }
     }
 
-    /// Sets the desired position in m, clamped to the allowed range.
     pub(super) fn aim(&self, position_m: f64) {
         if position_m.is_finite() {
             self.hand.aim(position_m.clamp(self.range_m.0, self.range_m.1));
@@ -111,12 +106,10 @@ impl Drop for Push {
     }
 }
 
-/// The message that opens an insertion by hand: the data that a page draws before it begins.
 #[derive(Debug)]
 pub(super) struct Opening(serde_json::Value);
 
 impl Opening {
-    /// Returns the opening of a scenario with the range of the hand, in m.
     pub(super) fn new(scenario: &Scenario, augmented: bool, range_m: (f64, f64)) -> Self {
         let (grid, tissue) = (scenario.grid, DrawnTissue::of_scenario(scenario));
         let mut drawing = LiveDrawing::new(scenario, range_m);
@@ -135,7 +128,6 @@ impl Opening {
         }))
     }
 
-    /// Returns the message that answers the request `id`.
     pub(super) fn message(&self, id: u32) -> ServerMessage {
         let mut message = self.0.clone();
         message["id"] = id.into();
@@ -143,8 +135,8 @@ impl Opening {
     }
 }
 
-/// Returns a message with the rows and events since the last message, and the drawing of the last row. `tops_mm` are
-/// the tops of the layers; `torn` is true for each ruptured layer.
+/// A message with the rows and events since the last message, and the drawing of the last row. `tops_mm` are the tops
+/// of the layers; `torn` is true for ruptured layers.
 pub(super) fn moved(
     id: u32,
     (rows, events): (&[Row], &[(f64, &'static str)]),
@@ -161,11 +153,7 @@ pub(super) fn moved(
     }))
 }
 
-/// Repeats an insertion by hand with both schemes. `desired_m` has one desired position of the hand per tick, after
-/// which the hand rests.
-///
-/// # Errors
-/// [`RunError`].
+/// Repeats an insertion by hand with both schemes. `desired_m` has one position per tick, after which the hand rests.
 fn replayed(both: [Scenario; 2], desired_m: &[f64]) -> Result<[Run; 2], RunError> {
     let again = |mut scenario: Scenario, enabled: bool| {
         let tick_s = scenario.grid.tick_s();
@@ -183,7 +171,6 @@ fn replayed(both: [Scenario; 2], desired_m: &[f64]) -> Result<[Run; 2], RunError
     Ok([again(classical, false)?, again(augmented, true)?])
 }
 
-/// Returns the result of an insertion by hand: both runs, in the form in which the page shows a scenario.
 fn result(id: u32, runs: &[Run; 2]) -> Result<ServerMessage, FigureError> {
     let [classical, augmented] = runs;
     let length = classical.trace.len().max(augmented.trace.len());
@@ -200,8 +187,8 @@ fn result(id: u32, runs: &[Run; 2]) -> Result<ServerMessage, FigureError> {
     })))
 }
 
-/// Returns the scenario of a state for an insertion by hand. A recorded force becomes a function of depth, because
-/// the hand does not follow the recording.
+/// The scenario of a state for an insertion by hand. A recorded force becomes a function of depth, because the hand
+/// does not follow the recording.
 fn by_hand(state: &State, augmented: bool, maker: &mut PairMaker) -> Result<Scenario, StateError> {
     let mut state = state.clone();
     let plain = maker.written(&state, augmented)?;
@@ -218,14 +205,12 @@ fn by_hand(state: &State, augmented: bool, maker: &mut PairMaker) -> Result<Scen
     bounded(maker.written(&state, augmented)?)
 }
 
-/// Returns the range of the hand in m: from the first position of the scenario's operator to a little beyond the
-/// deepest one.
+/// Range of the hand in m: from the first position of the scenario's operator to a little beyond the deepest.
 pub(super) fn range_m(scenario: &Scenario) -> (f64, f64) {
     let (from_m, to_m) = travel(scenario);
     (from_m, to_m + EXTRA_TRAVEL * (to_m - from_m))
 }
 
-/// Returns the first and the deepest position of the scenario's operator, in m.
 fn travel(scenario: &Scenario) -> (f64, f64) {
     match &scenario.operator {
         OperatorSpec::Recording(positions) => {
@@ -237,7 +222,6 @@ fn travel(scenario: &Scenario) -> (f64, f64) {
     }
 }
 
-/// Waits for the time of each tick and sends the signals to the page.
 struct Pacer {
     id: u32,
     hand: Arc<Hand>,
@@ -247,7 +231,6 @@ struct Pacer {
     tick_s: f64,
     began: Instant,
     last_sent: Instant,
-    /// The rows since the last message, one per tick.
     rows: Vec<Row>,
     /// The desired positions of the hand in m, one per tick.
     desired_m: Vec<f64>,
@@ -317,7 +300,7 @@ impl Pacer {
                 self.rows.clear();
                 self.events.clear();
             }
-            // A slow page gets these rows with the next message; a page that is too slow is closed.
+            // A slow page gets these rows with the next message; one that is too slow is closed.
             Err(TrySendError::Full(_)) if self.rows.len() < 4096 => {}
             Err(_) => self.is_closed = true,
         }
@@ -371,10 +354,6 @@ impl Observer<f64> for Pacer {
     }
 }
 
-/// Describes the figure of the forces and positions of a run, without the signals, which a page adds.
-///
-/// # Errors
-/// [`FigureError`].
 fn teleoperation_axes(is_augmented: bool) -> Result<Json, FigureError> {
     let zero: &[f64] = &[0.0];
     let view = RunView {

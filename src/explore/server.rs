@@ -66,8 +66,7 @@ fn bind(address: SocketAddr) -> Result<(TcpListener, SocketAddr), ExploreError> 
     Ok((listener, bound))
 }
 
-/// Listens like [`TcpListener::bind`], with a longer backlog. A client that finds no room in the backlog tries again
-/// only after a second.
+/// Listens like [`TcpListener::bind`], with a longer backlog: a client without room there retries only after a second.
 fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
     let socket = if address.is_ipv4() { TcpSocket::new_v4()? } else { TcpSocket::new_v6()? };
     // On Windows this option has another meaning.
@@ -95,8 +94,8 @@ pub fn serve_field(field: Arc<Field>, port: u16) -> Result<SocketAddr, ExploreEr
     Ok(bound)
 }
 
-/// Serves the page until Ctrl-C or SIGTERM. Calls `ready` with the address of the server and the query of the page's
-/// address. The query contains a token if other machines can reach the server.
+/// Serves the page until Ctrl-C or SIGTERM. Calls `ready` with the server's address and the query of the page's
+/// address, which contains a token if other machines can reach the server.
 ///
 /// # Errors
 /// [`ExploreError`].
@@ -121,7 +120,6 @@ pub fn serve(options: Options, ready: impl FnOnce(SocketAddr, &str)) -> Result<(
     outcome
 }
 
-/// Installs handlers for Ctrl-C and SIGTERM. Returns a future that completes at either.
 fn stopped() -> std::io::Result<impl Future<Output = ()>> {
     #[cfg(unix)]
     {
@@ -161,11 +159,11 @@ async fn answer(state: Arc<ServerState>, request: Request<Body>) -> Response<Bod
     if path == "/link" {
         return link(&state, request).await;
     }
-    let own = match state.site {
+    let of_site = match state.site {
         Site::Explore(..) => &[],
         Site::Field(_) => FIELD_ASSETS,
     };
-    match own.iter().chain(ASSETS).find(|asset| asset.path == path) {
+    match of_site.iter().chain(ASSETS).find(|asset| asset.path == path) {
         Some(asset) => text(200, asset.media, asset.content),
         None => refusal(404, "Not found.\n"),
     }

@@ -52,7 +52,6 @@ impl Drop for Session {
     }
 }
 
-/// Serves a page until it closes, violates a limit, or stops reading.
 pub(super) async fn serve(mut socket: WebSocket, catalogue: Catalogue, first: String, permit: OwnedSemaphorePermit) {
     let (answers, mut answered) = mpsc::channel(MAX_ANSWERS);
     let permit = Arc::new(permit);
@@ -119,7 +118,6 @@ pub(super) async fn serve(mut socket: WebSocket, catalogue: Catalogue, first: St
 }
 
 impl Session {
-    /// Handles a request. Returns an immediate answer, if any.
     fn take(&mut self, request: Request) -> Option<ServerMessage> {
         match request {
             Request::Show(show) => self.mailbox.show(show),
@@ -164,7 +162,6 @@ pub(super) fn message(answer: ServerMessage) -> Message {
     }
 }
 
-/// Sends a message. Returns false if the page does not read it in time.
 pub(super) async fn sent(socket: &mut WebSocket, message: Message) -> bool {
     matches!(timeout(SEND_TIMEOUT, socket.send(message)).await, Ok(Ok(())))
 }

@@ -57,12 +57,12 @@ pub enum StateError {
     Message(serde_json::Error),
     #[error("cannot start the insertion: {0}")]
     Thread(std::io::Error),
-    #[error("no map over {0} and {1}: the axes must be two independent parameters")]
+    #[error("there is no map over {0} and {1}; choose two independent parameters")]
     Axes(String, String),
 }
 
 impl State {
-    /// Returns the changed keys with their validated values.
+    /// The changed keys with their validated values.
     ///
     /// # Errors
     /// [`StateError`].
@@ -86,7 +86,6 @@ impl State {
 }
 
 impl StateError {
-    /// Returns each reason as a text, without the places of keys, which have no file.
     pub(super) fn reasons(&self) -> Vec<String> {
         let one = |error: &ScenarioError| {
             let remedy = error.remedy.as_ref().map_or(String::new(), |remedy| format!("; {remedy}"));
@@ -126,7 +125,6 @@ fn accept(path: &str, value: &serde_json::Value) -> Result<(KeyAt, Value), State
     Ok((key, value))
 }
 
-/// Returns the scenario, or an error if its run is too long for a page.
 pub(super) fn bounded(scenario: Scenario) -> Result<Scenario, StateError> {
     let ticks = scenario.grid.ticks();
     if ticks > MAX_TICKS { Err(StateError::Ticks(ticks)) } else { Ok(scenario) }
@@ -163,26 +161,26 @@ fn group(name: &str) -> &'static str {
 /// The scenarios of a page: the user's scenario, if any, and the shipped scenarios.
 #[derive(Debug, Clone)]
 pub struct Catalogue {
-    own: Option<(String, Source)>,
+    given: Option<(String, Source)>,
 }
 
 impl Catalogue {
-    /// Returns the catalogue. The scenario of the command line, if any, is the first.
+    /// The catalogue. The scenario of the command line, if any, is the first.
     #[must_use]
-    pub fn new(own: Option<&str>) -> Self {
-        let own = own.map(Source::parse).filter(|source| !matches!(source, Source::Builtin(_)));
-        Self { own: own.map(|source| (source.display(), source)) }
+    pub fn new(given: Option<&str>) -> Self {
+        let source = given.map(Source::parse).filter(|source| !matches!(source, Source::Builtin(_)));
+        Self { given: source.map(|source| (source.display(), source)) }
     }
 
     /// Returns all entries, with the user's scenario first.
     pub fn entries(&self) -> impl Iterator<Item = Entry> {
-        let own = self.own.iter().map(|(name, _)| Entry {
+        let given = self.given.iter().map(|(name, _)| Entry {
             name: name.clone(),
             title: name.clone(),
             question: "From the command line.".to_owned(),
             group: "Your scenario",
         });
-        own.chain(shipped_questions().map(|(name, question)| Entry {
+        given.chain(shipped_questions().map(|(name, question)| Entry {
             name: format!("builtin:{name}"),
             title: question.split([':', '?']).next().unwrap_or(question).to_owned(),
             question: question.to_owned(),
@@ -190,17 +188,17 @@ impl Catalogue {
         }))
     }
 
-    /// Returns the source of a scenario in the catalogue. A page cannot read any other file.
+    /// The source of a scenario in the catalogue. A page cannot read any other file.
     ///
     /// # Errors
     /// [`StateError::Scenario`].
     pub fn source(&self, name: &str) -> Result<Source, StateError> {
-        let own = self.own.iter().find(|(own, _)| own == name).map(|(_, source)| source.clone());
+        let given = self.given.iter().find(|(given, _)| given == name).map(|(_, source)| source.clone());
         let shipped = || {
             let bare = name.strip_prefix("builtin:")?;
             shipped_questions().any(|(known, _)| known == bare).then(|| Source::Builtin(bare.to_owned()))
         };
-        own.or_else(shipped).ok_or_else(|| StateError::Scenario(name.chars().take(80).collect()))
+        given.or_else(shipped).ok_or_else(|| StateError::Scenario(name.chars().take(80).collect()))
     }
 }
 

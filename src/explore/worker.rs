@@ -1,7 +1,7 @@
 //! The two threads of a page, one for runs and one for maps, so that neither waits for the other.
 //!
-//! If a page sends several states during a computation, only the last one is computed. Therefore a slider can move
-//! faster than the machine computes, and a hostile page cannot cause more work.
+//! Of several states that a page sends during a computation, only the last one is computed: a slider can move faster
+//! than the machine computes, and a hostile page cannot cause more work.
 
 use std::collections::VecDeque;
 use std::panic::AssertUnwindSafe;
@@ -64,7 +64,6 @@ impl Mailbox {
         self.changed.notify_all();
     }
 
-    /// Queues a job. Returns the job if the queue is full.
     pub(super) fn job(&self, job: Job) -> Result<(), Job> {
         let mut queue = self.lock();
         if queue.jobs.len() >= MAX_JOBS {
@@ -82,7 +81,7 @@ impl Mailbox {
     }
 }
 
-/// The shared data of a page's threads. The page's permit becomes free after the last thread has ended.
+/// The shared data of a page's threads; the page's permit becomes free with the last thread.
 pub(super) struct WorkerContext {
     pub(super) mailbox: Arc<Mailbox>,
     pub(super) catalogue: Catalogue,
@@ -91,9 +90,6 @@ pub(super) struct WorkerContext {
 }
 
 /// Starts the threads of a page.
-///
-/// # Errors
-/// Returns an error if no thread is available.
 pub(super) fn start(context: WorkerContext) -> std::io::Result<()> {
     let WorkerContext { mailbox, catalogue, answers, permit } = context;
     let maps = (mailbox.clone(), PairMaker::new(catalogue.clone()), answers.clone(), permit.clone());
@@ -132,15 +128,15 @@ fn or_refused(id: u32, answer: Result<ServerMessage, StateError>) -> ServerMessa
     answer.unwrap_or_else(|reason| ServerMessage::refused_for(id, &reason, &reason.reasons()))
 }
 
-/// Returns the answer to a request. A panic becomes a refusal, and the page continues: the next request computes
-/// everything anew.
+/// The answer to a request. A panic becomes a refusal, and the next request computes everything anew.
 pub(super) fn or_panicked(id: u32, answer: impl FnOnce() -> ServerMessage) -> ServerMessage {
     // A panic leaves the state of the last complete answer, or a state that is computed again.
     std::panic::catch_unwind(AssertUnwindSafe(answer)).unwrap_or_else(|panic| {
         let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
         let text = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
         let reason = format!(
-            "trocar failed with these values by an error of its own: {text}. Other values work; please report this with the link of the page."
+            "trocar failed with these values because of an internal error: {text}. Use other values, and please \
+             report the error with the link of this page."
         );
         ServerMessage::refused(id, &reason)
     })

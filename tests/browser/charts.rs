@@ -16,7 +16,7 @@ const WATCH: &str =
     "window.failed = []; window.addEventListener('error', ({ message }) => failed.push(message)); return null";
 
 /// Returns the screen reader's text of the first canvas of a group of charts.
-async fn told(client: &Client, selector: &str) -> String {
+async fn text_of(client: &Client, selector: &str) -> String {
     let canvas = client.find(Locator::Css(selector)).await.expect("a chart");
     canvas.attr("aria-valuetext").await.expect("an attribute").unwrap_or_default()
 }
@@ -40,7 +40,7 @@ pub async fn keys(page: BrowserPage) -> BrowserPage {
     let range = async || -> (f64, f64) { serde_json::from_value(page.evaluate(shown).await).expect("times") };
     // Go to the next rupture; the values there equal those of the trace.
     press("e").await;
-    let text = told(&page.client, CHART).await;
+    let text = text_of(&page.client, CHART).await;
     let folder = TestFolder::new();
     folder.good(&["run", "paper/augmented", "--set", "augmentation.enabled=false", "--quiet", "--out", "o"]);
     let csv = folder.text("o/augmented/trace.csv");
@@ -58,7 +58,7 @@ pub async fn keys(page: BrowserPage) -> BrowserPage {
     let other = page.evaluate("return document.querySelector('#chart-2 figcaption').textContent").await;
     assert_eq!(number_after(other.as_str().unwrap_or_default(), "Time"), rupture_s);
     press(&String::from(char::from(Key::Right))).await;
-    let moved_s = number_after(&told(&page.client, CHART).await, "Time");
+    let moved_s = number_after(&text_of(&page.client, CHART).await, "Time");
     assert!(moved_s > rupture_s && moved_s < rupture_s + 0.1, "{moved_s}");
     let before = range().await;
     press("+").await;
@@ -132,8 +132,8 @@ pub async fn boundary(page: BrowserPage) -> BrowserPage {
         }
         boundaries += 1;
         let (most, least) = (limit(true).fold(0.0, f64::max), limit(false).fold(f64::MAX, f64::min));
-        let told = number_after(&legend, "boundary (analysis)");
-        assert!(told > 0.95 * least && told < 1.05 * most, "{place}: {told}, from {least} to {most}");
+        let shown = number_after(&legend, "boundary (analysis)");
+        assert!(shown > 0.95 * least && shown < 1.05 * most, "{place}: {shown}, from {least} to {most}");
     }
     assert!(boundaries >= 2, "{boundaries} places with a boundary");
     page

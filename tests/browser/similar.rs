@@ -15,7 +15,7 @@ const MAX_SHARE: f64 = 0.05;
 pub fn assert_similar(name: &str, screenshot: &[u8]) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/browser/screens").join(format!("{name}.png"));
     if std::env::var_os("BLESS").is_some() {
-        std::fs::create_dir_all(path.parent().expect("a folder")).expect("made");
+        std::fs::create_dir_all(path.parent().expect("a folder")).expect("created");
         std::fs::write(&path, screenshot).expect("written");
     }
     let expected = std::fs::read(&path).expect("a screenshot; BLESS=1 writes it");

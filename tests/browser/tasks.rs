@@ -100,10 +100,10 @@ pub async fn tasks(page: BrowserPage) -> BrowserPage {
         // 8. Read the position of the needle at the rupture.
         page.tab_to("#chart-1 canvas").await;
         page.type_text("e").await;
-        let told = page.evaluate("return document.activeElement.getAttribute('aria-valuetext')").await;
+        let shown = page.evaluate("return document.activeElement.getAttribute('aria-valuetext')").await;
         assert!(
-            told.as_str().is_some_and(|told| told.contains("Time 5.520 s") && told.contains("slave, augmented")),
-            "{told}"
+            shown.as_str().is_some_and(|shown| shown.contains("Time 5.520 s") && shown.contains("slave, augmented")),
+            "{shown}"
         );
         // 9. Zoom in, and show everything.
         page.type_text("+").await;
@@ -145,8 +145,8 @@ pub async fn tasks(page: BrowserPage) -> BrowserPage {
         page.tab_to("#push").await;
         page.press(&[Key::Enter]).await;
         page.wait("return !document.getElementById('push-result').hidden").await;
-        let told = page.text("push-text").await;
-        assert!(told.contains("both schemes: In the 0.3 s after"), "{width}: {told}");
+        let shown = page.text("push-text").await;
+        assert!(shown.contains("both schemes: In the 0.3 s after"), "{width}: {shown}");
         page.tab_to("#push-close").await;
         page.press(&[Key::Enter]).await;
         assert_eq!(page.evaluate("return document.getElementById('push-section').hidden").await, json!(true));

@@ -23,7 +23,7 @@ pub const ALL: [(&str, Body); 26] = [
     ("a_push_is_heard_felt_and_compared_with_both_schemes", |page| Box::pin(crate::pushing::push(page))),
     ("a_force_bar_is_full_at_the_same_force", |page| Box::pin(crate::pushing::scale(page))),
     ("undo_back_and_the_address_hold_settings_zoom_and_time", |page| Box::pin(crate::steps::undo(page))),
-    ("an_ended_server_is_told_and_a_new_one_goes_on", |page| Box::pin(crate::steps::ended(page))),
+    ("the_page_reports_an_ended_server_and_continues_with_a_new_one", |page| Box::pin(crate::steps::ended(page))),
     ("a_decimal_comma_is_understood_and_nothing_moves", |page| Box::pin(crate::steps::comma(page))),
     ("axe_finds_no_violation_on_page_and_report", |page| Box::pin(crate::picture::axe(page))),
     ("the_animation_draws_the_trace_and_the_bracket_is_the_metric", |page| Box::pin(crate::picture::animation(page))),
@@ -368,7 +368,7 @@ async fn screenshots(page: BrowserPage) -> BrowserPage {
     assert!(report.len() > 20_000, "a report that is not empty");
     if let Ok(folder) = std::env::var("TROCAR_SCREENSHOTS") {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
-        std::fs::create_dir_all(&folder).expect("made");
+        std::fs::create_dir_all(&folder).expect("created");
         std::fs::write(folder.join("explore.png"), explored).expect("written");
         std::fs::write(folder.join("report.png"), report).expect("written");
     }

@@ -336,7 +336,7 @@ fn a_slave_held_at_rest_stays_at_rest() {
 }
 
 #[test]
-fn a_weak_and_slow_master_hides_the_rupture_for_longer_and_the_needle_moves_faster() {
+fn a_weak_and_slow_master_delays_the_felt_rupture_and_the_needle_moves_faster() {
     let skin = |settings: &[&str]| {
         let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
         let scenario = Scenario::load(&Source::parse("builtin:link/saturating-master.toml"), &settings).expect("loads");

@@ -52,7 +52,7 @@ fn slave() -> TransferFunction {
     tf(&[7.778, 656.0], &[1.0, 104.1, 1.131e-4, 0.0])
 }
 
-/// Returns `own` and `reach` of eq. 32-35, as printed: `F_h = own · (reach · X_d - X_h)`, with `own = s Z_a / (1 +
+/// Returns `loading` and `reach` of eq. 32-35, as printed: `F_h = loading · (reach · X_d - X_h)`, with `loading = s Z_a / (1 +
 /// Z_a G_h)` and `reach = Z_h G_h`.
 fn arm() -> (TransferFunction, TransferFunction) {
     let s = tf(&[1.0, 0.0], &[1.0]);
@@ -61,12 +61,12 @@ fn arm() -> (TransferFunction, TransferFunction) {
     let z_h = tf(&[B_H, K_H], &[1.0, 0.0]);
     let g_h = tf(&[1.0, 0.0], &[M_H, B_H, K_H]);
     let around = &one + &(&z_a * &g_h);
-    let own = &(&s * &z_a) * &around.inverse().expect("not zero");
-    (minimal(&own), minimal(&(&z_h * &g_h)))
+    let loading = &(&s * &z_a) * &around.inverse().expect("not zero");
+    (minimal(&loading), minimal(&(&z_h * &g_h)))
 }
 
 #[test]
-fn oracle_slave_with_velocity_damping() {
+fn oracle_the_slave_with_velocity_damping_has_the_computed_poles() {
     // Eq. 31 with the damping on the velocity: U_s = K_p (X_ref - X_e) - K_v s X_e.
     let back = tf(&[K_V, K_P], &[1.0]);
     let closed = &slave().feedback(&back).expect("regular") * &tf(&[K_P], &[1.0]);
@@ -89,19 +89,19 @@ fn paper_slave_as_printed_is_barely_damped() {
 
 #[test]
 fn paper_arm_is_improper_and_static_stiffness_is_two_springs_in_series() {
-    let (own, reach) = arm();
-    assert_eq!(own.relative_degree(), Some(-1));
-    assert_eq!(realise(&own), Err(Error::Improper { numerator_degree: 3, denominator_degree: 2 }));
-    let stiffness = minimal(&(&own * &reach)).dc_gain().expect("finite");
+    let (loading, reach) = arm();
+    assert_eq!(loading.relative_degree(), Some(-1));
+    assert_eq!(realise(&loading), Err(Error::Improper { numerator_degree: 3, denominator_degree: 2 }));
+    let stiffness = minimal(&(&loading * &reach)).dc_gain().expect("finite");
     assert!((stiffness - K_A * K_H / (K_A + K_H)).abs() < 1e-9);
 }
 
 #[test]
-fn oracle_master_closed_by_transfer_function_algebra() {
+fn oracle_the_master_closed_by_algebra_has_the_computed_poles() {
     // X_h = G_m (F_h - U_m), U_m = F_ed + K_i/s (F_ed - F_h), so X_h = G_m (1 + K_i/s) (F_h - F_ed).
-    let (own, _) = arm();
+    let (loading, _) = arm();
     let controlled = &master() * &(&tf(&[1.0], &[1.0]) + &tf(&[K_I], &[1.0, 0.0]));
-    let around = &own * &controlled;
+    let around = &loading * &controlled;
     // Both G_m (1 + K_i/s) and the arm's part contain an s, so cancel before closing the loop.
     let loop_only = minimal(&around).feedback(&tf(&[1.0], &[1.0])).expect("regular");
     assert_poles(&minimal(&loop_only).poles().expect("converges"), &PHYSICAL_MASTER);
@@ -110,8 +110,8 @@ fn oracle_master_closed_by_transfer_function_algebra() {
 #[test]
 fn paper_master_as_printed_is_unstable() {
     // X_h = G_m U_m, without an action of the hand on the master: X_h = G_m (F_ed + K_i/s (F_ed - F_h)).
-    let (own, _) = arm();
-    let around = &(&own * &master()) * &tf(&[-K_I], &[1.0, 0.0]);
+    let (loading, _) = arm();
+    let around = &(&loading * &master()) * &tf(&[-K_I], &[1.0, 0.0]);
     let poles = minimal(&around.feedback(&tf(&[1.0], &[1.0])).expect("regular")).poles().expect("converges");
     let unstable: Vec<_> = poles.iter().filter(|pole| pole.re > 0.0).collect();
     assert_eq!(unstable.len(), 1, "{poles:?}");
@@ -143,7 +143,7 @@ fn master_side() -> StateSpace<Continuous> {
 }
 
 #[test]
-fn oracle_master_side_by_connection() {
+fn oracle_the_connected_master_side_has_the_computed_poles() {
     let system = master_side();
     assert_eq!((system.states(), system.inputs(), system.outputs()), (5, 3, 3));
     assert_poles(&system.poles().expect("converges"), &PHYSICAL_MASTER);
@@ -154,12 +154,12 @@ fn oracle_master_side_by_connection() {
 
 #[test]
 fn the_connection_and_the_algebra_agree_on_the_force() {
-    // F_h / X_d = own reach / (1 + own G_m (1 + K_i/s)); the input is x_d' = s x_d.
-    let (own, reach) = arm();
+    // F_h / X_d = loading reach / (1 + loading G_m (1 + K_i/s)); the input is x_d' = s x_d.
+    let (loading, reach) = arm();
     let system = master_side();
     for s in [Complex64::new(1.0, 3.0), Complex64::new(-7.0, 40.0), Complex64::new(20.0, -5.0)] {
         let controlled = master().evaluate(s) * (1.0 + K_I / s);
-        let wanted = own.evaluate(s) * reach.evaluate(s) / (1.0 + own.evaluate(s) * controlled);
+        let wanted = loading.evaluate(s) * reach.evaluate(s) / (1.0 + loading.evaluate(s) * controlled);
         let h = system.evaluate(s).expect("not a pole");
         let found = h[(2, 0)] + s * h[(2, 1)];
         assert!((found / wanted - 1.0).norm() < 1e-10, "{found} for {wanted}");

@@ -44,7 +44,7 @@ fn the_same_scenario_gives_the_same_bytes_and_so_does_its_echo() {
 }
 
 #[test]
-fn the_number_of_threads_does_not_matter() {
+fn the_results_are_the_same_for_any_number_of_threads() {
     let folder = TestFolder::new();
     for threads in ["1", "8"] {
         let mut command = folder.command(&["compare", "--quiet", "--out", threads]);
@@ -142,7 +142,7 @@ fn a_bad_key_is_underlined_and_named() {
 #[test]
 fn bases_are_resolved_and_cycles_are_refused() {
     let folder = TestFolder::new();
-    fs::create_dir(folder.path("deep")).expect("made");
+    fs::create_dir(folder.path("deep")).expect("created");
     folder
         .file("base.toml", SHORT)
         .file("deep/child.toml", "base = \"../base.toml\"\nname = \"child\"\nscaling.force = 2.0\n");
@@ -414,7 +414,7 @@ fn a_detection_keeps_the_files_of_a_run_of_its_scenario() {
 #[test]
 fn a_recording_of_a_gigabyte_is_refused_by_its_size() {
     let folder = TestFolder::new();
-    let file = fs::File::create(folder.path("big.csv")).expect("made");
+    let file = fs::File::create(folder.path("big.csv")).expect("created");
     file.set_len(1 << 30).expect("sparse");
     folder.refused(&["detect", "big.csv"], &["big.csv", "max_bytes"]);
     folder.file("s.toml", "recording.file = \"big.csv\"\n").refused(&["run", "s.toml"], &["big.csv", "max_bytes"]);
@@ -505,7 +505,7 @@ fn a_time_between_false_alarms_out_of_range_is_rejected_with_the_limit() {
 }
 
 #[test]
-fn scenarios_with_the_same_name_are_refused_and_both_named() {
+fn scenarios_with_the_same_name_are_refused_and_both_are_named() {
     let folder = TestFolder::new();
     folder.file("a.toml", SHORT).file("b.toml", SHORT);
     folder.refused(
@@ -587,13 +587,13 @@ fn a_shipped_scenario_has_short_names() {
         assert_eq!((&outcome.out, outcome.err.as_str()), (&present.out, ""), "{name}");
     }
     // A file has priority, and a base falls back to shipped scenarios.
-    folder.file("own.toml", "name = \"own\"\nbase = \"paper/augmented\"\n");
-    assert!(folder.good(&["check", "own.toml"]).starts_with("own: valid, 17000 ticks"));
+    folder.file("mine.toml", "name = \"mine\"\nbase = \"paper/augmented\"\n");
+    assert!(folder.good(&["check", "mine.toml"]).starts_with("mine: valid, 17000 ticks"));
     folder.file(
         "paper/augmented",
         "simulation.duration_s = 2.0\noperator.kind = \"ramp\"\ntissue.kind = \"kelvin-voigt\"\n",
     );
-    assert!(folder.good(&["check", "own.toml"]).starts_with("own: valid, 2000 ticks"));
+    assert!(folder.good(&["check", "mine.toml"]).starts_with("mine: valid, 2000 ticks"));
     folder.refused(&["check", "layers/skin-augmentd"], &["did you mean layers/skin-augmented?", "`trocar scenarios`"]);
     folder.refused(&["check", "classical.toml"], &["cannot be read", "did you mean paper/classical?"]);
 }
@@ -615,7 +615,7 @@ fn the_schema_is_json() {
 }
 
 #[test]
-fn the_help_teaches() {
+fn every_help_matches_its_snapshot_and_the_main_help_has_examples() {
     let folder = TestFolder::new();
     let help = folder.good(&["--help"]);
     assert!(help.contains("Examples:"));

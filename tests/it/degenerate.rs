@@ -122,14 +122,14 @@ proptest! {
     }
 
     #[test]
-    fn one_sample_is_no_rupture(
+    fn one_sample_is_not_a_rupture(
         settings in any_settings(), depth in -1.0..1.0_f64, velocity in -1.0..1.0_f64, force in -99.0..99.0_f64,
     ) {
         prop_assert_eq!(alarms(&settings, std::iter::once(at(depth, velocity, force)))?, 0);
     }
 
     #[test]
-    fn a_constant_force_at_a_constant_depth_is_no_rupture(
+    fn a_constant_force_at_a_constant_depth_is_not_a_rupture(
         settings in any_settings(), depth in -0.3..0.3_f64, force in -20.0..20.0_f64,
     ) {
         prop_assert_eq!(alarms(&settings, (0..5000).map(|_| at(depth, 0.0, force)))?, 0);
@@ -145,7 +145,7 @@ proptest! {
     /// There is no excitation: the depth is exactly constant, while the force is outside the dead zone at most
     /// samples.
     #[test]
-    fn a_motionless_needle_is_no_rupture(
+    fn a_motionless_needle_is_not_a_rupture(
         estimator in estimators(), depth in prop::sample::select(vec![1e-300, 1e-12, 1e-6, 1e-3, 0.02, 0.9]),
         force in 0.0..20.0_f64, noise in prop::collection::vec(-0.05..0.05_f64, 500),
     ) {
@@ -156,7 +156,7 @@ proptest! {
 
     /// A gap of any length, in any channel, anywhere in an insertion.
     #[test]
-    fn a_gap_is_no_rupture(
+    fn a_gap_is_not_a_rupture(
         kind in prop::sample::select(DistanceKind::ALL.to_vec()), velocity in velocities(), start in 0..3000_u64,
         length in 1..600_u64, channel in 0..4_usize, bad in bad_number(), every in 1..5_u64,
     ) {

@@ -68,7 +68,7 @@ fn a_folder_stands_for_its_recordings_and_a_bad_recording_does_not_stop_the_othe
 }
 
 #[test]
-fn the_number_of_threads_does_not_matter() {
+fn the_results_are_the_same_for_any_number_of_threads() {
     let folder = three_recordings();
     // A recording that is given twice has no unique name, but needs no labels.
     folder.file("l.csv", "file,time_s\na/one.csv,11.5\nb/none.csv,\n");

@@ -65,7 +65,7 @@ fn keeping(parameters: Parameters, forgetting: Forgetting) -> RlsSettings {
 }
 
 #[test]
-fn friction_finds_its_three_parameters() {
+fn the_friction_estimator_finds_its_three_parameters() {
     for forgetting in [Forgetting::Resetting, Forgetting::Exponential { factor: 0.999 }] {
         let settings = keeping(Parameters::StiffnessDampingFriction, forgetting);
         let last = *estimates(&settings, with_friction).last().expect("some");
@@ -76,7 +76,7 @@ fn friction_finds_its_three_parameters() {
 }
 
 #[test]
-fn hunt_crossley_finds_its_power_its_stiffness_and_its_damping() {
+fn the_hunt_crossley_estimator_finds_power_stiffness_and_damping() {
     // The power needs some memory, because it is observable only over different depths.
     let slow = RlsSettings { parameters: Parameters::HuntCrossley, ..RlsSettings::normalised(1e-3, 10.0, 100.0, 0.0) };
     let forgetting = Forgetting::Exponential { factor: 0.99 };

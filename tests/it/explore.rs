@@ -102,7 +102,7 @@ fn the_page_is_complete_and_its_policy_admits_no_other_source() {
 #[test]
 fn a_page_of_another_site_is_refused() {
     let (_server, address) = explore(&[]);
-    let own = format!("http://{address}");
+    let origin = format!("http://{address}");
     let port = address.port();
     for origin in ["http://evil.example", "null", &format!("http://localhost:{port}"), &format!("https://{address}")] {
         let refused = link(address, Some(origin), &address.to_string()).expect_err(origin);
@@ -114,7 +114,7 @@ fn a_page_of_another_site_is_refused() {
     let refused = link(address, Some(&format!("http://{rebound}")), &rebound).expect_err("rebound");
     assert!(refused.to_string().contains("421"), "{refused}");
     assert!(get(address, "/", &rebound).starts_with("HTTP/1.1 421"));
-    assert!(link(address, Some(&own), &address.to_string()).is_ok());
+    assert!(link(address, Some(&origin), &address.to_string()).is_ok());
 }
 
 #[test]
@@ -176,7 +176,7 @@ fn invalid_requests_of_a_page_are_rejected_with_a_reason() {
 #[test]
 fn hostile_clients_do_not_stall_an_honest_page() {
     let (_server, address) = explore(&[]);
-    let own = format!("http://{address}");
+    let origin = format!("http://{address}");
     let host = address.to_string();
     let mut honest = ServedPage::open(address);
     let mut slowest = honest.moves_a_slider(1.0);
@@ -187,7 +187,7 @@ fn hostile_clients_do_not_stall_an_honest_page() {
     };
 
     // The beginning of a frame whose header announces a gigabyte.
-    let mut liar = link(address, Some(&own), &host).expect("opens");
+    let mut liar = link(address, Some(&origin), &host).expect("opens");
     let stream = liar.get_mut();
     let mut frame = vec![0x82, 0xff];
     frame.extend_from_slice(&(1_u64 << 30).to_be_bytes());
@@ -209,7 +209,7 @@ fn hostile_clients_do_not_stall_an_honest_page() {
         let _ = stream.read_to_end(&mut rest);
     }
     for garbage in ["{", "[]", "{\"type\":\"show\"}", "{\"type\":\"aim\",\"m\":1e999}", &"[".repeat(10_000)] {
-        let mut socket = link(address, Some(&own), &host).expect("opens");
+        let mut socket = link(address, Some(&origin), &host).expect("opens");
         let _ = socket.send(Message::text(garbage));
         while socket.read().is_ok() {}
     }
@@ -244,7 +244,7 @@ fn hostile_clients_do_not_stall_an_honest_page() {
     drop(kept);
 
     // A page that sends many requests and reads no answer.
-    let mut deaf: Vec<Socket> = (0..4).map(|_| link(address, Some(&own), &host).expect("opens")).collect();
+    let mut deaf: Vec<Socket> = (0..4).map(|_| link(address, Some(&origin), &host).expect("opens")).collect();
     for socket in &mut deaf {
         socket.get_ref().set_write_timeout(Some(Duration::from_millis(200))).expect("set");
         for id in 0..200 {
@@ -260,7 +260,7 @@ fn hostile_clients_do_not_stall_an_honest_page() {
     drop(deaf);
 
     // More messages than a user can cause.
-    let mut hasty = link(address, Some(&own), &host).expect("opens");
+    let mut hasty = link(address, Some(&origin), &host).expect("opens");
     let sent = (0..100_000).take_while(|_| hasty.send(Message::text(r#"{"type":"aim","m":0.01}"#)).is_ok()).count();
     let mut closed = false;
     while let Ok(message) = hasty.read() {
@@ -274,11 +274,11 @@ fn hostile_clients_do_not_stall_an_honest_page() {
 #[test]
 fn the_number_of_pages_is_limited_and_a_closed_page_makes_room() {
     let (_server, address) = explore(&[]);
-    let own = format!("http://{address}");
+    let origin = format!("http://{address}");
     let host = address.to_string();
     let mut open = vec![];
     let refused = loop {
-        match link(address, Some(&own), &host) {
+        match link(address, Some(&origin), &host) {
             Ok(socket) => open.push(socket),
             Err(refused) => break refused,
         }
@@ -288,7 +288,7 @@ fn the_number_of_pages_is_limited_and_a_closed_page_makes_room() {
     assert_eq!(open.len(), 16);
     drop(open);
     let until = Instant::now() + Duration::from_secs(20);
-    while link(address, Some(&own), &host).is_err() {
+    while link(address, Some(&origin), &host).is_err() {
         assert!(Instant::now() < until, "there is no room again");
         std::thread::sleep(Duration::from_millis(50));
     }

@@ -7,7 +7,7 @@ use crate::support::test_folder::TestFolder;
 #[test]
 fn every_figure_of_the_paper_is_a_file_and_the_page_has_the_computed_statements() {
     let folder = TestFolder::new();
-    let told = folder.good(&["paper", "--out", "p", "--figure-width", "3.5in", "--figure-format", "png,svg,pdf"]);
+    let printed = folder.good(&["paper", "--out", "p", "--figure-width", "3.5in", "--figure-format", "png,svg,pdf"]);
     let files = folder.files("p");
     for number in FIGURES {
         for (format, start) in [("png", &b"\x89PNG"[..]), ("svg", b"<svg"), ("pdf", b"%PDF")] {
@@ -25,7 +25,7 @@ fn every_figure_of_the_paper_is_a_file_and_the_page_has_the_computed_statements(
         let heading = figure.number.map_or("Without a figure:".to_owned(), |number| format!("Figure {number}:"));
         let anchor = figure.number.map_or("figure-other".to_owned(), |number| format!("figure-{number}"));
         assert!(page.contains(&format!("id=\"{anchor}\"")) && page.contains(figure.differs), "{anchor}");
-        assert!(told.contains(&heading));
+        assert!(printed.contains(&heading));
         for statement in figure.statements {
             assert!(page.contains(&statement.ours), "{}: {}", statement.number, statement.ours);
             assert!(page.contains(&statement.why), "{}: {}", statement.number, statement.why);
@@ -44,8 +44,8 @@ fn figures_have_the_requested_width_and_formats() {
         |end: &str| names.iter().filter(|path| path.extension().is_some_and(|extension| extension == end)).count();
     // Three of the pair and six of each run; the animation is always a PNG.
     assert_eq!((count("svg"), count("pdf"), count("png")), (15, 15, 1), "{names:?}");
-    let told = folder.good(&["compare", "--out", "o", "--figure-format", "pdf"]);
-    assert!(told.contains("figures: comparison.pdf, overlay.pdf, signals.pdf\nfiles: o\n"), "{told}");
+    let printed = folder.good(&["compare", "--out", "o", "--figure-format", "pdf"]);
+    assert!(printed.contains("figures: comparison.pdf, overlay.pdf, signals.pdf\nfiles: o\n"), "{printed}");
 }
 
 #[test]

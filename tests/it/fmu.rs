@@ -185,7 +185,7 @@ fn a_simulations_unit_with_the_scenarios_operator_equals_the_run() {
 }
 
 #[test]
-fn a_led_operator_follows_the_input() {
+fn an_operator_with_a_given_position_follows_it() {
     let unit = Unpacked::of(SHORT, Model::Simulation, Version::Two);
     let mut instance = unit.instance();
     instance.initialise().expect("its own parameters");
@@ -305,7 +305,7 @@ fn a_restored_state_gives_the_same_outputs_again() {
 }
 
 #[test]
-fn a_unit_names_what_it_refuses() {
+fn a_unit_reports_what_it_refuses() {
     let unit = Unpacked::of(SHORT, Model::Simulation, Version::Three);
     let mut instance = unit.instance();
     let error = instance.step(1e-3).expect_err("not initialised").to_string();
@@ -375,7 +375,7 @@ fn the_command_reports_what_is_missing() {
     let outcome = folder.trocar(&["export", "fmu", "paper/augmented", "--library", "none.so"]);
     assert_eq!(outcome.code, 2);
     assert!(
-        outcome.err.contains("none.so") && outcome.err.contains("run `cargo build --release`, which makes"),
+        outcome.err.contains("none.so") && outcome.err.contains("run `cargo build --release`, which builds"),
         "{}",
         outcome.err
     );

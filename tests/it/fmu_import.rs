@@ -57,7 +57,7 @@ fn a_unit_in_c_gives_the_same_bits_as_the_built_in_model() {
         "[channel]\ndelay_s = 2.5e-3\n",
         "[simulation]\ncontrol = \"sampled\"\n[actuator]\nmaster_force_limit_n = 3.0\n",
     ] {
-        let own = |tissue: &str| {
+        let scenario_of = |tissue: &str| {
             let text = insertion(tissue);
             // The sections before `[tissue]`.
             let (head, tissue) = text.split_once("[tissue]").expect("a section");
@@ -70,10 +70,10 @@ fn a_unit_in_c_gives_the_same_bits_as_the_built_in_model() {
         let shorter = |text: String| {
             text + if variant.contains("[simulation]") { "" } else { "\n[simulation]\nduration_s = 0.4\n" }
         };
-        let expected = trace(&folder, &shorter(own(BUILT_IN)));
+        let expected = trace(&folder, &shorter(scenario_of(BUILT_IN)));
         for fmi in [2, 3] {
             folder.file("tissue.fmu", unit(fmi, Fault::None));
-            assert_same(&trace(&folder, &shorter(own(OF_UNIT))), &expected);
+            assert_same(&trace(&folder, &shorter(scenario_of(OF_UNIT))), &expected);
         }
     }
 }
@@ -104,7 +104,7 @@ fn a_longer_step_holds_the_force() {
     let text = description(2)
         .replace("modelIdentifier=\"tissue\"", "modelIdentifier=\"tissue\" fixedInternalStepSize=\"2e-3\"");
     folder.file("tissue.fmu", unit_with(&text, 2, &library(2, Fault::None)));
-    folder.refused(&["run", "scenario.toml"], &["its internal step is 0.002 s, and 0.005 s is no whole multiple"]);
+    folder.refused(&["run", "scenario.toml"], &["its internal step is 0.002 s, and 0.005 s is not a whole multiple"]);
 }
 
 #[test]
@@ -172,8 +172,8 @@ fn an_unsuitable_unit_is_refused_before_the_run() {
     };
     let xml = description(2);
     let cases: Vec<(Vec<u8>, &[&str])> = vec![
-        (b"spam".to_vec(), &["is not an FMU: it is no zip container"]),
-        (unit(2, Fault::None)[..2000].to_vec(), &["no zip container"]),
+        (b"spam".to_vec(), &["is not an FMU: it is not a zip container"]),
+        (unit(2, Fault::None)[..2000].to_vec(), &["not a zip container"]),
         (container(&[("model/modelDescription.xml", xml.as_bytes())]), &["has no modelDescription.xml"]),
         (container(&[("modelDescription.xml", b"\xff")]), &["is not UTF-8"]),
         (with("<ModelVariables>", "<ModelVariable>"), &["modelDescription.xml: "]),
@@ -308,7 +308,7 @@ fn stability_reports_that_it_leaves_out_the_tissue_of_a_unit() {
 fn the_temporary_folder_is_removed() {
     let folder = TestFolder::new();
     folder.file("scenario.toml", insertion(OF_UNIT)).file("tissue.fmu", unit(2, Fault::None));
-    std::fs::create_dir(folder.path("temporary")).expect("made");
+    std::fs::create_dir(folder.path("temporary")).expect("created");
     let temporary = folder.path("temporary");
     folder.command(&["run", "scenario.toml", "--quiet"]).env("TMPDIR", &temporary).assert().success();
     assert_eq!(crate::support::test_folder::files_below(&temporary), Vec::<std::path::PathBuf>::new());

@@ -75,10 +75,10 @@ fn a_firm_phantom_runs_with_a_warning() {
     let set: Vec<&str> = firm.iter().flat_map(|setting| ["--set", setting]).collect();
     let run = [&["run", SKIN_NAME][..], &set].concat();
     let unwrapped = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
-    let told = "tissue.layer.skin.rupture_force_n is 30, outside of 0.0005 to 19.2 N";
+    let warning = "tissue.layer.skin.rupture_force_n is 30, outside of 0.0005 to 19.2 N";
     let (run, check) = (folder.trocar(&run), folder.trocar(&[&["check", SKIN_NAME][..], &set].concat()));
-    assert!(run.code == 0 && unwrapped(&run.err).contains(told), "{}", run.err);
-    assert!(check.code == 0 && unwrapped(&check.err).contains(told), "{}", check.err);
+    assert!(run.code == 0 && unwrapped(&run.err).contains(warning), "{}", run.err);
+    assert!(check.code == 0 && unwrapped(&check.err).contains(warning), "{}", check.err);
 }
 
 #[test]

@@ -63,13 +63,13 @@ proptest! {
         ];
         let mut full = link(&settings.each_ref().map(String::as_str));
         prop_assert!(full.is_direct() && full.report(0).is_none());
-        let (mut direct, mut own) = (full.as_direct().expect("direct"), DirectLink::new(position, force));
+        let (mut direct, mut built) = (full.as_direct().expect("direct"), DirectLink::new(position, force));
         for (x, v, f, mode) in ticks {
             let master = AtMaster { position_m: x, velocity_m_per_s: v, hand_force_n: -f };
             let slave = AtSlave { position_m: 0.9 * x, velocity_m_per_s: -v, force_n: f };
             let expected = tick(&mut full, MODES[mode], &master, &slave);
             prop_assert_eq!(tick(&mut direct, MODES[mode], &master, &slave), expected);
-            prop_assert_eq!(tick(&mut own, MODES[mode], &master, &slave), expected);
+            prop_assert_eq!(tick(&mut built, MODES[mode], &master, &slave), expected);
         }
         prop_assert_eq!(direct.report(0), None);
     }
@@ -101,11 +101,11 @@ struct Nothing;
 impl PassivityScheme<f64> for Nothing {}
 
 /// A scheme that carries the tissue force in its payload.
-struct OwnForce {
+struct UserDefinedForce {
     force_n: f64,
 }
 
-impl PassivityScheme<f64> for OwnForce {
+impl PassivityScheme<f64> for UserDefinedForce {
     fn receive_position(&mut self, position_m: f64, _arrived: &Arrived<f64>, port: &SlavePort<f64>) -> f64 {
         self.force_n = port.force_n;
         position_m
@@ -121,14 +121,14 @@ impl PassivityScheme<f64> for OwnForce {
 }
 
 /// A separate implementation of a spring and a damper between master and slave.
-struct OwnSpring {
+struct UserDefinedSpring {
     stiffness: f64,
     damping: f64,
     /// The total force and the tissue force at the last tick at which the slave was not frozen.
     unfrozen: (f64, f64),
 }
 
-impl Architecture<f64> for OwnSpring {
+impl Architecture<f64> for UserDefinedSpring {
     fn slave_target(&mut self, arrived: &MasterSample<f64>, _slave: &AtSlave<f64>) -> f64 {
         arrived.position_m
     }
@@ -149,14 +149,14 @@ const LATE: [&str; 3] = ["channel.forward_delay_s=0.003", "channel.backward_dela
 
 #[test]
 fn a_boxed_scheme_that_carries_the_force_is_identical_to_the_plain_link_bit_for_bit() {
-    let scheme: Box<dyn PassivityScheme<f64> + Send> = Box::new(OwnForce { force_n: 0.0 });
+    let scheme: Box<dyn PassivityScheme<f64> + Send> = Box::new(UserDefinedForce { force_n: 0.0 });
     compare(link(&LATE).with_scheme(scheme), link(&LATE));
 }
 
 #[test]
 fn a_boxed_copy_of_an_architecture_is_identical_to_the_built_in_one_bit_for_bit() {
     let architecture: Box<dyn Architecture<f64> + Send> =
-        Box::new(OwnSpring { stiffness: 1000.0, damping: 10.0, unfrozen: (0.0, 0.0) });
+        Box::new(UserDefinedSpring { stiffness: 1000.0, damping: 10.0, unfrozen: (0.0, 0.0) });
     let built_in = link(&[&LATE[..], &["controller.kind=position-position"]].concat());
     compare(link(&LATE).with_architecture(architecture), built_in);
 }

@@ -201,8 +201,8 @@ impl Drop for Running {
 /// Returns a started side and the address that it prints.
 fn started(mut side: Child) -> (Running, String) {
     let mut line = String::new();
-    let mut told = std::io::BufReader::new(side.stderr.take().expect("a pipe"));
-    std::io::BufRead::read_line(&mut told, &mut line).expect("a line");
+    let mut printed = std::io::BufReader::new(side.stderr.take().expect("a pipe"));
+    std::io::BufRead::read_line(&mut printed, &mut line).expect("a line");
     let address = line.split_whitespace().find_map(|word| word.strip_suffix(';')).expect("an address").to_owned();
     (Running(side), address)
 }
@@ -259,8 +259,8 @@ fn an_operator_leads_a_link_with_the_pointer_and_the_log_repeats_the_motion() {
     let of_slave: serde_json::Value = serde_json::from_str(&folder.text("out/x/slave/summary.json")).expect("JSON");
     let count = |name: &str| of_slave[name].as_array().expect("times").len();
     assert!(count("ruptures_s") >= 1 && count("alarms_s") >= alarms && alarms >= 1, "{of_slave}");
-    let told = folder.good(&["link", "replay", "out/x"]);
-    assert_eq!(told.matches("2500 ticks, the replay is the same bit for bit").count(), 2, "{told}");
+    let printed = folder.good(&["link", "replay", "out/x"]);
+    assert_eq!(printed.matches("2500 ticks, the replay is the same bit for bit").count(), 2, "{printed}");
     let moved = |line: &str| line.split(',').nth(1).and_then(|cell| cell.parse::<f64>().ok()).expect("a number");
     let trace = folder.text("out/x/master/trace.csv");
     assert!(1e3 * moved(trace.lines().last().expect("rows")) > range[0] + 0.8 * (range[1] - range[0]));
@@ -288,8 +288,8 @@ fn the_log_of_a_link_in_real_time_can_be_simulated() {
         assert_eq!(count("received") + count("lost"), 1000);
         assert!(summary["lateness_s"]["worst"].is_number());
     }
-    let told = folder.good(&["link", "replay", "out/x"]);
-    assert_eq!(told.matches("1000 ticks, the replay is the same bit for bit").count(), 2, "{told}");
+    let printed = folder.good(&["link", "replay", "out/x"]);
+    assert_eq!(printed.matches("1000 ticks, the replay is the same bit for bit").count(), 2, "{printed}");
     // A run of the written scenario equals the replay; a changed log is detected.
     folder.good(&["run", "out/x/replay.toml", "--out", "again", "--quiet"]);
     let log = folder.text("out/x/master/trace.csv");
@@ -311,7 +311,7 @@ fn invalid_links_are_refused() {
     let folder = TestFolder::new();
     folder.file("x.toml", format!("{BASE}{CHANNEL}")).file("short", "secret");
     folder.refused(&["link", "master", "x.toml"], &["act with --proxy only"]);
-    folder.refused(&["link", "master", "paper/augmented", "--pointer", "--no-open"], &["is the force of a recording"]);
+    folder.refused(&["link", "master", "paper/augmented", "--pointer", "--no-open"], &["replays a recorded force"]);
     folder.refused(&["link", "slave", "x.toml", "--listen", "0.0.0.0:0"], &["--key-file"]);
     folder.refused(&["link", "slave", "x.toml", "--key-file", "short"], &["short: the key has 6 bytes"]);
     folder.refused(&["link", "slave", "x.toml", "--key-file", "none"], &["none: "]);

@@ -100,7 +100,7 @@ fn sweep_and_page_agree_with_stability_on_every_shipped_scenario() {
 }
 
 #[test]
-fn stability_prints_and_writes_the_verdict_of_the_loop() {
+fn the_command_stability_prints_and_writes_the_verdict_of_the_loop() {
     let folder = TestFolder::new();
     for name in ["layers/skin-augmented", "paper/classical"] {
         let settings = ["scaling.force=3.0".to_owned()];

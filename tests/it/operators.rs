@@ -105,10 +105,10 @@ fn reflexes_and_grip_determine_the_stiffness_of_a_hand_at_rest() {
         "simulation.duration_s=5",
     ];
     let hand = 733.0 * 14998.0 / (733.0 + 14998.0);
-    let final_m = |own: &str, engine: &str| {
-        let trace = trace("classical", &[&settings[..], &[own, engine]].concat());
+    let final_m = |setting: &str, engine: &str| {
+        let trace = trace("classical", &[&settings[..], &[setting, engine]].concat());
         let tail = &trace.slave_position_m[trace.slave_position_m.len() - 200..];
-        assert!(tail.iter().all(|x| (x - tail[0]).abs() < 1e-6), "{own} has come to rest");
+        assert!(tail.iter().all(|x| (x - tail[0]).abs() < 1e-6), "{setting} has come to rest");
         tail[0]
     };
     // At rest the springs of the hand and the tissue are in series. The long-latency reflex adds its gain to the

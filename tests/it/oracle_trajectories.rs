@@ -23,7 +23,7 @@ fn integrated(damping: Damping, timing: ControlTiming, coupling: Coupling) -> In
 }
 
 #[test]
-fn oracle_master_side() {
+fn oracle_the_master_side_agrees_with_the_reference() {
     for (name, input) in [
         ("master_force_step", (|_| (0.0, 1.0, 0.0)) as fn(usize) -> (f64, f64, f64)),
         ("master_position_ramp", |k| (5e-6 * k as f64, 0.0, 0.0)),
@@ -41,7 +41,7 @@ fn oracle_master_side() {
 }
 
 #[test]
-fn oracle_slave_side() {
+fn oracle_the_slave_side_agrees_with_the_reference() {
     for (name, damping) in [("slave_step", Damping::Velocity), ("slave_step_as_printed", Damping::AsPrinted)] {
         let reference = table(&format!("tests/reference/{name}.csv"));
         let ticks = reference["time_s"].len();
@@ -54,7 +54,7 @@ fn oracle_slave_side() {
 }
 
 #[test]
-fn oracle_closed_loop() {
+fn oracle_the_closed_loop_agrees_with_the_reference() {
     let kv200 = |delay_ticks| ClosedLoop {
         stiffness_n_per_m: 200.0,
         damping_n_s_per_m: 5.0,
@@ -88,7 +88,7 @@ fn oracle_closed_loop() {
 }
 
 #[test]
-fn oracle_estimator_and_cusum_on_the_real_recording() {
+fn oracle_estimator_and_cusum_agree_on_the_real_recording() {
     let recording = table("scenarios/recordings/own_ctrl_pop.csv");
     let settings = RlsSettings {
         initial_gain: 1e4,

@@ -63,14 +63,14 @@ fn each_as_alone(name: &str, scenarios: &[Scenario]) -> Vec<String> {
     single
 }
 
-fn compare(name: &str, fixed: &[&str], own: &[(&str, f64, f64)], packs: usize, seed: u64) -> (usize, usize) {
+fn compare(name: &str, fixed: &[&str], varied: &[(&str, f64, f64)], packs: usize, seed: u64) -> (usize, usize) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let given: Vec<String> = fixed.iter().map(|&setting| setting.to_owned()).collect();
     let augments = load(name, &given).augmentation.enabled;
     let catches_up = augments && !fixed.iter().any(|setting| setting.starts_with("augmentation.reengage="));
     let of_events = EVENTS.iter().filter(|_| augments);
     let ranges: Vec<_> =
-        COMMON.iter().chain(of_events).chain(own).copied().chain(catches_up.then_some(CATCH_UP)).collect();
+        COMMON.iter().chain(of_events).chain(varied).copied().chain(catches_up.then_some(CATCH_UP)).collect();
     let (mut diverged, mut events) = (0, 0);
     for pack in 0..packs {
         let machines = settings(&mut rng, &MACHINES);
@@ -90,7 +90,7 @@ fn compare(name: &str, fixed: &[&str], own: &[(&str, f64, f64)], packs: usize, s
 }
 
 #[test]
-fn replays() {
+fn lanes_of_replays_are_identical_to_single_runs() {
     let (_, events) = compare("augmented", &[], &[], 25, 1);
     assert!(events > 0);
     compare("classical", &["sensor.force_noise_std_n=0.02"], &[], 12, 2);
@@ -100,7 +100,7 @@ fn replays() {
 }
 
 #[test]
-fn lanes_with_and_without_augmentation() {
+fn lanes_with_and_without_augmentation_are_identical_to_single_runs() {
     for name in ["augmented", "layers/skin-augmented", "passivity/long-delay-waves", "link/four-channel"] {
         let mut rng = ChaCha8Rng::seed_from_u64(12);
         let case = |k: usize| {
@@ -117,19 +117,19 @@ fn lanes_with_and_without_augmentation() {
 }
 
 #[test]
-fn layers() {
-    let own = [
+fn lanes_of_layered_tissues_are_identical_to_single_runs() {
+    let varied = [
         ("sensor.force_noise_std_n", 0.005, 0.05),
         ("tissue.contact_m", 0.0, 0.004),
         ("tissue.layer.skin.rupture_force_n", 2.0, 6.0),
         ("tissue.layer.muscle.thickness_m", 0.008, 0.02),
         ("tissue.layer.capsule.rupture_force_n", 0.5, 2.5),
     ];
-    let (_, events) = compare("layers/through-the-skin", &["augmentation.enabled=true"], &own, 16, 6);
+    let (_, events) = compare("layers/through-the-skin", &["augmentation.enabled=true"], &varied, 16, 6);
     assert!(events > 0);
-    compare("layers/through-the-skin", &[], &own, 8, 7);
-    compare("hand/reflex-augmented", &[], &own, 6, 8);
-    compare("hand/trembling-hand", &[], &own, 4, 9);
+    compare("layers/through-the-skin", &[], &varied, 8, 7);
+    compare("hand/reflex-augmented", &[], &varied, 6, 8);
+    compare("hand/trembling-hand", &[], &varied, 4, 9);
     // The arm stiffens and pulls back by different gains and with the same delay.
     let tense = [
         ("operator.stretch_short_gain_n_s_per_m", 1.0, 30.0),
@@ -140,18 +140,18 @@ fn layers() {
 }
 
 #[test]
-fn layers_that_tear_and_move() {
-    let own = [
+fn lanes_of_layers_that_tear_and_move_are_identical_to_single_runs() {
+    let varied = [
         ("tissue.layer.film.toughness_j_per_m2", 500.0, 12_000.0),
         ("tissue.layer.block.relaxation_time_s", 0.1, 3.0),
         ("tissue.breathing_amplitude_m", 1e-4, 4e-3),
         ("tissue.breathing_period_s", 1.0, 5.0),
     ];
-    compare("tearing/firm-phantom", &["augmentation.enabled=true"], &own, 12, 12);
+    compare("tearing/firm-phantom", &["augmentation.enabled=true"], &varied, 12, 12);
 }
 
 #[test]
-fn springs_and_dampers_some_of_them_diverging() {
+fn lanes_are_identical_to_single_runs_even_if_some_of_them_diverge() {
     let kelvin_voigt = [("tissue.stiffness_n_per_m", 100.0, 6000.0), ("tissue.damping_n_s_per_m", 0.0, 20.0)];
     let fixed = ["operator.kind=ramp", "operator.end_m=0.05", "operator.speed_m_per_s=0.02"];
     let with = |more: &[&'static str]| fixed.iter().chain(more).copied().collect::<Vec<_>>();
@@ -163,7 +163,7 @@ fn springs_and_dampers_some_of_them_diverging() {
 }
 
 #[test]
-fn links_and_other_estimators() {
+fn lanes_of_links_and_other_estimators_are_identical_to_single_runs() {
     for (seed, fixed) in [
         &["channel.forward_delay_s=0.012", "channel.backward_delay_s=0.007"][..],
         &["channel.forward_delay_s=0.012", "channel.jitter_s=0.004", "channel.loss=0.2", "channel.outage_s=0.004"],

@@ -29,7 +29,7 @@ fn paper_every_fact_holds() {
 }
 
 #[test]
-fn paper_classical_insertion() {
+fn paper_the_classical_insertion_has_the_stated_properties() {
     let m = metrics("classical", &[]);
     let first = &m.ruptures[0];
     assert!((first.slave_travel_m.expect("ran on") - 9.0e-3).abs() <= 0.5e-3);
@@ -43,7 +43,7 @@ fn paper_classical_insertion() {
 }
 
 #[test]
-fn paper_augmented_insertion() {
+fn paper_the_augmented_insertion_has_the_stated_properties() {
     let (c, a) = (metrics("classical", &[]), metrics("augmented", &[]));
     let event = &a.events[0];
     assert!((event.master_start_m - 19.0e-3).abs() <= 0.7e-3 && (event.master_end_m - 28.0e-3).abs() <= 0.7e-3);
@@ -179,7 +179,7 @@ fn oracle_dop853_agrees_on_the_shipped_scenarios() {
 }
 
 #[test]
-fn oracle_stability_limits() {
+fn oracle_the_stability_limits_agree_with_the_reference() {
     let table = support::table("tests/reference/stability_limits.csv");
     let columns = ["delay_ticks_each_way", "tissue_damping_n_s_per_m", "largest_stable_stiffness_n_per_m"];
     let [delays, dampings, limits] = columns.map(|name| table[name].iter());

@@ -228,7 +228,7 @@ fn check_names_what_a_promise_does_not_cover() {
 }
 
 #[test]
-fn a_broken_promise_is_a_warning_with_its_place_and_amount() {
+fn a_broken_promise_causes_a_warning_with_its_place_and_amount() {
     // A wall far stiffer than the scheme expects.
     let settings = [
         "passivity.budget_j=1e-4",

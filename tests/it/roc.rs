@@ -101,7 +101,7 @@ fn a_point_agrees_with_detect_at_its_threshold() {
 }
 
 #[test]
-fn the_number_of_threads_changes_nothing() {
+fn the_result_does_not_depend_on_the_number_of_threads() {
     let study = study(&[DistanceKind::SquaredResidual, DistanceKind::LikelihoodRatio], 0.05, 12, 9);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
@@ -132,13 +132,13 @@ fn a_stopped_study_counts_the_finished_cases() {
 #[test]
 fn a_synthetic_insertion_with_the_defaults_equals_the_shipped_one() {
     let kinds = [DistanceKind::SquaredResidual];
-    let made = Signal::made(&shipped(), InVivoLikeVariant::default(), &kinds).expect("a signal");
+    let synthetic = Signal::synthetic(&shipped(), InVivoLikeVariant::default(), &kinds).expect("a signal");
     let recorded = Signal::recorded("in_vivo_like".into(), &shipped(), &kinds).expect("a signal");
     let samples = |signal: Signal| match signal.kind {
         SignalKind::Recorded(samples) => samples,
         SignalKind::ClosedLoop(_) | SignalKind::Trials => panic!("no recording"),
     };
-    assert_eq!(samples(made), samples(recorded));
+    assert_eq!(samples(synthetic), samples(recorded));
 }
 
 #[test]
@@ -154,14 +154,14 @@ fn a_closed_loop_gives_the_same_alarms_as_its_own_detector() {
     assert_eq!(point.false_alarms, metrics.false_alarms);
 }
 
-fn own(roc: &Characteristics, detector: usize) -> &Point {
+fn at_threshold(roc: &Characteristics, detector: usize) -> &Point {
     roc.all[detector].at_own_threshold().expect("there")
 }
 
 #[test]
 fn the_defaults_reach_the_target_that_the_derivative_never_reaches() {
     let roc = judged(&study(&[DistanceKind::SquaredResidual, DistanceKind::ForceDerivative], 0.025, 1000, 8));
-    let paper = own(&roc, 0);
+    let paper = at_threshold(&roc, 0);
     assert_eq!(paper.cases, 1000);
     assert!(paper.detection_of_each.iter().all(|share| *share >= 0.995), "{:?}", paper.detection_of_each);
     // The rate must be significantly below one false alarm per hour. With even one false alarm in 4.4 h, the upper
@@ -179,10 +179,10 @@ fn the_adaptive_detector_outperforms_the_others_on_synthetic_recordings() {
     let signals = vec![Signal::trials(&shipped(), &kinds)];
     let roc = judged(&Study { signals, ..study(&kinds, 0.0, 150, 24) });
     let [adaptive, others @ ..] = &roc.all[..] else { panic!("three curves") };
-    let own = adaptive.at_own_threshold().expect("its own");
+    let point = adaptive.at_own_threshold().expect("its own");
     // `trocar roc --trials --seeds 2000` gives the figures of the book; these bounds are for 150 seeds.
-    assert!(own.detection.is_some_and(|share| share > 0.9), "{own:?}");
-    assert!(own.false_alarms_per_minute.unwrap_or(0.0) < 0.6, "{own:?}");
+    assert!(point.detection.is_some_and(|share| share > 0.9), "{point:?}");
+    assert!(point.false_alarms_per_minute.unwrap_or(0.0) < 0.6, "{point:?}");
     for per_hour in [6.0, 60.0, 600.0] {
         let of = |curve: &Curve| curve.at_false_alarms_per_hour(per_hour).map_or(0, |point| point.detected);
         for other in others {

@@ -173,8 +173,8 @@ fn the_summary_of_a_link_has_the_keys_of_its_schema() {
     };
     let mut slave = start(&["slave", "--listen", "127.0.0.1:0"]);
     let mut line = String::new();
-    let mut told = std::io::BufReader::new(slave.stderr.take().expect("a pipe"));
-    std::io::BufRead::read_line(&mut told, &mut line).expect("a line");
+    let mut printed = std::io::BufReader::new(slave.stderr.take().expect("a pipe"));
+    std::io::BufRead::read_line(&mut printed, &mut line).expect("a line");
     let address = line.split_whitespace().find_map(|word| word.strip_suffix(';')).expect("an address");
     let master = start(&["master", "--proxy", "--to", address]);
     for (side, process) in [("master", master), ("slave", slave)] {
@@ -226,8 +226,8 @@ fn check_meanings(schema: &Json, place: &str) {
         return;
     };
     for (key, property) in map.get("properties").and_then(Json::as_object).into_iter().flatten() {
-        let is_told = ["description", "$ref", "const"].iter().any(|keyword| property.get(keyword).is_some());
-        assert!(is_told || property["anyOf"][0]["$ref"].is_string(), "{place}: {key} has no description");
+        let is_described = ["description", "$ref", "const"].iter().any(|keyword| property.get(keyword).is_some());
+        assert!(is_described || property["anyOf"][0]["$ref"].is_string(), "{place}: {key} has no description");
     }
     map.iter().for_each(|(key, part)| check_meanings(part, &format!("{place}/{key}")));
 }

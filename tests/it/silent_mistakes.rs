@@ -161,9 +161,9 @@ fn a_run_that_is_too_short_gives_a_warning() {
     // A check foresees the problem, and the verdict of a run reports it.
     let (codes, _) = warned(&folder, &["check", skin, "--set", "operator.movement_s=5000"]);
     assert_eq!(codes, ["motion-beyond-run"]);
-    let told = |settings: &str| words(&folder.good(&["run", skin, "--set", settings]));
-    assert!(told("tissue.contact_m=25").contains("The needle never touches the tissue."));
-    assert!(told("operator.end_m=50mm").contains("The layer capsule does not rupture."));
+    let output = |settings: &str| words(&folder.good(&["run", skin, "--set", settings]));
+    assert!(output("tissue.contact_m=25").contains("The needle never touches the tissue."));
+    assert!(output("operator.end_m=50mm").contains("The layer capsule does not rupture."));
 }
 
 #[test]

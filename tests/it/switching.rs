@@ -111,8 +111,8 @@ fn the_certified_dwell_depends_on_the_tick_only_by_rounding() {
             let found_ms = dwell(tick_ms);
             let most_ms = (1.3 * finest_ms / tick_ms).ceil() * tick_ms;
             assert!(finest_ms <= found_ms && found_ms <= most_ms + 1e-9, "{tick_ms}: {found_ms} {finest_ms}");
-            let is_told = MANUAL.contains(&format!("{} ms at {tick_ms}", found_ms.round()));
-            assert!(tissue != TISSUE || is_told, "{found_ms}");
+            let is_in_manual = MANUAL.contains(&format!("{} ms at {tick_ms}", found_ms.round()));
+            assert!(tissue != TISSUE || is_in_manual, "{found_ms}");
         }
     }
 }

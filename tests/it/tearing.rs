@@ -263,15 +263,15 @@ fn the_trace_shows_when_the_estimate_can_be_trusted() {
 fn a_scenarios_list_of_layers_replaces_the_list_of_its_base() {
     let folder = crate::support::test_folder::TestFolder::new();
     folder.file("base.toml", NAMED);
-    folder.file("own.toml", "base = \"base.toml\"\n[[tissue.layer]]\nname = \"dura\"\ngrip_n = 0.3\n");
+    folder.file("layer.toml", "base = \"base.toml\"\n[[tissue.layer]]\nname = \"dura\"\ngrip_n = 0.3\n");
     folder.file("changed.toml", "base = \"base.toml\"\n[tissue.layer.dura]\ngrip_n = 0.3\n");
     let of = |name: &str| {
         let scenario = Scenario::load(&Source::Disk(folder.path(name)), &[]).expect("good");
         scenario.echo().parse::<toml::Table>().expect("TOML")["tissue"]["layer"].as_array().expect("a list").clone()
     };
-    let (own, changed) = (of("own.toml"), of("changed.toml"));
-    assert_eq!((own.len(), changed.len()), (1, 3));
-    assert_eq!(own[0]["toughness_j_per_m2"].as_float(), Some(TearingLayer::DEFAULT.toughness_j_per_m2));
+    let (of_layer, changed) = (of("layer.toml"), of("changed.toml"));
+    assert_eq!((of_layer.len(), changed.len()), (1, 3));
+    assert_eq!(of_layer[0]["toughness_j_per_m2"].as_float(), Some(TearingLayer::DEFAULT.toughness_j_per_m2));
     assert_eq!(changed[1]["toughness_j_per_m2"].as_float(), Some(400.0));
     assert_eq!(changed[1]["grip_n"].as_float(), Some(0.3));
 }

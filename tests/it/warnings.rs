@@ -158,7 +158,7 @@ fn an_oscillation_that_starts_late_is_slow_saturates_or_alternates_with_the_tick
 }
 
 #[test]
-fn motion_forced_by_hand_noise_and_breathing_is_no_oscillation_of_the_loop() {
+fn motion_caused_by_hand_noise_and_breathing_is_not_an_oscillation_of_the_loop() {
     // Three quarters of the stable force scale.
     let forced = "operator = { kind = \"sine\", start_m = 0.012, amplitude_m = 0.006, frequency_hz = 6, tremor_amplitude_m = 2e-4 }
         scaling.force = 12
@@ -519,8 +519,8 @@ fn metrics_that_no_case_changes_give_a_warning() {
     let sweep = "base = \"paper/classical\"\nmetrics = [\"false_alarms\", \"operator_energy_j\"]\n[axes]\n\"scaling.force\" = [1.0, 1.1]\n";
     let outcome = folder.file("two.toml", sweep).trocar(&["sweep", "two.toml", "--deny-warnings"]);
     assert_eq!(outcome.code, 0, "{}", outcome.err);
-    let told = outcome.out.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(told.contains("The same in every case: false alarms. "), "{told}");
+    let output = outcome.out.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(output.contains("The same in every case: false alarms. "), "{output}");
     folder.file("none.toml", sweep.replace(", \"operator_energy_j\"", ""));
     let outcome = folder.trocar(&["sweep", "none.toml", "--json", "--deny-warnings"]);
     let answer: serde_json::Value = serde_json::from_str(&outcome.out).expect("JSON");
@@ -528,7 +528,7 @@ fn metrics_that_no_case_changes_give_a_warning() {
 }
 
 #[test]
-fn a_delay_each_way_is_the_two_delays() {
+fn a_common_delay_sets_the_delays_of_both_directions() {
     let of = |settings: &[&str]| {
         let scenario = load("link/long-delay", settings);
         (scenario.forward, scenario.backward)

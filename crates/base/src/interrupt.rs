@@ -1,7 +1,7 @@
 //! Cooperative cancellation of long computations.
 //!
-//! Long computations call [`check`] every few milliseconds. If the flag of a thread ([`watch`]) is set, [`check`]
-//! unwinds to [`catch`], so the functions between them need no early return. On threads without a flag it does nothing.
+//! Long computations call [`check`] every few milliseconds. Once the flag of a thread ([`watch`]) is set, [`check`]
+//! unwinds to [`catch`], so the functions between need no early return. Without a flag it does nothing.
 
 use std::any::Any;
 use std::cell::RefCell;
@@ -37,7 +37,7 @@ pub fn check_at(step: u64) {
 #[inline(never)]
 pub fn check() {
     if is_requested() {
-        // Without a panic message, because this is not a panic.
+        // Not a panic, so no panic message.
         resume_unwind(Box::new(Interrupted));
     }
 }

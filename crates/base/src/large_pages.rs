@@ -3,9 +3,9 @@
 /// Minimum size in bytes for requesting large pages, as in numpy.
 const LARGE: usize = 4 << 20;
 
-/// Returns an empty vector with capacity for `count` values, in large pages where the system provides them on request.
+/// An empty vector with capacity for `count` values, in large pages where the system provides them on request.
 ///
-/// With pages of 4 KB, the system takes longer to map a long column than most computations to fill it.
+/// Mapping a long column in pages of 4 KB takes longer than most computations on it.
 #[must_use]
 pub fn with_capacity<T>(count: usize) -> Vec<T> {
     let column = Vec::with_capacity(count);

@@ -27,12 +27,12 @@ impl Moments {
         self.squares += before * (value - self.mean);
     }
 
-    /// Returns the variance; 0 for fewer than two values.
+    /// The variance; 0 for fewer than two values.
     pub fn variance(&self) -> f64 {
         if self.count > 1 { self.squares / (self.count - 1) as f64 } else { 0.0 }
     }
 
-    /// Returns the standard error of the mean.
+    /// The standard error of the mean.
     pub fn standard_error(&self) -> f64 {
         if self.count > 0 { (self.variance() / self.count as f64).sqrt() } else { 0.0 }
     }

@@ -15,7 +15,7 @@ pub fn join_in_pool<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOn
     if rayon::current_thread_index().is_some() { rayon::join(a, b) } else { (a(), b()) }
 }
 
-/// Returns the results of `count` pieces of work in the order of their indices, from 0.
+/// The results of `count` pieces of work in the order of their indices, from 0.
 pub fn map<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let results: Vec<Mutex<Option<T>>> = (0..count).map(|_| Mutex::new(None)).collect();
     each(count, &|index| {

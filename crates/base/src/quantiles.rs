@@ -6,7 +6,7 @@ use crate::interrupt;
 /// Ratio of a Gaussian's standard deviation to its median absolute deviation.
 const GAUSSIAN_MAD: f64 = 1.4826;
 
-/// Returns the quantile at `share` (0 to 1) of `count` values, interpolated linearly between two order statistics.
+/// The quantile at `share` (0 to 1) of `count` values, interpolated linearly between two order statistics.
 /// `of_rank` returns the order statistics (rank 0 is the smallest). `None` without values.
 pub fn quantile(count: u64, share: f64, of_rank: impl Fn(u64) -> f64) -> Option<f64> {
     let last = count.checked_sub(1)?;
@@ -16,7 +16,7 @@ pub fn quantile(count: u64, share: f64, of_rank: impl Fn(u64) -> f64) -> Option<
     Some(here + (place - below as f64) * (next - here))
 }
 
-/// Returns the quantile at `share` (0 to 1), interpolated as in [`quantile`]. Reorders the values without sorting them
+/// The quantile at `share` (0 to 1), interpolated as in [`quantile`]. Reorders the values without sorting them
 /// completely. `None` without values.
 pub fn quantile_of(values: &mut [f64], share: f64) -> Option<f64> {
     let below = (share * values.len().checked_sub(1)? as f64) as usize;
@@ -27,7 +27,7 @@ pub fn quantile_of(values: &mut [f64], share: f64) -> Option<f64> {
     quantile(values.len() as u64, share, |rank| values[rank as usize])
 }
 
-/// Returns the ranks, from 0, of the bounds of the median's 95 % interval; `count` must not be 0.
+/// The ranks, from 0, of the bounds of the median's 95 % interval; `count` must not be 0.
 ///
 /// They are `n/2 ± 1.96 √n/2`, rounded outwards (the normal approximation of the sign test), for any distribution. With
 /// fewer than six values no such interval reaches 95 %, and the result is the whole range.
@@ -38,13 +38,13 @@ pub fn median_ranks(count: u64) -> (u64, u64) {
     (low, count - 1 - low)
 }
 
-/// Returns the upper median; `None` without values.
+/// The upper median; `None` without values.
 pub fn upper_median(values: &[f64]) -> Option<f64> {
     order_statistic(values.len(), |visit| visit(values), values.len() / 2)
 }
 
-/// Returns 1.4826 times the median absolute deviation from the median (both upper medians) of the values of all parts:
-/// a standard deviation that is robust to outliers. `None` without values.
+/// The robust standard deviation of the values of all parts: 1.4826 times the median absolute deviation from the median
+/// (both upper medians). `None` without values.
 pub fn robust_std(parts: &[&[f64]]) -> Option<f64> {
     let count = parts.iter().map(|part| part.len()).sum();
     let middle = count / 2;
@@ -62,19 +62,19 @@ pub fn robust_std(parts: &[&[f64]]) -> Option<f64> {
 /// Number of values to compute at once for [`order_statistic`].
 pub const AT_ONCE: usize = 512;
 
-/// Maximum number of values to select in memory; size of the sample; and distance of the bounds from the wanted rank in
-/// the sample: four standard deviations.
+/// Maximum number of values selected in memory, sample size, and distance of the bounds from the wanted rank: four
+/// standard deviations.
 const MAX_SELECTED: usize = 1 << 16;
 const SAMPLE: usize = 1 << 14;
 const MARGIN: usize = 4 * 64;
 
-/// Returns the order statistic of a rank (0 is the smallest) among `count` values, ordered by [`f64::total_cmp`].
+/// The order statistic of a rank (0 is the smallest) among `count` values, ordered by [`f64::total_cmp`].
 /// `None` beyond the last rank. `visit_all` passes all values to its argument in blocks, which must be the same at
 /// every call.
 ///
-/// A sample of many values gives two bounds that almost certainly enclose the result. One pass counts the values below
-/// them and keeps the values between (Floyd and Rivest, *Communications of the ACM* 18, 1975), which avoids copying
-/// millions of values. If the bounds fail, all values are copied.
+/// Two bounds from a sample almost certainly enclose the result. One pass counts the values below them and keeps those
+/// between (Floyd and Rivest, *Communications of the ACM* 18, 1975), without copying millions of values. If the bounds
+/// fail, all values are copied.
 pub fn order_statistic(count: usize, visit_all: impl Fn(&mut dyn FnMut(&[f64])), rank: usize) -> Option<f64> {
     interrupt::check();
     if rank >= count {
@@ -89,7 +89,7 @@ pub fn order_statistic(count: usize, visit_all: impl Fn(&mut dyn FnMut(&[f64])),
     Some(of_key(between.unwrap_or_else(among_all)))
 }
 
-/// Returns the key of a rank if it lies between the bounds of a sample.
+/// The key of a rank if it lies between the bounds of a sample.
 fn between_bounds(visit_all: impl Fn(&mut dyn FnMut(&[f64])), count: usize, rank: usize) -> Option<u64> {
     let (step, mut next, mut sample) = (count / SAMPLE, 0, Vec::with_capacity(2 * SAMPLE));
     visit_all(&mut |values| {
@@ -105,8 +105,7 @@ fn between_bounds(visit_all: impl Fn(&mut dyn FnMut(&[f64])), count: usize, rank
     let high = sample.get(place + MARGIN).copied().unwrap_or(u64::MAX);
     let (mut below, mut at_low, mut at_high, mut between) = (0, 0, 0, vec![]);
     visit_all(&mut |values| {
-        // Two loops avoid branches: the position of a value relative to the bounds is unpredictable, and few values lie
-        // between them.
+        // Two loops avoid unpredictable branches; few values lie between the bounds.
         below += values.iter().map(|value| usize::from(key(value) < low)).sum::<usize>();
         for key in values.iter().map(key).filter(|key| key.wrapping_sub(low) <= high - low) {
             if key == low {
@@ -130,7 +129,7 @@ fn select(mut keys: Vec<u64>, rank: usize) -> u64 {
     *keys.select_nth_unstable(rank).1
 }
 
-/// Returns an integer with the same order as the values by [`f64::total_cmp`].
+/// An integer with the same order as the values by [`f64::total_cmp`].
 #[inline(always)]
 fn key(value: &f64) -> u64 {
     let bits = value.to_bits();
@@ -154,7 +153,7 @@ pub fn normal_quantile(share: f64) -> f64 {
     bisect(-38.0, 38.0, |x| normal_share(x) < share)
 }
 
-/// Returns the point between `low` and `high` at which `below` changes from true to false, to 2⁻⁶⁴ of their distance.
+/// The point between `low` and `high` at which `below` changes from true to false, to 2⁻⁶⁴ of their distance.
 pub fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..64 {
         let middle = 0.5 * (low + high);
@@ -163,7 +162,7 @@ pub fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
     0.5 * (low + high)
 }
 
-/// Returns the ranks of `values`, scaled to mean 0 and variance 1. Equal values have their mean rank. `None` if all
+/// The ranks of `values`, scaled to mean 0 and variance 1. Equal values have their mean rank. `None` if all
 /// values are equal, or one is NaN.
 pub fn standard_ranks(values: &[f64]) -> Option<Vec<f64>> {
     if values.iter().any(|value| value.is_nan()) {

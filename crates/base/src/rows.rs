@@ -2,9 +2,8 @@
 
 use crate::large_pages::with_capacity;
 
-/// Number of rows to collect before appending them to the columns. Long columns begin at the same offset in a page, so
-/// values written to all columns in turn would evict each other from the cache. A block with columns as long as a page
-/// would have the same problem.
+/// Number of rows collected before they are appended. Long columns begin at the same offset in a page, so alternating
+/// writes would evict each other from the cache. A block with columns as long as a page would have the same problem.
 pub const AT_ONCE: usize = 64;
 
 /// Columns that are filled row by row.
@@ -46,7 +45,7 @@ impl<const N: usize> Rows<N> {
         self.filled = 0;
     }
 
-    /// Returns the columns, of equal length. Columns that are not kept are empty.
+    /// The columns, of equal length. Columns that are not kept are empty.
     #[must_use]
     pub fn into_columns(mut self) -> [Vec<f64>; N] {
         self.append();

@@ -30,7 +30,7 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// Returns the SI unit of the values; `"1"` for numbers without a unit.
+    /// The SI unit of the values; `"1"` for numbers without a unit.
     #[must_use]
     pub fn si(self) -> &'static str {
         match self {

@@ -21,7 +21,7 @@ macro_rules! codes {
             /// All codes.
             pub const ALL: &'static [Self] = &[$(Self::$Code),*];
 
-            /// Returns the word in files and messages.
+            /// The word in files and messages.
             #[must_use]
             pub fn word(self) -> &'static str {
                 match self {
@@ -29,7 +29,7 @@ macro_rules! codes {
                 }
             }
 
-            /// Returns the meaning in one sentence.
+            /// The meaning in one sentence.
             #[must_use]
             pub fn meaning(self) -> &'static str {
                 match self {
@@ -37,7 +37,7 @@ macro_rules! codes {
                 }
             }
 
-            /// Returns an explanation, and what to do.
+            /// An explanation, and what to do.
             #[must_use]
             pub fn explanation(self) -> &'static str {
                 match self {
@@ -51,163 +51,179 @@ macro_rules! codes {
 codes! {
     MissedRupture "missed-rupture":
         "A layer ruptured, and no alarm followed within 0.1 s.",
-        "The run is repeated with an observed detector. Of the samples after the rupture with g above the threshold, the first that \
-         fails the fewest conditions gives the reason; the message names the key that decides on it. Without such a sample the \
-         message says how far g came.";
+        "trocar repeats the run and observes the detector. Among the samples after the rupture with g above the \
+         threshold, it selects those that fail the fewest conditions; the first of them gives the reason. The message \
+         names the key that sets the failed condition. If g stays below the threshold, the message reports the \
+         largest g.";
     Oscillating "oscillating":
         "The needle or the master swings, and the swing does not decay.",
-        "The check applies to a run in which the position relative to the desired position reverses in the last 40 %, and still \
-         moves in the last 20 %, by more than 20 µm and twice the resolution of the position sensor. The run is then repeated \
-         and continued with nothing that forces it: the hand rests at its last desired position, the organs stop, and the force \
-         sensor has no noise; delays, losses, limits, augmentation and reflexes of the arm remain. The swing is the loop's own \
-         if it lasts: over consecutive windows it does not become weaker, or approaches a smaller swing that lasts. The \
-         continuation is as long as the run, and is doubled until this is clear: up to 64 times, 8 times with random losses or \
-         delays, 4 times with `dop853` or an FMU, at most 400,000 ticks; with random losses the swing lasts if it has at least \
-         half its strength at the end. If the hand was still moving, it also rests where it was deepest in the last 20 %; the \
-         swing there counts if the run swings without becoming weaker, at least half as fast and half as far. A stick-slip that \
-         needs a moving hand does not count as a swing of the loop.";
+        "The check applies to a run in which the position relative to the desired position reverses in the last 40 %, \
+         and still moves in the last 20 %, by more than 20 µm and twice the resolution of the position sensor. The run \
+         is then repeated and continued without excitation: the hand rests at its last desired position, the organs \
+         stop, and the force sensor has no noise; delays, losses, limits, augmentation and reflexes of the arm remain. \
+         The loop causes the swing if the swing persists: over consecutive windows it does not weaken, or it \
+         approaches a smaller persistent swing. The continuation is as long as the run, and is doubled until this is \
+         clear: up to 64 times, 8 times with random losses or delays, 4 times with `dop853` or an FMU, at most 400,000 \
+         ticks; with random losses the swing persists if at least half of its strength remains at the end. If the hand \
+         was still moving, it also rests where it was deepest in the last 20 %; the swing there counts if the run \
+         swings without becoming weaker, at least half as fast and half as far. A stick-slip that needs a moving hand \
+         does not count as a swing of the loop.";
     HandEnergyImpossible "hand-energy-impossible":
         "The hand exchanges more energy with the master than a person can.",
-        "The mean power between hand and master, |∫ F_h dx_h| over the duration, is above 100 W, or the force on the hand exceeds \
-         1000 N. No person sustains that: the loop is unstable or a scale is wrong.";
+        "The mean power between hand and master, |∫ F_h dx_h| over the duration, is above 100 W, or the force on the \
+         hand exceeds 1000 N. No person sustains that: the loop is unstable or a scale is wrong.";
     ActiveLoop "active-loop":
-        "The master gives the hand energy that neither the hand nor the tissue has put in.",
-        "The tissue is a model, which cannot give energy, and yet the work of the hand on the master is negative: the teleoperator \
-         feeds the hand. A passive teleoperator does not. With a delay, a passivity scheme can prevent it.";
+        "The master gives the hand more energy than hand and tissue have supplied.",
+        "The tissue is a passive model, but the work of the hand on the master is negative: the teleoperator feeds \
+         energy to the hand. A passive teleoperator does not. With a delay, a passivity scheme can prevent it.";
     PromiseBroken "promise-broken":
         "A passivity scheme has generated more energy than it promises.",
-        "A scheme promises that the ports at the hand and at the needle never deliver more than they have received and E_0: \
-         E_m - E_s >= -E_0 with E_m = sum F_ed dx_h and E_s = integral f_e dx_e, scaled to the master. The promise does not cover \
-         a tissue stiffer than passivity.max_stiffness_n_per_m, actuators that saturate, and sensors that are not ideal.";
+        "A scheme promises that the ports at the hand and at the needle never deliver more than they have received and \
+         E_0: E_m - E_s >= -E_0 with E_m = sum F_ed dx_h and E_s = integral f_e dx_e, scaled to the master. The \
+         promise does not cover a tissue stiffer than passivity.max_stiffness_n_per_m, actuators that saturate, and \
+         sensors that are not ideal.";
     PromiseNotCovered "promise-not-covered":
         "The promise of the passivity scheme does not cover a part of the scenario.",
-        "A scheme keeps its promise for ideal sensors and motors, a slave that the tissue does not move, and tissues up to \
-         passivity.max_stiffness_n_per_m. `trocar check` names the parts of a scenario that are beyond this. The energy may stay \
-         within the promise nevertheless: `trocar run` compares it, and warns with promise-broken.";
+        "A scheme keeps its promise for ideal sensors and motors, a slave that the tissue does not move, and tissues \
+         up to passivity.max_stiffness_n_per_m. `trocar check` names the parts of a scenario that violate these \
+         conditions. The energy may still stay within the promised bound: `trocar run` checks it and warns with \
+         promise-broken.";
     ForceNotBounded "force-not-bounded":
         "The passivity scheme promises no bound of the force.",
-        "A scheme bounds the energy that hand and needle get. The force, too, mostly stays below 1.5 times that of the loop without \
-         delay, but no scheme promises it. `trocar check` says so for every scenario with a scheme. The manual's page on limits has how \
-         often the force was larger in random cases.";
+        "A scheme bounds the energy that hand and needle receive, but not the force. The force mostly stays below 1.5 \
+         times the force of the loop without delay. `trocar check` gives this warning for every scenario with a \
+         scheme. The manual's page on limits states how often the force was larger in random cases.";
     DelayBeyondRun "delay-beyond-run":
         "A delay of the link is longer than the run.",
-        "Nothing that is sent arrives in the run.";
+        "No sample arrives during the run.";
     DelayRounded "delay-rounded":
-        "A delay of the link acts as a whole number of ticks.",
-        "Continuous controllers read a sample when it arrives, also between two ticks. Sampled controllers, other architectures than \
-         position-force and passivity schemes compute on the tick: a sample that arrives between two ticks waits for the next one. The \
-         run and the analysis of stability use the longer delay, so that they change in steps. Give a multiple of simulation.tick_s, \
-         or shorten the tick.";
+        "A delay of the link is rounded up to a whole number of ticks.",
+        "Continuous controllers read a sample when it arrives, also between two ticks. Sampled controllers, other \
+         architectures than position-force and passivity schemes compute on the tick: a sample that arrives between \
+         two ticks waits for the next one. The run and the analysis of stability use the longer delay, so that they \
+         change in steps. Give a multiple of simulation.tick_s, or shorten the tick.";
     TissueNotTouched "tissue-not-touched":
         "The needle never touches the tissue.",
-        "The tissue force is 0 in the whole run: no layer can rupture, and a comparison compares free motion. The surface is at \
-         tissue.contact_m, in slave positions: the slave moves scaling.position times as far as the master. Often a value in mm is given as m.";
+        "The tissue force is 0 in the whole run: no layer can rupture, and a comparison compares free motion. The \
+         surface is at tissue.contact_m, in slave positions: the slave moves scaling.position times as far as the \
+         master. A common cause is a value in mm that was given as m.";
     LayerNotRuptured "layer-not-ruptured":
         "A layer or a labelled rupture of the scenario does not occur in the run.",
-        "The number of detected and missed ruptures says nothing about it. The needle does not get there, or presses less than the \
-         layer's rupture force: a layer bulges before it ruptures, so that the needle must go deeper than the layer lies. Let the \
-         operator move further, or the run last longer. Some strategies stop the insertion on purpose.";
+        "The counts of detected and missed ruptures do not include it. The needle does not reach the layer, or its \
+         force stays below the layer's rupture force. A layer bulges before it ruptures, so the needle must go deeper \
+         than the position of the layer. Let the operator move further, or lengthen the run. Some strategies stop the \
+         insertion on purpose.";
     MotionBeyondRun "motion-beyond-run":
         "The operator's movement takes longer than the run.",
-        "The run ends before the movement does. Lengthen simulation.duration_s, or shorten operator.movement_s (its unit is s).";
+        "The run ends before the movement does. Lengthen simulation.duration_s, or shorten operator.movement_s (its \
+         unit is s).";
     StrayAlarm "stray-alarm":
         "An alarm near a rupture does not count as its detection.",
-        "An alarm detects a rupture if the force has fallen and the alarm follows soon: in a run within 0.1 s of the rupture, in a \
-         recording within 0.1 s of a fall of the force. An alarm before the fall, or long after it, has another cause. It counts as \
-         false, and the rupture as missed, unless another alarm detects it.";
+        "An alarm detects a rupture if the force has fallen and the alarm follows soon: in a run within 0.1 s of the \
+         rupture, in a recording within 0.1 s of a fall of the force. An alarm before the fall, or long after it, has \
+         another cause. It counts as false, and the rupture as missed, unless another alarm detects it.";
     OutsideMeasured "outside-measured":
         "A property of the tissue is outside the range of the measurements.",
-        "The literature page of the manual lists measured values and the range of each property. A value outside runs all the same: a firm \
-         phantom, another species or a thought experiment may need it. Check its unit first.";
+        "The literature page of the manual lists measured values and the range of each property. trocar simulates \
+         values outside the range, too: a firm phantom or another species may need them. Check the unit first.";
     SeedsWithoutEffect "seeds-without-effect":
-        "The scenario has no random numbers, so that every seed gives the same run.",
-        "Seeds vary the noise of the sensors, the tremor, the reaction times, jitter and loss. None of them is on, so that repeated \
-         runs are copies, and intervals over seeds have no width.";
+        "The scenario has no random numbers, so every seed gives the same run.",
+        "Seeds vary the noise of the sensors, the tremor, the reaction times, jitter and loss. None of them is \
+         active, so repeated runs are identical, and intervals over seeds have no width.";
     UnchangedMetrics "unchanged-metrics":
         "No metric differs between the cases of a sweep.",
-        "The axes change nothing that the sweep records. Every summary also lists the metrics that are the same in every case.";
+        "The axes change nothing that the sweep records. Every summary also lists the metrics that are the same in \
+         every case.";
     Unmodelled "unmodelled":
         "The analysis of stability leaves out a part of the scenario.",
-        "The linear analysis has no model of the listed parts. Its verdict covers the loop without them; with them the loop may be \
-         unstable. `trocar run` simulates them.";
+        "The linear analysis has no model of the listed parts. Its verdict covers the loop without them; with them the \
+         loop may be unstable. `trocar run` simulates them.";
     TissueNotCovered "tissue-not-covered":
         "The certificate does not cover the whole tissue of the scenario.",
-        "The certificate covers springs whose stiffness changes at any tick within a range: that of the scenario's tissue, or --tissue \
-         LOW:HIGH. The stiffness of the tissue is not within that range, or the tissue has ruptures, relaxation or friction, \
-         which no spring has.";
+        "The certificate covers springs whose stiffness changes at any tick within a range: that of the scenario's \
+         tissue, or --tissue LOW:HIGH. The stiffness of the tissue is not within that range, or the tissue has \
+         ruptures, relaxation or friction, which no spring has.";
     LowSamplingRate "low-sampling-rate":
         "The samples are too far apart to show a rupture.",
-        "A rupture takes about 30 ms. At a low rate it falls between two samples, and the defaults of estimator and detector are for \
-         intervals of 0.5 to 2 ms. Are the times in milliseconds? Then write --time COLUMN:ms.";
+        "A rupture takes about 30 ms. At a low rate it falls between two samples, and the defaults of estimator and \
+         detector are for intervals of 0.5 to 2 ms. Are the times in milliseconds? Then write --time COLUMN:ms.";
     HighSamplingRate "high-sampling-rate":
-        "The samples are closer together than any force sensor's.",
+        "The sampling rate is higher than that of any force sensor.",
         "The sampling rate is above 100 kHz: the unit of the time is probably wrong.";
     ForceSign "force-sign":
         "The force does not resist the insertion.",
-        "Forces are positive when they resist insertion. Loading the tissue then takes work: the force rises while the needle \
-         advances. In the recording it falls. A negative unit or factor changes the sign, as in --force COLUMN:-N.";
+        "Forces are positive when they resist insertion. Loading the tissue then takes work: the force rises while the \
+         needle advances. In the recording it falls. A negative unit or factor changes the sign, as in --force \
+         COLUMN:-N.";
     ForceMagnitude "force-magnitude":
-        "The forces are not those of a needle in tissue.",
-        "The largest force is above 60 N, or below the drop that a detector expects (detector.rupture_std_n), or it rises by more \
-         than 20 kN/m. The unit is probably wrong: write it after the column, as in --force COLUMN:mN.";
+        "The forces are implausible for a needle in tissue.",
+        "The largest force is above 60 N, or below the drop that a detector expects (detector.rupture_std_n), or it \
+         rises by more than 20 kN/m. The unit is probably wrong: write it after the column, as in --force COLUMN:mN.";
     PositionMagnitude "position-magnitude":
-        "The positions are not those of a needle insertion.",
-        "Insertions span 0.3 mm to 0.5 m. Outside this range the unit is probably wrong: write it after the column, as in \
-         --position COLUMN:mm.";
+        "The positions are implausible for a needle insertion.",
+        "Insertions span 0.3 mm to 0.5 m. Outside this range the unit is probably wrong: write it after the column, as \
+         in --position COLUMN:mm.";
     VelocityMagnitude "velocity-magnitude":
         "The recorded velocity is not the derivative of the recorded position.",
-        "The velocity column and the slope of the positions differ by a factor. The message names the factor that makes them agree, \
-         for --velocity COLUMN:FACTOR. Without --velocity, the velocity is estimated from the positions.";
+        "The velocity column and the slope of the positions differ by a factor. The message names the factor that \
+         makes them agree, for --velocity COLUMN:FACTOR. Without --velocity, the velocity is estimated from the \
+         positions.";
     NoContact "no-contact":
         "The needle never reaches the contact position.",
-        "The estimator, and every detector except the adaptive one, work below estimator.contact_m only. Give --contact-m at the \
-         surface of the tissue.";
+        "The estimator, and every detector except the adaptive one, work below estimator.contact_m only. Give \
+         --contact-m at the surface of the tissue.";
     ForceOutOfContact "force-out-of-contact":
-        "The largest force of a recording, or that of an alarm, acts above the contact position.",
-        "The estimator, and every detector except the adaptive one, ignore the samples above estimator.contact_m. If the largest \
-         force, of at least 1 N, is there, or the adaptive detector raises an alarm there, the contact position is too deep, or the \
-         positions decrease into the tissue, or the force has the wrong sign: give a smaller --contact-m, or change the sign of \
-         --position or --force.";
+        "The largest force of a recording, or the force at an alarm, acts above the contact position.",
+        "The estimator, and every detector except the adaptive one, ignore the samples above estimator.contact_m. If \
+         the largest force, of at least 1 N, is there, or the adaptive detector raises an alarm there, the contact \
+         position is too deep, or the positions decrease into the tissue, or the force has the wrong sign: give a \
+         smaller --contact-m, or change the sign of --position or --force.";
     RarelyArmed "rarely-armed":
         "The detector was armed for less than a tenth of the time in contact.",
-        "The detector is armed once g has been below the threshold for detector.settle_s in contact. Noise or a wrong model that keeps \
-         g high disarms it, so that it misses ruptures. Raise the drift and the threshold to the noise (`trocar calibrate`).";
+        "The detector is armed once g has been below the threshold for detector.settle_s in contact. Noise or a wrong \
+         model can keep g high, so that the detector stays disarmed and misses ruptures. Raise drift and threshold to \
+         match the noise (`trocar calibrate` computes both).";
     ColumnsSwapped "columns-swapped":
         "Position and force of a recording seem to be swapped.",
-        "The position jumps where a rupture lets a force fall, and the force moves evenly, as a needle does. Or one column is given \
-         for both, or a column's unit is one of another quantity. Exchange --position and --force.";
+        "The position jumps as a force does at a rupture, and the force changes evenly as the position of a needle \
+         does. Or the same column is given for both, or the unit of a column belongs to another quantity. Exchange \
+         --position and --force.";
     ForceOffset "force-offset":
         "The force is not 0 before the needle touches the tissue.",
-        "Over the free motion at the beginning the force is constant and differs from 0: the sensor is not tared. `trocar calibrate` then \
-         takes free motion for contact, and the detector raises false alarms. recording.tare_s (--tare-s) subtracts the mean force of \
-         the beginning.";
+        "Over the free motion at the beginning the force is constant and differs from 0: the sensor is not tared. \
+         `trocar calibrate` then takes free motion for contact, and the detector raises false alarms. recording.tare_s \
+         (--tare-s) subtracts the mean force of the beginning.";
     KeyWithoutEffect "key-without-effect":
         "A given key changes nothing in this command.",
-        "The command does not read the key, or computes its value itself: a detection does not simulate a sensor, and a calibration \
-         computes threshold and drift. Keys in a scenario file are not reported, since other commands read them.";
+        "The command does not read the key, or computes its value itself: a detection does not simulate a sensor, and \
+         a calibration computes threshold and drift. Keys in a scenario file are not reported, since other commands \
+         read them.";
     ConstantForce "constant-force":
         "The force does not change although the needle moves in contact.",
-        "The sensor is at the end of its range, or its value is not renewed or has coarse steps: no detector sees a rupture meanwhile. The message says when. \
+        "The sensor is at the end of its range, or its value is not renewed or has coarse steps: no detector can see \
+         a rupture during this time. The message gives the time. \
          The adaptive detector counts as not armed once the force has not changed for 0.2 s.";
     SlowRupturesMissed "slow-ruptures-missed":
         "The calibrated settings detect less than half of the slowest inserted ruptures.",
-        "The noise hides the slowest ruptures at the requested interval between false alarms. Calibrate on a longer beginning \
-         (--first-s), or accept more false alarms (a smaller --false-alarm-s).";
+        "The noise hides the slowest ruptures at the requested interval between false alarms. Calibrate on a longer \
+         beginning (--first-s), or accept more false alarms (a smaller --false-alarm-s).";
     HarmlessAlarms "harmless-alarms":
         "The calibrated settings raise alarms at more than a fifth of the inserted harmless changes.",
-        "The estimator is too slow for changes of stiffness and speed. Calibrate on a longer beginning (--first-s), or accept a longer \
-         delay.";
+        "The estimator is too slow for changes of stiffness and speed. Calibrate on a longer beginning (--first-s), or \
+         accept a longer delay.";
     GuessedColumns "guessed-columns":
         "The columns of a recording are guessed from their names and units.",
-        "No flag or key names a column, the file has none with the default names, and exactly one signal each looks like time, position \
-         and force. The message has the flags: give them, or others (`trocar detect FILE --list` shows all signals).";
+        "No flag or key names a column, and no column has a default name, but exactly one signal each looks like \
+         time, position and force. Give the flags in the message to confirm this choice, or give others (`trocar \
+         detect FILE --list` shows all signals).";
     NoRuptures "no-ruptures":
         "A study of detectors has no rupture.",
-        "No rupture of the recordings is labelled: no share of detected ruptures is known, and every alarm counts as false, also that of \
-         a rupture which has no label. For recordings without a rupture this is what is wanted; otherwise give --rupture-s.";
+        "The recordings have no labelled rupture, so the share of detected ruptures is unknown and every alarm counts \
+         as false, even an alarm at a rupture without a label. Label the ruptures with --rupture-s, unless the \
+         recordings contain none.";
     MissingSection "missing-section":
         "A file with settings lacks a section.",
-        "The defaults are used for it.";
+        "trocar uses the defaults for this section.";
 }
 
 impl Code {

@@ -67,7 +67,7 @@ impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
         ChainOutput { depth_m: input.depth_m, estimate, decision: detector.update(&input) }
     }
 
-    /// Returns the estimator and the detector apart. The estimator does not depend on the detector, so it can run
+    /// The estimator and the detector apart. The estimator does not depend on the detector, so it can run
     /// ahead.
     #[inline(always)]
     pub fn stages(&mut self) -> (Estimation<'_, L, E>, &mut D) {
@@ -91,8 +91,8 @@ impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
         Decision { alarm: L::Mask::splat(false), ..decision }
     }
 
-    /// Processes the first sample after missing ones. It has no prediction, so it counts as missing for the detector;
-    /// the estimator predicts the next sample from it.
+    /// Processes the first sample after missing ones. Without a prediction it counts as missing for the detector; the
+    /// estimator predicts the next sample from it.
     pub fn resume(&mut self, measurement: &Measurement<L>) -> Decision<L> {
         let Measurement { force_n, position_m, velocity_m_per_s } = *measurement;
         let decision = self.skip(force_n, velocity_m_per_s);

@@ -41,10 +41,10 @@
 ///         HoldSettings::Frozen { .. } => { use freeze::Frozen as Part; Part::<f64>::NAME }
 ///         HoldSettings::SpeedLimit { .. } => { use speed_limit::SpeedLimit as Part; Part::<f64>::NAME }
 ///     }
-/// of_kind!(settings, Part(own) => Part::build(own).into())        // own: the settings of the kind, or &()
+/// of_kind!(settings, Part(kind_settings) => Part::build(kind_settings).into())        // kind_settings: the settings of the kind, or &()
 ///     match settings {
-///         HoldSettings::Frozen => { use freeze::Frozen as Part; let own = &(); Part::build(own).into() }
-///         HoldSettings::SpeedLimit(own) => { use speed_limit::SpeedLimit as Part; Part::build(own).into() }
+///         HoldSettings::Frozen => { use freeze::Frozen as Part; let kind_settings = &(); Part::build(kind_settings).into() }
+///         HoldSettings::SpeedLimit(kind_settings) => { use speed_limit::SpeedLimit as Part; Part::build(kind_settings).into() }
 ///     }
 /// of_kind!([WORD, Part] => (WORD, Part::<f64>::NAME))
 ///     [
@@ -137,20 +137,20 @@ macro_rules! registry {
                     $($Kind::$Name { .. } => { use $($part)::+ as $d Part; $d body })*
                 }
             };
-            ($d settings:expr, $d Part:ident($d own:ident) => $d body:expr) => {
+            ($d settings:expr, $d Part:ident($d kind_settings:ident) => $d body:expr) => {
                 match $d settings {
-                    $($Kind::$Name $(($crate::registry!(@first $d own $Settings)))? => {
+                    $($Kind::$Name $(($crate::registry!(@first $d kind_settings $Settings)))? => {
                         use $($part)::+ as $d Part;
-                        $crate::registry!(@unless_given $d own $($Settings)?);
+                        $crate::registry!(@unless_given $d kind_settings $($Settings)?);
                         $d body
                     })*
                 }
             };
         }
     };
-    (@first $own:ident $Settings:ident) => { $own };
-    (@unless_given $own:ident $Settings:ident) => {};
-    (@unless_given $own:ident) => { let $own = &(); };
+    (@first $kind_settings:ident $Settings:ident) => { $kind_settings };
+    (@unless_given $kind_settings:ident $Settings:ident) => {};
+    (@unless_given $kind_settings:ident) => { let $kind_settings = &(); };
 }
 
 /// Defines a local macro, named by the caller, that runs an expression on the field of an enum's variant.

@@ -44,8 +44,8 @@ impl TickGrid {
         self.ticks
     }
 
-    /// Returns the time of tick `k` in s: `k * tick_s`, rounded once. If the tick is the inverse of a whole rate, it is
-    /// `k / rate`: tick 69 of 1 ms is 0.069 and not 0.06900000000000001.
+    /// The time of tick `k` in s: `k * tick_s`, rounded once. If the tick is the inverse of a whole rate, it is `k /
+    /// rate`: 0.069 and not 0.06900000000000001.
     #[inline]
     #[must_use]
     pub fn time_s(&self, k: u64) -> f64 {
@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn time_is_not_accumulated() {
+    fn the_time_of_a_tick_is_not_an_accumulated_sum() {
         let grid = TickGrid::new(0.1, 1e5).expect("valid");
         assert_eq!(grid.ticks(), 1_000_000);
         assert_eq!(grid.time_s(999_999), 99_999.9);

@@ -46,7 +46,7 @@ pub struct DetectionChain {
 }
 
 impl DetectionChain {
-    /// Returns a chain for samples `interval_s` apart (s).
+    /// A chain for samples `interval_s` apart (s).
     ///
     /// # Errors
     /// [`InvalidValue`] if the interval or the position step is not a positive finite number, or a setting is out of
@@ -66,8 +66,8 @@ impl DetectionChain {
         Ok(Self { filter, chain: Chain { contact_m: settings.contact_m, estimator, detector } })
     }
 
-    /// Evaluates the next sample, whose numbers must be finite: NaN or infinity stays in the estimate permanently. A
-    /// [`LiveDetector`](super::LiveDetector) rejects such samples, and a [`rig`](trocar_core::rig) holds the last valid
+    /// Evaluates the next sample, whose numbers must be finite: NaN or infinity stays in the estimate. A
+    /// [`LiveDetector`](super::LiveDetector) rejects such samples; a [`rig`](trocar_core::rig) holds the last valid
     /// one.
     #[inline]
     pub fn step(&mut self, measurement: &Measurement<f64>) -> Step {

@@ -8,21 +8,20 @@ use trocar_base::warning::{Code, Warning};
 
 const MIN_SAMPLES: usize = 100;
 
-/// Minimum ratio of the roughness of the positions to the roughness of the forces at which the columns count as
-/// swapped.
+/// Minimum ratio of the positions' roughness to the forces' roughness at which the columns count as swapped.
 ///
-/// A needle has mass and a guide: in the recordings and scenarios of this project, the positions are 2.2 to 12,000
-/// times *less* rough than the force.
+/// A needle has mass and a guide: in this project's recordings and scenarios, positions are 2.2 to 12,000 times *less*
+/// rough than the force.
 const SWAPPED_RATIO: f64 = 3.0;
 
 /// Maximum roughness of positions that the encoder explains, in steps of the encoder.
 const ENCODER_STEPS: f64 = 5.0;
 
-/// Number of samples per block, whose mean force is compared with the force at the beginning.
+/// Samples per block, whose mean force is compared with the initial force.
 const BLOCK: usize = 20;
 
-/// Minimum travel in m over which a constant force indicates a free needle, smallest offset in N, and the tolerance of
-/// a constant force, in standard deviations of the noise and in N.
+/// Minimum travel in m over which a constant force indicates a free needle, smallest offset in N, and tolerance of a
+/// constant force, in standard deviations of the noise and in N.
 const FREE_TRAVEL_M: f64 = 5e-4;
 const MIN_OFFSET_N: f64 = 0.05;
 const CONSTANT_STDS: f64 = 3.0;
@@ -31,7 +30,6 @@ const CONSTANT_N: f64 = 0.02;
 /// Largest offset, as a share of the largest change of the force. A larger constant force is a load.
 const MAX_OFFSET_SHARE: f64 = 0.5;
 
-/// Returns the root mean square of the second difference of a signal, and the range of the signal.
 fn roughness(values: &[f64]) -> Option<(f64, f64)> {
     let (low, high) = range(values)?;
     let mut sum = 0.0;
@@ -42,7 +40,6 @@ fn roughness(values: &[f64]) -> Option<(f64, f64)> {
     (high > low).then(|| ((sum / values.len().saturating_sub(2).max(1) as f64).sqrt(), high - low))
 }
 
-/// Warns of exchanged position and force: the force is the rougher of the two columns.
 pub(super) fn swapped(signals: &Signals<'_>) -> Option<Warning> {
     if signals.position_m.len() < MIN_SAMPLES {
         return None;
@@ -54,8 +51,8 @@ pub(super) fn swapped(signals: &Signals<'_>) -> Option<Warning> {
     (ratio > SWAPPED_RATIO && !is_encoder).then(|| {
         let times = if ratio > 1e3 { "over 1000 times".to_owned() } else { format!("{ratio:.0} times") };
         let message = format!(
-            "the position changes from sample to sample by {:.2e} of its range (second difference, root mean square), {times} as roughly \
-             as the force: the columns of position and force seem to be swapped",
+            "the second difference of the position is {:.2e} of its range (root mean square), {times} that of the \
+             force: the columns of position and force seem to be swapped",
             position_m / travel_m
         );
         let remedy = "exchange --position and --force, each with its unit";
@@ -90,13 +87,13 @@ fn free_motion(signals: &Signals<'_>) -> Option<Warning> {
     (is_offset && high_m - low_m >= FREE_TRAVEL_M).then(|| {
         let end_s = signals.time_s[end - 1] - signals.time_s[0];
         let message = format!(
-            "in the first {end_s:.3} s the needle moves by {:.2} mm and the force stays at {offset_n:.3} N, which is not 0: the sensor \
-             seems not to be tared",
+            "in the first {end_s:.3} s the needle moves by {:.2} mm and the force stays at {offset_n:.3} N, which is \
+             not 0: the sensor seems not to be tared",
             1e3 * (high_m - low_m)
         );
         let remedy = format!(
-            "subtract it with --tare-s {:.3} (recording.tare_s), if the needle is free until then; otherwise the recording begins in \
-             the tissue",
+            "subtract it with --tare-s {:.3} (recording.tare_s), if the needle is free until then; otherwise the \
+             recording begins in the tissue",
             0.5 * end_s
         );
         Warning::new(Code::ForceOffset, message).at("--tare-s or --force").remedy(remedy)

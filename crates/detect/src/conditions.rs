@@ -19,13 +19,13 @@ impl SampleConditions {
         AlarmConditions { in_contact, armed, is_drop, moves_as_required, is_deep, quiet_samples }
     }
 
-    /// Returns true if the needle was in contact.
+    /// True if the needle was in contact.
     #[must_use]
     pub fn in_contact(self) -> bool {
         self.holds(0)
     }
 
-    /// Returns true if the detector was armed.
+    /// True if the detector was armed.
     #[must_use]
     pub fn armed(self) -> bool {
         self.holds(1)

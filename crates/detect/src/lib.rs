@@ -74,7 +74,7 @@ pub struct Detection {
 }
 
 impl Detection {
-    /// Returns the trust in the estimates, sample by sample.
+    /// The trust in the estimates, sample by sample.
     #[must_use]
     pub fn trust(&self) -> TrustColumns {
         let parameters = (&*self.stiffness_n_per_m, &*self.damping_n_s_per_m);
@@ -92,8 +92,8 @@ const MIN_STEP_M: f64 = 1e-9;
 /// Runs the estimator and the detector over a recording, sample by sample.
 ///
 /// Both need evenly spaced samples: an uneven recording is first resampled linearly at its median interval. Without a
-/// recorded velocity, a Kalman filter estimates it from the positions. Its position step is given by the settings, or
-/// else the smallest change between two samples.
+/// recorded velocity, a Kalman filter estimates it from the positions, whose step is a setting or the smallest change
+/// between two samples.
 ///
 /// # Errors
 /// [`InvalidValue`] for a setting out of range.
@@ -118,7 +118,7 @@ pub fn detect_recording(recording: Recording, settings: &DetectionSettings) -> R
         let phases = PhaseRule::default().split(signals.position_m, interval_s, settings.contact_m);
         (phases, Plausibility::of(&signals))
     };
-    // In parallel, because for a long recording the second closure takes a third as long as the chain.
+    // In parallel: for a long recording the second closure takes a third of the time of the chain.
     let ((estimates, decisions), (phases, recorded)) = rayon::join(|| evaluate(&mut chain, &signals), of_samples);
     let Samples { time_s, position_m, velocity_m_per_s: measured, force_n, is_resampled } = samples;
     let [residual_n, stiffness_n_per_m, damping_n_s_per_m, velocity_m_per_s, extra] = estimates.into_columns();
@@ -163,7 +163,6 @@ fn is_even(recording: &Recording) -> bool {
     is_even(min_s) && is_even(max_s)
 }
 
-/// Returns the samples of a recording, resampled at the median interval if they are uneven.
 fn samples(recording: Recording) -> Samples {
     let interval_s = recording.median_interval_s();
     let as_recorded = |recording: Recording| {
@@ -181,11 +180,11 @@ fn samples(recording: Recording) -> Samples {
         let (position_m, velocity_m_per_s, force_n) = (even.position_m, even.velocity_m_per_s, even.force_n);
         Ok::<_, ResampleError>(Samples { time_s, position_m, velocity_m_per_s, force_n, is_resampled: true })
     };
-    // The median of ascending times is a valid tick. If resampling fails nevertheless, the samples stay as recorded.
+    // The median of ascending times is a valid tick. Samples that cannot be resampled stay as recorded.
     resample(&recording).unwrap_or_else(|_| as_recorded(recording))
 }
 
-/// Returns the position step in m: the given one if above 0, else the smallest change between two samples.
+/// The position step in m: the given one if above 0, else the smallest change.
 fn position_step_m(position_m: &[f64], given_m: f64) -> f64 {
     if given_m > 0.0 {
         return given_m;

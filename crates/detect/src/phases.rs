@@ -23,7 +23,7 @@ pub enum Phase {
 }
 
 impl Phase {
-    /// Returns the colour of the phase in figures; `None` for free motion.
+    /// The colour of the phase in figures; `None` for free motion.
     #[must_use]
     pub fn shade(self) -> Option<Shade> {
         match self {
@@ -37,7 +37,7 @@ impl Phase {
     /// Every phase, in the order of an insertion.
     pub const ALL: [Self; 4] = [Self::Free, Self::Insertion, Self::Hold, Self::Withdrawal];
 
-    /// Returns the name in tables and files.
+    /// The name in tables and files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -65,9 +65,8 @@ pub struct PhaseInterval {
 /// if `v̄ > moving_m_per_s`, withdrawal if `v̄ < -moving_m_per_s`, and hold otherwise. An interval shorter than
 /// `shortest_s` joins the previous one; the first one joins the next one.
 ///
-/// The defaults are a choice of this project. The window of 0.1 s is a period of a physiological tremor of 10 Hz, which
-/// then does not count as motion. The speed of 1 mm/s lies between the creep of a resting hand and the speed of the
-/// shipped insertion, 4 to 6 mm/s.
+/// The defaults are chosen here. The window of 0.1 s is a period of a physiological tremor of 10 Hz, which then does
+/// not count as motion. 1 mm/s lies between the creep of a resting hand and the shipped insertion, 4 to 6 mm/s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhaseRule {
     /// Averaging window of the velocity, in s, above 0.
@@ -85,9 +84,8 @@ impl Default for PhaseRule {
 }
 
 impl PhaseRule {
-    /// Splits evenly spaced positions (m, `interval_s` apart) into consecutive intervals without gaps, from the first
-    /// sample to the last. Adjacent intervals differ in phase. The result is empty without samples. `contact_m` is the
-    /// contact position.
+    /// Splits evenly spaced positions (m, `interval_s` apart) into consecutive intervals without gaps. Adjacent
+    /// intervals differ in phase. `contact_m` is the contact position.
     #[must_use]
     pub fn split(&self, position_m: &[f64], interval_s: f64, contact_m: f64) -> Vec<PhaseInterval> {
         let samples = |duration_s: f64| (duration_s / interval_s).round().max(0.0) as usize;
@@ -128,8 +126,8 @@ fn extend(intervals: &mut Vec<PhaseInterval>, phase: Phase, samples: Range<usize
     }
 }
 
-/// Merges intervals shorter than `shortest` samples into their neighbours. If all are shorter, the result is one
-/// interval with the phase of the longest.
+/// Merges intervals shorter than `shortest` samples into their neighbours. If all are shorter, one interval has the
+/// phase of the longest.
 fn merge(intervals: &[PhaseInterval], shortest: usize) -> Vec<PhaseInterval> {
     let mut merged: Vec<PhaseInterval> = vec![];
     for interval in intervals {

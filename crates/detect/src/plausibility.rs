@@ -8,16 +8,16 @@ use trocar_scenario::DetectionSettings;
 
 /// Range of the sampling rate without a warning, in Hz.
 ///
-/// With the defaults of `trocar calibrate`, the force of the slowest rupture falls by half in 30 ms, three samples at
-/// the minimum rate. No force sensor in use samples faster than the maximum.
+/// With the defaults of `trocar calibrate`, the slowest rupture's force falls by half in 30 ms, three samples at the
+/// minimum rate. No force sensor samples faster than the maximum.
 const RATE_HZ: (f64, f64) = (100.0, 1e5);
 
-/// Upper bound of the force of an insertion in N. The largest rupture force of a layer is 19.2 N; handles and phantoms
-/// take more.
+/// Upper bound of an insertion's force in N. The largest rupture force of a layer is 19.2 N; handles and phantoms take
+/// more.
 const MAX_FORCE_N: f64 = 60.0;
 
-/// Lower bound of the largest force of an insertion in N. It is above a thousandth of [`MAX_FORCE_N`], and a needle in
-/// any tissue of the literature exceeds it.
+/// Lower bound of an insertion's largest force in N: above a thousandth of [`MAX_FORCE_N`], and below that of a needle
+/// in any tissue of the literature.
 const MIN_FORCE_N: f64 = 0.1;
 
 const TRAVEL_M: (f64, f64) = (3e-4, 0.5);
@@ -26,7 +26,7 @@ const TRAVEL_M: (f64, f64) = (3e-4, 0.5);
 const MAX_STIFFNESS_N_PER_M: f64 = 2e4;
 
 /// The force does not resist if its correlation with the position, while the needle advances, is below this value. The
-/// check needs at least the given force in N.
+/// check needs at least the force in N.
 const FALLING: f64 = -0.5;
 const MIN_RESISTING_N: f64 = 1.0;
 
@@ -35,7 +35,7 @@ const RATIO: (f64, f64) = (0.5, 2.0);
 
 const SLOPE_SAMPLES: usize = 20;
 
-/// Number of windows of [`SLOPE_SAMPLES`] that are summed together, which allows vectorisation.
+/// Number of windows of [`SLOPE_SAMPLES`] summed together, for vectorisation.
 const WINDOWS_AT_ONCE: usize = 256;
 
 /// Minimum share of the time in contact for which the detector is armed, and minimum time in contact in s.
@@ -45,7 +45,7 @@ const MIN_CONTACT_S: f64 = 0.5;
 /// Motion in contact in m over which a force of at least [`MIN_RESISTING_N`] must change.
 const MIN_MOTION_M: f64 = 5e-4;
 
-/// Warns if samples `interval_s` (s) apart are too far apart to show a rupture, or closer than sensors sample.
+/// Warns if samples `interval_s` (s) apart are too far apart for a rupture, or closer than sensors sample.
 #[must_use]
 pub fn sampling_rate(interval_s: f64) -> Option<Warning> {
     let rate_hz = 1.0 / interval_s;
@@ -76,7 +76,6 @@ pub(super) struct Signals<'a> {
     pub(super) has_extra_parameter: bool,
     interval_s: f64,
     contact_m: f64,
-    /// The drop that the detector expects, in N; `None` if it expects none.
     drop_n: Option<f64>,
 }
 
@@ -98,7 +97,6 @@ impl<'a> Signals<'a> {
 
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Plausibility {
-    /// The sample of the largest force; `None` without samples.
     peak: Option<usize>,
     magnitudes: Vec<Warning>,
     constant_force: Option<Warning>,
@@ -120,8 +118,8 @@ impl Plausibility {
     }
 }
 
-/// Returns the warnings about a recording that a run replays at `interval_s` (s): implausible position (m) or force
-/// (N), and swapped columns. The remedies name flags; a scenario has keys of the same names.
+/// Warnings about a recording that a run replays at `interval_s` (s): implausible position (m) or force (N), and
+/// swapped columns. The remedies name flags, whose keys have the same names.
 #[must_use]
 pub fn recorded_warnings(interval_s: f64, position_m: &[f64], force_n: &[f64]) -> Vec<Warning> {
     let count = position_m.len().min(force_n.len());
@@ -169,7 +167,6 @@ fn peak(values: &[f64]) -> Option<usize> {
     values.iter().rposition(|value| value.abs() == largest)
 }
 
-/// Checks the sign and the magnitude of the force, which is largest at the sample `peak`.
 fn force(signals: &Signals<'_>, peak: usize) -> Option<Warning> {
     let peak_n = signals.force_n[peak].abs();
     let unit = "check the unit of the force, as in --force COLUMN:mN or --force COLUMN:gf";
@@ -261,7 +258,6 @@ fn travel(signals: &Signals<'_>) -> Option<Warning> {
     })
 }
 
-/// Checks that a recorded velocity is the slope of the positions.
 fn velocity(signals: &Signals<'_>) -> Option<Warning> {
     let (position, velocity) = (signals.position_m, signals.velocity_m_per_s?);
     let length = SLOPE_SAMPLES as f64 * signals.interval_s;
@@ -286,7 +282,7 @@ fn velocity(signals: &Signals<'_>) -> Option<Warning> {
     if vv == 0.0 || ss == 0.0 {
         return None;
     }
-    // Both signals are noisy and neither is the reference. The ratio of their magnitudes is not biased by either.
+    // Both signals are noisy, and neither biases the ratio of their magnitudes.
     let ratio = (ss / vv).sqrt() * vs.signum();
     let is_related = vs.abs() > 0.5 * (vv * ss).sqrt();
     (is_related && !(RATIO.0..=RATIO.1).contains(&ratio)).then(|| {
@@ -296,7 +292,6 @@ fn velocity(signals: &Signals<'_>) -> Option<Warning> {
     })
 }
 
-/// Checks that the needle reaches the contact and the detector is armed there.
 fn contact(detection: &Detection, peak: usize) -> Option<Warning> {
     let contact_m = detection.contact_m;
     if !detection.touched {

@@ -132,8 +132,8 @@ fn stray_alarm(alarms_s: &[f64], labels_s: &[f64], stray: &Match) -> Warning {
 }
 
 impl DetectionReport {
-    /// Summarises a detection. `ruptures_s` are labels in s after the first sample; an empty list means that the
-    /// recording is not labelled. An alarm matches a label at most [`RUPTURE_WINDOW_S`] before it.
+    /// Summarises a detection. `ruptures_s` are labels in s after the first sample; an empty list means no labels. An
+    /// alarm matches a label at most [`RUPTURE_WINDOW_S`] before it.
     #[must_use]
     pub fn of(detection: &Detection, ruptures_s: &[f64]) -> Self {
         let start_s = detection.time_s.first().copied().unwrap_or(0.0);
@@ -142,9 +142,8 @@ impl DetectionReport {
         Self::judged(detection, (!labels.is_empty()).then_some(&labels), RUPTURE_WINDOW_S)
     }
 
-    /// Summarises a detection and compares it with labels in order of time. An empty list of labels means that there is
-    /// no rupture, `None` that the recording is not labelled. [`match_alarms`] matches alarms and labels within
-    /// `within_s` (s).
+    /// Summarises a detection and compares it with ascending labels; an empty list means no rupture, `None` no labels.
+    /// [`match_alarms`] matches them within `within_s` (s).
     #[must_use]
     pub fn judged(detection: &Detection, labels: Option<&[Label]>, within_s: f64) -> Self {
         let start_s = detection.time_s.first().copied().unwrap_or(0.0);
@@ -214,7 +213,7 @@ impl DetectionReport {
         }
     }
 
-    /// Returns the indices of the labels without an alarm.
+    /// The indices of the labels without an alarm.
     pub fn missed(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.labelled_ruptures_s.len()).filter(|&label| self.alarms.iter().all(|alarm| alarm.label != Some(label)))
     }

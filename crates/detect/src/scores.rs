@@ -71,7 +71,7 @@ pub struct Scores {
 }
 
 impl Scores {
-    /// Returns the scores of a tally.
+    /// The scores of a tally.
     #[must_use]
     pub fn of(tally: &Tally) -> Self {
         let found = tally.delays_s.len();

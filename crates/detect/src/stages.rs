@@ -10,12 +10,12 @@ use trocar_core::chain::Measurement;
 use trocar_core::detector::{CusumDetector, Decision, Detector, DetectorInput};
 use trocar_core::estimation::Estimate;
 
-/// Number of samples that a stage hands to the next, and between two checks for an interrupt. A block is half a
-/// millisecond of work, much longer than the wake-up of a thread.
+/// Samples that a stage hands to the next, and between two checks for an interrupt: half a millisecond of work, much
+/// longer than a thread's wake-up.
 const BLOCK: usize = 16384;
 
-/// Evaluates all samples. Returns the columns of residual, stiffness, damping, velocity and extra parameter, and the
-/// decisions of the detector. The last two columns are empty unless requested.
+/// Evaluates all samples. Returns residual, stiffness, damping, velocity, the extra parameter and the detector's
+/// decisions as columns. The last two are empty unless requested.
 pub(super) fn evaluate(chain: &mut DetectionChain, signals: &Signals<'_>) -> (Rows<5>, Decisions) {
     let count = signals.time_s.len();
     let is_kept = [true, true, true, signals.velocity_m_per_s.is_none(), signals.has_extra_parameter];

@@ -60,8 +60,6 @@ impl Sums {
         sum / self.samples.max(1) as f64
     }
 
-    /// Returns the statistics from the sum of squared deviations from the mean (N²) and the robust standard deviation
-    /// (N).
     fn statistics(&self, squares_n2: f64, robust_std_n: Option<f64>) -> ResidualStatistics {
         ResidualStatistics {
             mean_n: self.mean(self.residual_n),
@@ -80,8 +78,7 @@ struct Totals {
 }
 
 impl Totals {
-    /// Computes all totals in two passes. The sums of a phase do not depend on the sums of all samples, so that both
-    /// run in the same pass.
+    /// Two passes. A phase's sums are independent of the sums of all samples, so both are computed in the same pass.
     fn of(detection: &Detection) -> Self {
         let mut all = Sums::NONE;
         let mut phases = [Sums::NONE; Phase::ALL.len()];
@@ -116,18 +113,17 @@ impl Totals {
     }
 }
 
-/// Returns the robust standard deviations in N, over all samples and per phase of [`Phase::ALL`].
 fn robust_stds(detection: &Detection) -> (Option<f64>, [Option<f64>; Phase::ALL.len()]) {
     let of_phase = |phase| {
         interrupt::check();
-        let own = detection.phases.iter().filter(|interval| interval.phase == phase);
-        robust_std(&own.map(|interval| &detection.residual_n[interval.samples.clone()]).collect::<Vec<_>>())
+        let of_phase = detection.phases.iter().filter(|interval| interval.phase == phase);
+        robust_std(&of_phase.map(|interval| &detection.residual_n[interval.samples.clone()]).collect::<Vec<_>>())
     };
     rayon::join(|| robust_std(&[&detection.residual_n]), || Phase::ALL.map(of_phase))
 }
 
 pub(super) fn statistics(detection: &Detection) -> (ResidualStatistics, Vec<PhaseStatistics>) {
-    // In parallel, because for a long recording each takes a large part of the time of the detection.
+    // In parallel: for a long recording each takes a large part of the detection's time.
     let totals = || rayon::join(|| Totals::of(detection), || standard_errors(detection));
     let ((totals, errors), (robust, robust_phases)) = rayon::join(totals, || robust_stds(detection));
     let (sums, squares_n2) = totals.all;
@@ -171,7 +167,6 @@ pub struct PhaseStatistics {
 /// Number of samples between two evaluations of the standard errors. Every sample enters the errors.
 const STEP: usize = 8;
 
-/// Returns the mean standard errors of stiffness (N/m) and damping (N·s/m) in each phase of [`Phase::ALL`].
 fn standard_errors(detection: &Detection) -> [Option<[f64; 2]>; Phase::ALL.len()] {
     let mut confidence = Confidence::new(detection.interval_s);
     let mut sums = [([0.0; 2], 0_usize); Phase::ALL.len()];
@@ -219,14 +214,14 @@ impl PhaseStatistics {
         }
     }
 
-    /// Returns the statistics of one phase over several recordings, with equal weight for every sample. The standard
-    /// deviation is taken about the mean of each recording.
+    /// Statistics of one phase over several recordings, with equal weight for every sample. The standard deviation is
+    /// about the mean of each recording.
     #[must_use]
     pub fn pooled<'a>(phase: Phase, of: impl IntoIterator<Item = &'a Self>) -> Self {
-        let own: Vec<&Self> = of.into_iter().filter(|statistics| statistics.phase == phase).collect();
-        let samples = own.iter().map(|s| s.samples).sum();
+        let of_phase: Vec<&Self> = of.into_iter().filter(|statistics| statistics.phase == phase).collect();
+        let samples = of_phase.iter().map(|s| s.samples).sum();
         let weighted = |value: &dyn Fn(&Self) -> Option<f64>| {
-            let (sum, count) = own
+            let (sum, count) = of_phase
                 .iter()
                 .filter_map(|s| value(s).map(|value| (value * s.samples as f64, s.samples)))
                 .fold((0.0, 0), |(sum, count), (value, samples)| (sum + value, count + samples));
@@ -234,9 +229,9 @@ impl PhaseStatistics {
         };
         Self {
             phase,
-            intervals: own.iter().map(|s| s.intervals).sum(),
+            intervals: of_phase.iter().map(|s| s.intervals).sum(),
             samples,
-            duration_s: own.iter().map(|s| s.duration_s).sum(),
+            duration_s: of_phase.iter().map(|s| s.duration_s).sum(),
             mean_absolute_n: weighted(&|s| s.mean_absolute_n),
             std_n: weighted(&|s| s.std_n.map(|std_n| std_n * std_n)).map(f64::sqrt),
             robust_std_n: None,

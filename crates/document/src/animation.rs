@@ -66,8 +66,7 @@ impl Anchor {
     }
 }
 
-/// The shapes of all frames: the same number, in the same order, in each frame. Shapes may exceed the size of the
-/// drawing.
+/// The shapes of all frames, in the same number and order. They may exceed the drawing.
 #[derive(Clone, Debug, Default)]
 pub struct Drawing {
     /// Width and height.
@@ -185,8 +184,8 @@ impl Shape {
 }
 
 impl Drawing {
-    /// Returns the drawing as data: `size`, and for each of the `shapes` its `kind`, `role`, positions `x` and
-    /// `states`. A state has its first frame, the positions y from then on (empty for a hidden shape), and the text.
+    /// The drawing as data: `size`, and for each of the `shapes` its `kind`, `role`, positions `x` and `states`. A
+    /// state has its first frame, the positions y from then on (empty: hidden), and the text.
     #[must_use]
     pub fn description(&self) -> Json {
         let Some((first, frames)) = self.frames.split_first() else { return Json::Null };
@@ -229,7 +228,6 @@ fn tenths(places: &[f64]) -> Vec<Few> {
     places.iter().map(|place| Few(tenth(*place))).collect()
 }
 
-/// Returns a shape at one time, as data for a page.
 fn placed(shape: &Shape) -> Json {
     let (anchor, text) = shape.text.as_ref().map_or((None, None), |(anchor, text)| (Some(anchor.word()), Some(text)));
     json!({

@@ -81,7 +81,6 @@ impl Number {
         Self { digits, ..self }
     }
 
-    /// Formats a value like this number, without the unit.
     fn bare(&self, value: f64) -> String {
         let value = self.factor * value;
         match self.digits {
@@ -124,7 +123,7 @@ impl Cell {
         Self::Text(String::new())
     }
 
-    /// Returns the value in SI units if the cell is a quantity.
+    /// The value in SI units if the cell is a quantity.
     #[must_use]
     pub fn value(&self) -> Option<f64> {
         match self {

@@ -49,7 +49,7 @@ pub enum Values<'a> {
 }
 
 impl Values<'_> {
-    /// Returns the number of rows.
+    /// The number of rows.
     #[must_use]
     pub fn len(&self) -> usize {
         match self {
@@ -64,7 +64,7 @@ impl Values<'_> {
         }
     }
 
-    /// Returns true if there are no rows.
+    /// True if there are no rows.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -132,7 +132,7 @@ impl<'a> DataTable<'a> {
         self.with(name, Values::Texts(values.into_iter().map(Into::into).collect()))
     }
 
-    /// Returns the number of rows.
+    /// The number of rows.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.columns.first().map_or(0, |column| column.values.len())

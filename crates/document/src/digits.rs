@@ -36,7 +36,6 @@ fn short<S: Serializer>(value: f64, digits: i32, serializer: S) -> Result<S::Ok,
     }
 }
 
-/// Rounds to significant digits; `None` if the value is not finite.
 fn rounded(value: f64, digits: i32) -> Option<f64> {
     if !value.is_finite() {
         return None;

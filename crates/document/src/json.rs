@@ -20,8 +20,8 @@ pub fn json_of(content: &impl Serialize) -> Json {
     serde_json::to_value(content).expect("keys are strings")
 }
 
-/// Returns the JSON Schema (draft 2020-12) of a type. The descriptions are the doc comments. Objects allow only the
-/// keys of their type.
+/// The JSON Schema (draft 2020-12) of a type, with the doc comments as descriptions. Objects allow only the keys of
+/// their type.
 #[must_use]
 pub fn schema_of<T: JsonSchema>() -> Json {
     let generator = SchemaSettings::draft2020_12().for_serialize().into_generator();
@@ -31,8 +31,8 @@ pub fn schema_of<T: JsonSchema>() -> Json {
     Schema::try_from(schema).map(|schema| json_of(&schema)).unwrap_or_default()
 }
 
-/// Forbids unknown keys and adapts descriptions to readers of JSON. A schema that is combined with others is not whole,
-/// so it must not forbid keys itself.
+/// Forbids unknown keys and adapts descriptions to readers of JSON. A schema that is part of another must not forbid
+/// keys itself.
 fn complete(schema: &mut Json, is_whole: bool) {
     let Json::Object(map) = schema else { return };
     let has_properties = map.contains_key("properties");

@@ -1,7 +1,7 @@
 //! The result of a study (answer, warnings, tables, figures and data) in one form for every surface.
 //!
 //! A study returns a [`Document`]. Terminal, report, page, JSON, CSV and Python only render documents: they compute no
-//! numbers and write no sentences. This crate depends on no study and no renderer.
+//! numbers and write no sentences.
 
 pub mod animation;
 mod cell;
@@ -102,7 +102,7 @@ pub enum Shown {
 }
 
 impl Shown {
-    /// Returns true if the terminal displays it, with or without `--all`.
+    /// True if the terminal displays it, with or without `--all`.
     #[must_use]
     pub fn is_on_terminal(self, all: bool) -> bool {
         match self {
@@ -185,7 +185,7 @@ impl Section {
 }
 
 impl Verdict {
-    /// Returns the answer as one paragraph.
+    /// The answer as one paragraph.
     #[must_use]
     pub fn text(&self) -> String {
         self.sentences.join(" ")

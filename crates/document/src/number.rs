@@ -2,7 +2,7 @@
 
 use trocar_base::unit::Unit;
 
-/// Returns the factor from SI to the displayed unit, and the displayed unit.
+/// The factor from SI to the displayed unit, and the displayed unit.
 #[must_use]
 pub fn readable(unit: Unit) -> (f64, &'static str) {
     match unit {
@@ -18,7 +18,7 @@ pub fn readable(unit: Unit) -> (f64, &'static str) {
     }
 }
 
-/// Returns a value with its unit, or `—` if it is undefined.
+/// A value with its unit, or `—` if it is undefined.
 #[must_use]
 pub fn show(value: Option<f64>, unit: Unit) -> String {
     let (factor, name) = readable(unit);
@@ -30,8 +30,8 @@ pub fn show(value: Option<f64>, unit: Unit) -> String {
     }
 }
 
-/// Returns a number with four significant digits and at most four decimals. Very small and very large numbers are in
-/// scientific notation.
+/// A number with four significant digits and at most four decimals; very small and very large numbers in scientific
+/// notation.
 #[must_use]
 pub fn significant(value: f64) -> String {
     let magnitude = value.abs();
@@ -44,7 +44,7 @@ pub fn significant(value: f64) -> String {
     }
 }
 
-/// Returns a number with four significant digits, without trailing zeros.
+/// A number with four significant digits, without trailing zeros.
 #[must_use]
 pub fn plain(value: f64) -> String {
     let text = significant(value);
@@ -54,19 +54,19 @@ pub fn plain(value: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// Returns a count with its noun, in the plural if necessary.
+/// A count with its noun, in the plural if necessary.
 #[must_use]
 pub fn counted(count: u64, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
-/// Returns the shortest decimal form that reads back to the same value.
+/// The shortest decimal form that reads back to the same value.
 #[must_use]
 pub fn shortest(value: f64) -> String {
     ryu::Buffer::new().format(value).to_owned()
 }
 
-/// Returns the number of decimals, at most four, that gives a magnitude `digits` significant digits.
+/// The number of decimals, at most four, that gives a magnitude `digits` significant digits.
 pub fn decimals(magnitude: f64, digits: usize) -> usize {
     // The exponent after rounding: 99.996 has three integer digits if four digits are significant.
     let scientific = format!("{magnitude:.*e}", digits - 1);

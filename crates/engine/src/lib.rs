@@ -1,8 +1,8 @@
 //! The simulated insertion: machines, tissue, operator, sensors and link, the controllers, the engine that steps all of
 //! them tick by tick, and observers.
 //!
-//! It may use `trocar-core`, `trocar-base`, `trocar-lti` and `trocar-fmu-import`, and knows neither scenario files nor
-//! studies. The crate `trocar` re-exports it.
+//! It uses `trocar-core`, `trocar-base`, `trocar-lti` and `trocar-fmu-import`, and neither scenario files nor studies.
+//! The crate `trocar` re-exports it.
 
 pub mod channel;
 pub mod engine;
@@ -12,8 +12,8 @@ pub mod sensor;
 pub mod teleoperation;
 pub mod tissue;
 
-/// Lanes of wide instructions. Values may be created only if [`engine::InstructionSet::is_available`] holds, so the
-/// package `trocar` does not re-export them.
+/// Lanes of wide instructions. Values require [`engine::InstructionSet::is_available`], so the package `trocar` does
+/// not re-export them.
 #[cfg(target_arch = "x86_64")]
 #[doc(hidden)]
 pub mod wide_lanes {

@@ -4,7 +4,6 @@ use super::FigureError;
 use trocar_document::counted;
 use trocar_document::figure::{Axis, Figure, LINES, Panel, Point, Row, Sample, Series, Stroke, Y_TICKS};
 
-/// Height of a label including the distance from its line, as a share of the axis.
 const LABEL_HEIGHT: f64 = 0.1;
 
 const PER_HOUR: f64 = 60.0;
@@ -22,8 +21,7 @@ pub struct CharacteristicView<'a> {
     pub delay_median_s: Vec<f64>,
 }
 
-/// Draws the share of missed or late ruptures (above) and the median delay (below) over the false-alarm rate. Shares
-/// and rates have logarithmic axes.
+/// Draws the share of missed or late ruptures (above) and the median delay (below) over the false-alarm rate.
 ///
 /// `min_per_minute` is the rate of a single false alarm in the whole observed time; the left edge is half of it.
 ///
@@ -50,7 +48,7 @@ pub fn characteristic(
         .map(|view| {
             let places: Vec<f64> =
                 view.false_alarms_per_minute.iter().map(|rate| x_axis.place((PER_HOUR * rate).max(floor))).collect();
-            // Each step except the first has a point at its start and its end. The last step ends at the edge.
+            // Each step has a point at its start (except the first) and its end. The last ends at the edge.
             places
                 .iter()
                 .skip(1)
@@ -65,8 +63,8 @@ pub fn characteristic(
         series,
         ..Panel::new(x_axis.clone(), "False-alarm rate (1/h; left edge: no false alarm)", y, y_caption)
     };
-    // Draw the misses on a logarithmic axis, because detections hardly differ. The lower edge is half of the smallest
-    // share above 0.
+    // Misses on a logarithmic axis, because detections hardly differ. The lower edge is half of the smallest share
+    // above 0.
     let missed = |view: &CharacteristicView<'_>| view.detection.iter().map(|found| 1.0 - found).collect::<Vec<_>>();
     let shares = views.iter().flat_map(missed).filter(|share| *share > 1e-9);
     let least = 50.0 * shares.fold(1.0, f64::min);
@@ -92,7 +90,6 @@ pub fn characteristic(
     })
 }
 
-/// Returns a line style for each detector. The styles repeat.
 fn strokes() -> impl Iterator<Item = Stroke> {
     LINES.into_iter().cycle()
 }
@@ -102,7 +99,7 @@ fn lines(places: &[Vec<f64>], columns: impl Iterator<Item = Vec<f64>>, scale: f6
     places.iter().zip(columns).zip(strokes()).map(line).collect()
 }
 
-/// Places the names above the lines in the middle of the axis. Lines that are close there share a label.
+/// Places the names above the lines in the middle of the axis; close lines share a label.
 fn labels(panel: &Panel<'_>, names: &[&str]) -> Vec<(Point, String)> {
     let (x, y) = (&panel.x, &panel.y);
     let (middle, height) = (0.5 * (x.low + x.high), y.high - y.low);

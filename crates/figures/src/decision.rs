@@ -5,14 +5,12 @@ use trocar_document::figure::{
     Axis, COMPUTED, Events, Figure, LIMIT, Panel, Row, Sample, Series, TISSUE, X_TICKS, Y_TICKS, extent,
 };
 
-/// Maximum ratio of the peak to the threshold on a linear axis. With a higher peak the axis is logarithmic, because the
-/// threshold would be at the bottom of a linear axis.
+/// Maximum ratio of the peak to the threshold on a linear axis. Above it the axis is logarithmic, because the threshold
+/// would be at the bottom.
 const MAX_LINEAR_PEAK: f64 = 30.0;
-/// Lower limit of the logarithmic axis, relative to the threshold.
 const LOG_FLOOR: f64 = 1e-2;
 
-/// Draws the decision function with its threshold γ (above), and the measured force with alarms and true ruptures
-/// (below).
+/// Draws the decision function with its threshold γ (above), and the force with alarms and true ruptures (below).
 ///
 /// # Errors
 /// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
@@ -62,7 +60,6 @@ fn decision_axis(peak: f64, threshold: f64) -> Axis {
     Axis::from_zero(peak.max(1.4 * threshold), Y_TICKS)
 }
 
-/// Returns a number with three significant digits, without trailing zeros.
 pub(super) fn short(value: f64) -> String {
     let decimals = if value == 0.0 { 0 } else { (2.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize };
     let text = format!("{value:.decimals$}");

@@ -52,7 +52,7 @@ pub fn delay_histogram(delays_s: &[f64]) -> Result<Figure<'static>, FigureError>
     })
 }
 
-/// Returns the counts in half-open bins from 0 on, and the bin width, a round number.
+/// Counts in half-open bins from 0 on, and the round bin width.
 fn bins(delays_ms: &[f64], max_ms: f64) -> (Vec<usize>, f64) {
     let min_width = (max_ms / (BINS as f64 - 1.0)).max(1e-3);
     let power = 10.0_f64.powf(min_width.log10().floor());

@@ -4,7 +4,6 @@ use trocar_document::figure::{
     AUGMENTED, Axis, COMPUTED, Color, Figure, GREY, GUIDE, Panel, Point, RUPTURE, Row, SKY, Stroke,
 };
 
-/// Height of a diagram's coordinates; the width is 100.
 const HEIGHT: f64 = 60.0;
 const LINE: f64 = 5.5;
 
@@ -79,8 +78,8 @@ pub fn principle() -> Figure<'static> {
     diagram.figure("Detection by a model of the force")
 }
 
-/// Draws the force-position controller with the adaptation at a rupture, as in figure 14 of the paper: classical parts
-/// in black, the adaptation in the colour of augmented runs.
+/// Draws the force-position controller with the adaptation at a rupture, as in figure 14 of the paper: the adaptation
+/// in the colour of augmented runs.
 #[must_use]
 pub fn augmented_controller() -> Figure<'static> {
     const HALF: Point = (10.5, 8.0);
@@ -129,7 +128,6 @@ pub fn augmented_controller() -> Figure<'static> {
 }
 
 const TISSUE_COLOR: Color = SKY.pale(0.45);
-/// Height of the undeformed tissue's surface, and of the picture.
 const SURFACE: f64 = 34.0;
 const TOP: f64 = 70.0;
 const HALF_WIDTH: f64 = 15.5;
@@ -142,7 +140,6 @@ const SPREAD: f64 = 5.0;
 pub fn insertion_phases() -> Figure<'static> {
     let axes = Panel::new(Axis::exact((0.0, 100.0), 0), "", Axis::exact((0.0, 80.0), 0), "");
     let mut panel = Panel { is_bare: true, ..axes };
-    // The middle, the name, the depths of the surface at the needle and of the tip, and the direction of motion.
     for (middle, name, surface, tip, direction) in [
         (16.0, "1: deforms the tissue", 14.0, 14.0, -1.0),
         (50.0, "2: penetrates it", 6.0, 24.0, -1.0),

@@ -32,8 +32,8 @@ pub struct EnergyView<'a> {
     pub promised_energy_j: Option<f64>,
 }
 
-/// Draws the energy through each port (above), and the received minus the delivered energy of each part (below). A
-/// negative balance is generated energy; the line at `-E_0` is the passivity scheme's limit for the total.
+/// Draws the energy through each port (above), and the received minus the delivered energy of each part (below). Below
+/// 0 a part generates energy; the line at `-E_0` is the passivity scheme's limit for the total.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without ticks.

@@ -3,7 +3,7 @@
 use super::{EstimationView, RunView};
 use trocar_document::figure::{Entry, Events, Sample, Shade, extent, union};
 
-/// Returns the intervals of events, shaded as `event`, and the intervals of re-engaging.
+/// The intervals of events, shaded as `event`, and the intervals of re-engaging.
 pub fn modes(time_s: &[f64], mode: &[u8], event: Shade) -> Vec<(f64, f64, Shade)> {
     let mut shades = Vec::new();
     let mut start = 0;
@@ -20,11 +20,9 @@ pub fn modes(time_s: &[f64], mode: &[u8], event: Shade) -> Vec<(f64, f64, Shade)
     shades
 }
 
-/// Displayed time before and after the first rupture, in s.
 const BEFORE_S: f64 = 0.4;
 const AFTER_S: f64 = 1.6;
 
-/// The shades are the intervals of augmented events and of re-engaging.
 pub(super) fn of_run(run: &RunView<'_>) -> Events {
     let shades = modes(run.time_s, run.mode, run.event);
     Events { shades, ruptures: run.rupture_times_s.to_vec(), alarms: run.alarm_times_s.to_vec() }
@@ -53,7 +51,6 @@ pub(super) fn window(runs: &[RunView<'_>], requested: Option<(f64, f64)>) -> (f6
     first.map_or(record, |time| ((time - BEFORE_S).max(record.0), (time + AFTER_S).min(record.1)))
 }
 
-/// Returns legend entries for the kinds of events within `window`.
 pub(super) fn entries(events: &[&Events], window: (f64, f64)) -> Vec<Entry> {
     let inside = |time: &f64| (window.0..=window.1).contains(time);
     let mut entries = Vec::new();

@@ -4,12 +4,11 @@ use super::FigureError;
 use trocar_document::figure::{Axis, Color, Entry, Figure, Panel, Row, Sample, X_TICKS, Y_TICKS, extent};
 use trocar_document::{decimals, significant};
 
-/// Five evenly spaced colours of viridis (van der Walt and Smith 2015), from low to high values. The lightness
-/// increases evenly, so the colours differ in grey and for the common forms of colour blindness.
+/// Five evenly spaced colours of viridis (van der Walt and Smith 2015), from low to high values. The lightness is
+/// uniform, so the colours differ in grey and for the common forms of colour blindness.
 const SCALE: [(u8, u8, u8); 5] =
     [(0x44, 0x01, 0x54), (0x3b, 0x52, 0x8b), (0x21, 0x91, 0x8c), (0x5e, 0xc9, 0x62), (0xfd, 0xe7, 0x25)];
 
-/// Minimum range of the colours, as a share of the largest magnitude.
 const LEAST_RANGE: f64 = 0.05;
 
 const STEPS: usize = 6;
@@ -77,8 +76,8 @@ pub fn heat_map(view: &HeatView<'_>) -> Result<Figure<'static>, FigureError> {
     Ok(Figure { name: view.name.to_owned(), legend: vec![], rows: vec![Row::of(205.0, panel)] })
 }
 
-/// Widens a small range to [`LEAST_RANGE`] of its larger end, so that a negligible difference has a negligible
-/// difference in colour.
+/// Widens a small range to [`LEAST_RANGE`] of its larger end, so negligible differences have negligible differences in
+/// colour.
 fn wide((min, max): (f64, f64)) -> (f64, f64) {
     let least = LEAST_RANGE * min.abs().max(max.abs());
     if max > min && max - min < least {
@@ -88,7 +87,6 @@ fn wide((min, max): (f64, f64)) -> (f64, f64) {
     (min, max)
 }
 
-/// Returns the edges of the cells, halfway between their centres, in the coordinate of the axis.
 fn edges(centres: &[f64], log: bool) -> Vec<f64> {
     let centres: Vec<f64> = centres.iter().map(|centre| if log { centre.log10() } else { *centre }).collect();
     let Some((&first, &last)) = centres.first().zip(centres.last()) else { return vec![] };
@@ -104,8 +102,8 @@ fn edges(centres: &[f64], log: bool) -> Vec<f64> {
     edges
 }
 
-/// Formats evenly spaced numbers with the same number of decimals, enough to distinguish them and to show three digits
-/// of the largest. Very small and very large numbers are in scientific notation.
+/// Formats evenly spaced numbers with equally many decimals, enough to distinguish them and for three digits of the
+/// largest; scientific notation for very small and very large ones.
 fn alike(values: &[f64]) -> Vec<String> {
     let (first, last) = (values.first().copied().unwrap_or(0.0), values.last().copied().unwrap_or(0.0));
     let largest = first.abs().max(last.abs());

@@ -1,8 +1,8 @@
 //! Figures of runs and of estimations, as SVG, PNG and PDF.
 //!
 //! Functions borrow the columns of a [`RunView`] or an [`EstimationView`] and return a [`Figure`]: a description, which
-//! [`draw::file`] draws at any width and in any format. Pages and the Python package draw it themselves. Samples that
-//! are not finite leave gaps. Long records are reduced to the minimum and maximum of short intervals.
+//! [`draw::file`] draws at any width and in any format. Pages and the Python package draw it themselves. Non-finite
+//! samples leave gaps. Long records are reduced to the minimum and maximum of short intervals.
 
 mod absolute;
 mod cases;
@@ -179,7 +179,7 @@ fn part_of<'a>(column: Cow<'a, [f64]>, ticks: &Range<usize>) -> Cow<'a, [f64]> {
 }
 
 impl<'a> RunView<'a> {
-    /// Returns the run at some ticks only.
+    /// The run at some ticks only.
     pub fn at(self, ticks: &Range<usize>) -> Self {
         Self {
             time_s: part(self.time_s, ticks),
@@ -207,7 +207,7 @@ impl<'a> RunView<'a> {
 }
 
 impl<'a> EstimationView<'a> {
-    /// Returns the estimation at some ticks only.
+    /// The estimation at some ticks only.
     pub fn at(self, ticks: &Range<usize>) -> Self {
         Self {
             time_s: part(self.time_s, ticks),

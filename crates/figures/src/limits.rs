@@ -26,8 +26,7 @@ impl<'a> Signal<'a> {
     }
 }
 
-/// Returns a common axis for all signals within `window`. Signals that diverge there do not affect the limits, unless
-/// all diverge.
+/// A common axis for all signals within `window`. Signals that diverge there are ignored, unless all diverge.
 pub(super) fn shared(signals: &[Signal<'_>], window: (f64, f64)) -> Axis {
     let mut plausible = None;
     let mut all = None;

@@ -12,8 +12,7 @@ const MAX_DETAILED: usize = 2;
 
 /// Draws the slave position (above) and the feedback force (below) of all runs in the same axes.
 ///
-/// `window` is the displayed time in s. The default is from 0.4 s before to 1.6 s after the first rupture, or the whole
-/// record without a rupture.
+/// `window` is the displayed time in s; default: 0.4 s before to 1.6 s after the first rupture, or the whole record.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without runs or for a run without samples, [`FigureError::Length`] for columns of unequal
@@ -102,7 +101,7 @@ impl<'a> Sheet<'a> {
         names.chain(events::entries(&[&self.events], self.window)).collect()
     }
 
-    /// Returns the lines of the runs. Dashed lines are drawn last, so that coinciding lines are both visible.
+    /// Dashed lines are drawn last, so coinciding lines are both visible.
     fn series(&self, scale: f64, columns: Vec<&'a [f64]>) -> Vec<Series<'a>> {
         let lines = columns.into_iter().zip(&self.times_s).zip(&self.strokes);
         let mut series: Vec<_> = lines.map(|((y, x), line)| Series::new(*x, y, *line).times(scale)).collect();
@@ -135,8 +134,7 @@ impl<'a> Sheet<'a> {
     }
 }
 
-/// Returns the events of all runs. The shades are the first augmented run's, because overlapping shades would look like
-/// a third mode.
+/// The events of all runs, with the shades of the first augmented run: overlapping shades would look like a third mode.
 fn merged(runs: &[RunView<'_>]) -> Events {
     let mut all = Events::default();
     for events in runs.iter().map(events::of_run) {

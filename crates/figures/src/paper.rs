@@ -1,5 +1,4 @@
-//! Figures only for the reproduction of the paper: a force and a distance over time, and the parts of the estimated
-//! force.
+//! Figures for the reproduction of the paper: a force and a distance over time, and the parts of the estimated force.
 
 use std::borrow::Cow;
 
@@ -51,8 +50,8 @@ fn over_time<'a>(
     Ok(Figure { name: run.name.to_owned(), legend, rows: vec![Row::of(140.0, panel)] })
 }
 
-/// Draws the estimated parameters, and below them the two parts of the estimated force with the paper's sign, `-K p`
-/// and `-B v`. The arguments are `K p` and `B v` in N.
+/// Draws the estimated parameters, and below them the parts of the estimated force with the paper's sign, `-K p` and
+/// `-B v` (in N).
 ///
 /// # Errors
 /// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.

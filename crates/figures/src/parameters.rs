@@ -12,12 +12,10 @@ const SHOWN: f64 = 0.995;
 pub const STANDARD_ERRORS: f64 = 2.0;
 const BAND_COLOR: Color = GREY.pale(0.4);
 
-/// Number of points of each edge of the band.
 const EDGE_POINTS: usize = 800;
 
-/// Draws the estimated stiffness, the estimated damping and the extra parameter (if any), one below the other. A band
-/// around stiffness and damping shows two standard errors on either side, if they are known. The axes span the
-/// quantiles of the estimates from 0.5 % to 99.5 %; values beyond are cut off.
+/// Draws the estimated stiffness, damping and extra parameter (if any), one below the other. A band shows two standard
+/// errors on either side, if known. The axes span the quantiles from 0.5 % to 99.5 %; values beyond are cut off.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
@@ -68,7 +66,7 @@ fn parameter<'a>(
     Row::of(115.0, panel)
 }
 
-/// Returns the outlines of the band around a parameter, within an axis, from the extremes of each time interval.
+/// Outlines of the band around a parameter, within an axis, from the extremes of each time interval.
 fn band(time_s: &[f64], y: &[f64], std: &[f64], (low, high): (f64, f64)) -> Vec<Vec<Point>> {
     let per_point = y.len().div_ceil(EDGE_POINTS).max(1);
     let within = |value: f64| value.max(low).min(high);

@@ -6,11 +6,11 @@ use trocar_document::figure::{
 };
 use trocar_stability::PortPoint;
 
-/// Maximum displayed value of Llewellyn's parameter. All higher values are absolutely stable.
+/// Maximum displayed value of Llewellyn's parameter, far within absolute stability.
 const MAX_LLEWELLYN: f64 = 3.0;
 
 /// Draws the impedances (above), Llewellyn's parameter with its threshold (middle), and the real part of the hand's
-/// port relative to its magnitude (below), which is negative for an active port.
+/// port relative to its magnitude (below), negative for an active port.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without frequencies.

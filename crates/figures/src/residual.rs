@@ -7,13 +7,12 @@ use trocar_document::figure::{
     Axis, COMPUTED, Figure, GREY, LIMIT, Panel, Row, Sample, Series, Stroke, X_TICKS, extent,
 };
 
-/// Maximum half width of the figure in σ.
 const MAX_HALF_WIDTH: f64 = 8.0;
 const BINS: usize = 96;
 
-/// Draws the density of the prediction error e on a logarithmic axis, with the zero-mean Gaussian whose standard
-/// deviation is 1.4826 times the median absolute deviation of e. Ruptures widen the tails but hardly change this
-/// standard deviation. Errors beyond 8 σ are outside the figure but count in the density.
+/// Draws the density of the prediction error e on a logarithmic axis, with the zero-mean Gaussian of the robust
+/// standard deviation, 1.4826 times the median absolute deviation, which ruptures hardly change. Errors beyond 8 σ are
+/// outside the figure but count in the density.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
@@ -25,8 +24,8 @@ pub fn residual_histogram(view: &EstimationView<'_>) -> Result<Figure<'static>, 
     Ok(distribution(view.name, view.residual_n, &gaussians))
 }
 
-/// Draws the density of a prediction error (N) on a logarithmic axis, with zero-mean Gaussians, each with its standard
-/// deviation (N) and its name.
+/// Draws the density of a prediction error (N) on a logarithmic axis, with named zero-mean Gaussians of given standard
+/// deviations (N).
 #[must_use]
 pub fn distribution(name: &str, residual_n: &[f64], gaussians: &[(f64, String)]) -> Figure<'static> {
     let (residuals, Histogram { half, bin, densities, .. }) = histogram(residual_n);
@@ -56,8 +55,8 @@ pub fn distribution(name: &str, residual_n: &[f64], gaussians: &[(f64, String)])
     Figure { name: name.to_owned(), legend, rows: vec![Row::of(180.0, panel)] }
 }
 
-/// The distribution of a prediction error: densities (1/N) in bins of equal width `bin` (N) from `-half` to `half` (N),
-/// and the robust σ (N), if it is defined.
+/// A prediction error's distribution: densities (1/N) in bins of width `bin` (N) from `-half` to `half` (N), and the
+/// robust σ (N), if defined.
 struct Histogram {
     half: f64,
     bin: f64,
@@ -80,7 +79,6 @@ fn histogram(residual_n: &[f64]) -> (Vec<f64>, Histogram) {
     (residuals, Histogram { half, bin, densities, sigma })
 }
 
-/// Returns 1.4826 times the median absolute deviation from the median; `None` if it is 0 or implausible.
 fn robust_spread(values: &[f64]) -> Option<f64> {
     robust_std(&[values]).filter(|spread| *spread > 1e-12 && *spread < 1e12)
 }
@@ -116,7 +114,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn spread_ignores_outliers() {
+    fn the_robust_spread_ignores_outliers() {
         let mut values: Vec<f64> = (-500..=500).map(|k| f64::from(k) * 1e-3).collect();
         values.extend([1e9, -1e12, 55.0]);
         let spread = robust_spread(&values).expect("a spread");

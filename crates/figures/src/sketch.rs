@@ -3,19 +3,17 @@
 use super::{FigureError, RunView};
 use trocar_document::figure::{Axis, Figure, Panel, Row, Series, extent, of_runs};
 
-/// Displayed time before and after the first rupture, in s.
 const AROUND_S: (f64, f64) = (0.5, 1.5);
 
 const MAX_RUNS: usize = 4;
 
-/// Maximum position, in m, of a run that has not diverged.
 const MAX_M: f64 = 10.0;
 
 /// Minimum range of positions, in mm, for a needle at rest.
 const MIN_RANGE_MM: f64 = 1.0;
 
-/// Draws the slave's position, one row per run on the same axes: around the first rupture of all runs, or over the
-/// whole time without a rupture.
+/// Draws the slave's position, one row per run on the same axes: around the first rupture, or over the whole time
+/// without one.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without samples.

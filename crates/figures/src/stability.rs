@@ -17,7 +17,6 @@ const SCENARIO: Stroke = Stroke::solid(BLACK, 5.0);
 const NOTE_RISE: f64 = 0.06;
 const NOTE_MARGIN: f64 = 0.1;
 
-/// Approximate number of runs drawn along each axis.
 const RUNS_PER_AXIS: usize = 28;
 
 /// An axis of the map.
@@ -46,12 +45,12 @@ pub struct MapView<'a> {
     pub stable: &'a [bool],
     /// Segments of the boundary.
     pub boundary: &'a [[(f64, f64); 2]],
-    /// True where the simulated motion grew, row by row; `None` at a point without a run, empty without any runs.
+    /// True where the simulated motion grew, row by row; `None` at a point without a run.
     pub grew: &'a [Option<bool>],
 }
 
-/// Draws the map: the stable region is shaded, the boundary is a line, and runs are dots. Runs that disagree with the
-/// analysis are larger and orange. A scenario outside the map has its dot on the edge, and the legend says so.
+/// Draws the map: the stable region is shaded, the boundary is a line, and runs are dots; larger and orange if they
+/// disagree with the analysis. A scenario outside the map has its dot on the edge, and the legend says so.
 ///
 /// # Errors
 /// [`FigureError::Empty`] for a map without points.
@@ -105,7 +104,7 @@ pub fn stability_map(view: &MapView<'_>) -> Result<Figure<'static>, FigureError>
     Ok(Figure { name: view.name.to_owned(), legend, rows: vec![Row::of(240.0, panel)] })
 }
 
-/// Returns the position of a point's text: above the point, or below it near the upper edge, and within the axes.
+/// The position of a point's text: above it, or below near the upper edge, and within the axes.
 fn beside((x, y): Point, x_axis: &Axis, y_axis: &Axis) -> Point {
     let (width, height) = (x_axis.high - x_axis.low, y_axis.high - y_axis.low);
     let above = y + NOTE_RISE * height;
@@ -114,7 +113,7 @@ fn beside((x, y): Point, x_axis: &Axis, y_axis: &Axis) -> Point {
     (middle, if is_inside { above } else { y - NOTE_RISE * height })
 }
 
-/// Returns the displayed runs: an even selection, and all runs that disagree with the analysis.
+/// An even selection of the runs, and all that disagree with the analysis.
 fn dots<'a>(view: &'a MapView<'_>) -> impl Iterator<Item = (Point, Stroke)> + 'a {
     let (columns, rows) = (view.x.values.len(), view.y.values.len());
     let (every_column, every_row) = (columns.div_ceil(RUNS_PER_AXIS), rows.div_ceil(RUNS_PER_AXIS));

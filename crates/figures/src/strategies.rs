@@ -26,16 +26,14 @@ pub struct StrategyView<'a> {
     pub is_on_front: bool,
 }
 
-/// Dots of strategies on the Pareto front, of other compared strategies, and of strategies that are not compared.
 const FRONT: Stroke = Stroke::solid(VERMILION, 6.0);
 const COMPARED: Stroke = Stroke::solid(BLACK, 6.0);
 const OTHER: Stroke = Stroke::solid(GREY.pale(0.4), 6.0);
 
 const TICKS: usize = 3;
 
-/// Draws a row per strategy, from the top down, with a panel per quantity: the reached share of the ruptures, the
-/// noticed share, the excess (the line ends at the excess that one rupture in twenty exceeds), and the excess at the
-/// end of the insertion.
+/// Draws a row per strategy, from the top down, with panels for the reached and the noticed share of the ruptures, the
+/// excess (the line ends at the value that one rupture in twenty exceeds), and the excess at the end of the insertion.
 ///
 /// # Errors
 /// [`FigureError::Empty`] without a strategy.

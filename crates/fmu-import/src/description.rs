@@ -98,7 +98,8 @@ impl Description {
     /// Reads a description.
     ///
     /// # Errors
-    /// [`FmuError`] if the unit is not for co-simulation in FMI 2.0 or 3.0, or the description violates the standard.
+    /// [`FmuError`] for a unit that is not for co-simulation in FMI 2.0 or 3.0, or a description that violates the
+    /// standard.
     pub fn parse(text: &str) -> Result<Self, FmuError> {
         let document = Document::parse(text).map_err(|error| wrong(error.to_string()))?;
         let root = document.root_element();
@@ -137,7 +138,7 @@ impl Description {
         })
     }
 
-    /// Returns a variable by name.
+    /// A variable by name.
     ///
     /// # Errors
     /// [`FmuError::NoVariable`], with the names of the variables of `role`.
@@ -149,7 +150,7 @@ impl Description {
         })
     }
 
-    /// Returns the reference of a real input or output, in the SI unit `unit` or without a stated unit.
+    /// The reference of a real input or output, in the SI unit `unit` or without a stated unit.
     ///
     /// # Errors
     /// [`FmuError::NoVariable`]; [`FmuError::Variable`] for another role, type or unit.
@@ -173,7 +174,6 @@ impl Description {
     }
 }
 
-/// Reads a variable. Its type is an inner element in FMI 2.0, and the element's name in 3.0.
 fn variable(root: Node<'_, '_>, version: Version, node: Node<'_, '_>) -> Result<Variable, FmuError> {
     let name = node.attribute("name").ok_or_else(|| wrong("a variable has no name"))?.to_owned();
     let reference = node.attribute("valueReference").and_then(|text| text.trim().parse().ok());

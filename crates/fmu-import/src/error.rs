@@ -8,7 +8,7 @@ pub enum FmuError {
     #[error("cannot be read: {0}")]
     File(String),
     /// The file is not a zip container.
-    #[error("is not an FMU: it is no zip container ({0}); export it again")]
+    #[error("is not an FMU: it is not a zip container ({0}); export it again")]
     Container(String),
     /// A file in the container is a link or has a path that leads out of the folder.
     #[error("the container has the path {0:?}, which leads out of it: do not use this file")]
@@ -25,7 +25,10 @@ pub enum FmuError {
     #[error("cannot be unpacked to a temporary folder: {0}; make room there, or set TMPDIR")]
     Unpack(String),
     /// The description is missing.
-    #[error("has no modelDescription.xml: is it an FMU, and its root not in a folder of the container?")]
+    #[error(
+        "has no modelDescription.xml: check that it is an FMU, and that its files are not in a subfolder of the \
+        container"
+    )]
     NoDescription,
     /// The description violates the standard.
     #[error("modelDescription.xml: {0}")]
@@ -74,7 +77,7 @@ pub enum FmuError {
         problem: String,
     },
     /// The unit does not support the step.
-    #[error("its internal step is {internal_s:?} s, and {step_s:?} s is no whole multiple of it")]
+    #[error("its internal step is {internal_s:?} s, and {step_s:?} s is not a whole multiple of it")]
     Step {
         /// The requested step in s.
         step_s: f64,
@@ -82,7 +85,10 @@ pub enum FmuError {
         internal_s: f64,
     },
     /// The unit allows only one instance in a process.
-    #[error("can have one instance in a process, and has one: run one scenario after the other, with one thread")]
+    #[error(
+        "supports only one instance per process, which already exists: run one scenario after the other, with one \
+        thread"
+    )]
     OneInstance,
     /// The unit cannot be instantiated.
     #[error("cannot be instantiated{}{}", reported(.messages), if *.needs_tool { "; it needs the program that exported it" } else { "" })]

@@ -88,19 +88,19 @@ impl Fmu {
         Ok(unit)
     }
 
-    /// Returns the file.
+    /// The file.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Returns the SHA-256 of the file.
+    /// The SHA-256 of the file.
     #[must_use]
     pub fn sha256(&self) -> [u8; 32] {
         self.sha256
     }
 
-    /// Returns the description.
+    /// The description.
     #[must_use]
     pub fn description(&self) -> &Description {
         &self.description

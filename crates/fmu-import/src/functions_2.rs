@@ -1,5 +1,5 @@
 //! The functions of FMI 2.0.
-#![allow(unsafe_code, reason = "functions of a library of others")]
+#![allow(unsafe_code, reason = "functions of a third-party library")]
 
 use std::ffi::{c_char, c_void};
 use std::sync::Arc;
@@ -14,7 +14,6 @@ unsafe extern "C" {
     fn free(memory: *mut c_void);
 }
 
-/// The callbacks of an instance in FMI 2.0. In 3.0 only the logger is passed.
 #[repr(C)]
 pub(crate) struct Callbacks {
     logger: unsafe extern "C" fn(*const c_void, *const c_char, i32, *const c_char, *const c_char),
@@ -25,7 +24,6 @@ pub(crate) struct Callbacks {
 }
 
 impl Callbacks {
-    /// Creates the callbacks of an instance. The log must outlive them.
     pub(crate) fn new(log: &Arc<Log>) -> Box<Self> {
         Box::new(Self {
             logger: log_message,
@@ -37,8 +35,7 @@ impl Callbacks {
     }
 }
 
-/// Keeps a message. In the standard the function has further arguments for the message's format; they are not read, and
-/// the format is kept unchanged.
+/// Keeps a message. The further arguments for the message's format are not read, and the format is kept unchanged.
 unsafe extern "C" fn log_message(
     environment: *const c_void,
     _instance: *const c_char,
@@ -96,7 +93,6 @@ impl Functions2 {
     }
 }
 
-/// Returns a folder as a URI with percent-encoded bytes.
 fn uri(folder: &std::path::Path) -> String {
     let path = folder.to_string_lossy().replace('\\', "/");
     let mut uri = String::from(if path.starts_with('/') { "file://" } else { "file:///" });

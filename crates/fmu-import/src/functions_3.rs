@@ -1,5 +1,5 @@
 //! The functions of FMI 3.0.
-#![allow(unsafe_code, reason = "functions of a library of others")]
+#![allow(unsafe_code, reason = "functions of a third-party library")]
 
 use std::ffi::{c_char, c_void};
 
@@ -58,7 +58,7 @@ pub(crate) struct Functions3 {
 
 impl Functions3 {
     pub(crate) fn of(library: &Library) -> Result<Self, FmuError> {
-        // SAFETY: the types are defined by the standard. Booleans are read as bytes, which may have any value.
+        // SAFETY: the standard defines the types. Booleans are read as bytes, which may have any value.
         unsafe {
             Ok(Self {
                 instantiate: function(library, "fmi3InstantiateCoSimulation")?,

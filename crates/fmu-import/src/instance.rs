@@ -21,7 +21,6 @@ pub struct Instance {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum State {
-    /// Instantiated or in initialisation.
     New,
     Running,
     Failed,
@@ -36,7 +35,7 @@ impl Instance {
     /// Creates an instance in initialisation, with some variables set. Inputs may be set next.
     ///
     /// # Errors
-    /// [`FmuError`] if the library cannot be loaded, the unit allows only one instance and has one, or a call fails.
+    /// [`FmuError`] if the library cannot be loaded, the unit's only allowed instance exists, or a call fails.
     pub fn new(fmu: &Arc<Fmu>, settings: &[(Variable, f64)]) -> Result<Self, FmuError> {
         let library = fmu.library()?;
         let description = fmu.description();
@@ -109,9 +108,6 @@ impl Instance {
     }
 
     /// Sets a variable of any type. The value must suit the type (see [`Type::takes`]).
-    ///
-    /// # Errors
-    /// [`FmuError::Call`].
     fn set(&mut self, variable: &Variable, value: f64) -> Result<(), FmuError> {
         let reference = variable.reference;
         let outcome = self.call("setting parameters", |functions, handle| {
@@ -135,7 +131,7 @@ impl Instance {
         })
     }
 
-    /// Returns true if a variable of any type is not 0.
+    /// True if a variable of any type is not 0.
     ///
     /// # Errors
     /// [`FmuError::Call`].
@@ -159,8 +155,8 @@ impl Instance {
         Ok(is_set)
     }
 
-    /// Calls a function and checks its status. The passed handle belongs to this library, is not freed, and is used by
-    /// no other thread.
+    /// Calls a function and checks its status. The handle belongs to this library, is not freed, and is used by no
+    /// other thread.
     fn call(
         &mut self,
         function: &'static str,
@@ -212,7 +208,7 @@ impl std::fmt::Debug for Instance {
 }
 
 impl Type {
-    /// Returns true if a number is a value of this type: a whole number in its range, or 0 and 1 for false and true.
+    /// True if a number is a value of this type: a whole number in its range; 0 or 1 for booleans.
     #[must_use]
     pub fn takes(self, value: f64) -> bool {
         let is_whole_within = |limit: f64| value.fract() == 0.0 && value >= -limit && value < limit;

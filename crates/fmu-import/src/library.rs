@@ -1,5 +1,5 @@
 //! The library of a unit, and the common parts of both versions of the standard.
-#![allow(unsafe_code, reason = "a library is code of others, called by pointers")]
+#![allow(unsafe_code, reason = "the library is third-party code, called through pointers")]
 
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::path::Path;
@@ -25,7 +25,6 @@ pub(crate) enum Status {
 }
 
 impl Status {
-    /// Converts a status number, which is the same in both versions.
     pub(crate) fn of(number: i32) -> Self {
         match number {
             0 | 1 => Self::Done,
@@ -37,7 +36,6 @@ impl Status {
         }
     }
 
-    /// Returns true for the numbers of kept messages: warnings and errors.
     fn is_kept(number: i32) -> bool {
         number != 0
     }
@@ -69,11 +67,9 @@ pub(crate) struct Birth<'a> {
     pub(crate) token: &'a CStr,
     /// The folder of the resources, absolute.
     pub(crate) resources: &'a Path,
-    /// The callbacks, valid until the instance is freed.
     pub(crate) callbacks: &'a Callbacks,
 }
 
-/// A list of references, and a list of as many values.
 pub(crate) type Values<'a, T> = (&'a [u32], T);
 
 /// The functions of a version of the standard.
@@ -144,8 +140,6 @@ pub(crate) fn text(text: &str) -> CString {
     CString::new(text).unwrap_or_default()
 }
 
-/// Keeps a message of a library; ignores null.
-///
 /// # Safety
 /// `environment` is a [`Log`], and `message` is null or ends with a NUL.
 pub(crate) unsafe fn keep(environment: *const c_void, status: i32, message: *const c_char) {

@@ -8,7 +8,7 @@ pub enum Version {
 }
 
 impl Version {
-    /// Returns the folder of the library for this machine.
+    /// The folder of the library for this machine.
     #[must_use]
     pub fn platform(self) -> String {
         let (system, architecture) = (std::env::consts::OS, std::env::consts::ARCH);

@@ -27,8 +27,7 @@ fn report(log: &Log, message: &str) {
 }
 
 impl Component {
-    /// Creates an instance of a unit from the folder of its resources and the token of its description. Returns null on
-    /// failure.
+    /// Creates an instance from the folder of the resources and the token of the description. Returns null on failure.
     pub fn new(resources: Option<PathBuf>, token: &str, log: Log) -> *mut Self {
         let load = || match &resources {
             Some(folder) => Instance::load(folder, token).map_err(|error| error.to_string()),
@@ -188,7 +187,7 @@ pub unsafe fn text(pointer: *const c_char) -> String {
     unsafe { CStr::from_ptr(pointer) }.to_string_lossy().into_owned()
 }
 
-/// Returns the folder of a location in FMI 2.0: a URI with the scheme file and percent-encoded bytes.
+/// The folder of a location in FMI 2.0: a URI with the scheme file and percent-encoded bytes.
 pub fn folder_of_uri(uri: &str) -> Option<PathBuf> {
     let rest = uri.strip_prefix("file:")?;
     let path = rest.strip_prefix("//").map_or(rest, |after| after.find('/').map_or("", |slash| &after[slash..]));

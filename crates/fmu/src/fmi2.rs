@@ -9,7 +9,7 @@ use crate::component::{Component, ERROR, OK, folder_of_uri, text};
 
 type Logger = unsafe extern "C" fn(*mut c_void, *const c_char, i32, *const c_char, *const c_char, ...);
 
-/// The functions of the importing program. The unit does not use its memory functions, as the description states.
+/// The functions of the importing program, whose memory functions the unit does not use.
 #[repr(C)]
 pub struct Callbacks {
     logger: Option<Logger>,
@@ -177,8 +177,7 @@ macro_rules! texts {
 
 texts! { fmi2GetString fmi2SetString }
 
-/// Functions that have no effect here or are excluded by the description. They return a status for any arguments; in C
-/// the caller removes the arguments.
+/// Functions that have no effect here or are excluded by the description: a constant status for any arguments.
 macro_rules! constant {
     ($($status:ident: $($name:ident)*;)*) => {$($(
         #[unsafe(no_mangle)]

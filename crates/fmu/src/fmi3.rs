@@ -180,8 +180,7 @@ values! {
     fmi3GetBoolean, fmi3SetBoolean, bool, "Boolean", boolean, Scalar::Boolean;
 }
 
-/// Functions that have no effect here or are excluded by the description. They return a status for any arguments; in C
-/// the caller removes the arguments.
+/// Functions that have no effect here or are excluded by the description: a constant status for any arguments.
 macro_rules! constant {
     ($($status:ident: $($name:ident)*;)*) => {$($(
         #[unsafe(no_mangle)]

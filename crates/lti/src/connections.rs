@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn ticks_must_agree() {
+    fn systems_with_different_ticks_are_rejected() {
         let gain = |tick_s| {
             let zero = || dmatrix![0.0];
             StateSpace::discrete(zero(), zero(), zero(), zero(), tick_s).expect("well formed")
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn sizes_must_agree() {
+    fn systems_of_different_sizes_are_rejected() {
         let one = StateSpace::gain(dmatrix![1.0], Continuous).expect("finite");
         let two = StateSpace::gain(dmatrix![1.0, 1.0], Continuous).expect("finite");
         assert!(matches!(series(&one, &two), Err(Error::DimensionMismatch { expected: 1, found: 2, .. })));

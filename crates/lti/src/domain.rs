@@ -10,19 +10,19 @@ mod sealed {
 
 /// Continuous or discrete time. The trait is sealed.
 pub trait Domain: Copy + std::fmt::Debug + PartialEq + sealed::Sealed {
-    /// Returns the common domain of two systems.
+    /// The common domain of two systems.
     ///
     /// # Errors
     /// [`Error::UnequalTicks`] for discrete systems with different ticks.
     fn shared_with(self, other: Self) -> Result<Self, Error>;
 
-    /// Returns the point of the complex plane for a constant input: s = 0 or z = 1.
+    /// The point of the complex plane for a constant input: s = 0 or z = 1.
     fn constant_point(self) -> f64;
 
-    /// Returns the point of the complex plane for a real frequency in rad/s: s = jω or z = exp(jωT).
+    /// The point of the complex plane for a real frequency in rad/s: s = jω or z = exp(jωT).
     fn frequency_point(self, omega_rad_per_s: f64) -> Complex64;
 
-    /// Returns true if a pole decays: Re s < 0 or |z| < 1.
+    /// True if a pole decays: Re s < 0 or |z| < 1.
     fn is_stable_pole(self, pole: Complex64) -> bool;
 }
 
@@ -45,7 +45,7 @@ impl Discrete {
         if tick_s.is_finite() && tick_s > 0.0 { Ok(Self { tick_s }) } else { Err(Error::TickNotPositive { tick_s }) }
     }
 
-    /// Returns the tick in s.
+    /// The tick in s.
     #[must_use]
     pub fn tick_s(self) -> f64 {
         self.tick_s

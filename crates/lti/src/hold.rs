@@ -27,7 +27,7 @@ pub struct ExactStep {
 }
 
 impl ExactStep {
-    /// Returns the state (n) one tick later, from the inputs (m) at the start and the end of the tick.
+    /// The state (n) one tick later, from the inputs (m) at the start and the end of the tick.
     ///
     /// # Errors
     /// [`Error::DimensionMismatch`].
@@ -54,7 +54,7 @@ impl ExactStep {
 /// `Γ_next = Γ_2`.
 ///
 /// The derivative of an input that is linear over the tick is constant, `(u_{k+1} - u_k) / T`: declare it as
-/// [`InputHold::Held`] with that value.
+/// [`InputHold::Held`].
 ///
 /// # Errors
 /// [`Error::TickNotPositive`], [`Error::DimensionMismatch`] unless there is one hold per input,
@@ -80,7 +80,7 @@ pub fn exact_step(system: &StateSpace<Continuous>, tick_s: f64, holds: &[InputHo
     Ok(ExactStep { phi: whole.view((0, 0), (n, n)).into_owned(), gamma_now, gamma_next })
 }
 
-/// Returns the discrete system between a zero-order hold and a sampler, exact at the ticks: `(exp(A T), Γ_1, C, D)`.
+/// The discrete system between a zero-order hold and a sampler, exact at the ticks: `(exp(A T), Γ_1, C, D)`.
 ///
 /// # Errors
 /// The errors of [`exact_step`].
@@ -89,7 +89,7 @@ pub fn zero_order_hold(system: &StateSpace<Continuous>, tick_s: f64) -> Result<S
     StateSpace::discrete(step.phi, step.gamma_now, system.c().clone(), system.d().clone(), tick_s)
 }
 
-/// Returns the continuous system whose zero-order hold is `system`: `[A, B; 0, 0] T = log [Φ, Γ; 0, I]`.
+/// The continuous system whose zero-order hold is `system`: `[A, B; 0, 0] T = log [Φ, Γ; 0, I]`.
 ///
 /// The principal logarithm maps modes above the Nyquist frequency to their slower alias.
 ///

@@ -17,7 +17,7 @@ pub enum Signal {
 pub type WeightedSignals<'a> = &'a [(f64, Signal)];
 
 /// Builds the static gains around appended systems: each [`feed`](Self::feed) adds to an input, each
-/// [`read`](Self::read) adds an output of the closed system. [`close`](Self::close) passes the gains to [`connect`].
+/// [`read`](Self::read) adds an output, and [`close`](Self::close) passes the gains to [`connect`].
 ///
 /// ```
 /// # mod trocar { pub use trocar_lti as lti; }
@@ -77,8 +77,8 @@ impl Interconnection {
         Ok(self)
     }
 
-    /// Returns the closed system with the states of `system`, the external inputs, and the outputs in the order of the
-    /// `read` calls.
+    /// The closed system with the states of `system`, the external inputs, and the outputs in the order of
+    /// [`read`](Self::read).
     ///
     /// # Errors
     /// The errors of [`connect`].

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::linear_algebra::{one_norm, product, solve};
 use super::{Continuous, Error, InputHold, StateSpace, exact_step, exponential};
 
-/// The effect of one input on the states over a tick. The input moves from its actual value `u_0` towards a held
+/// The effect of one input on the states over a tick, in which it moves from its actual value `u_0` towards a held
 /// command `c`:
 ///
 /// ```text
@@ -25,7 +25,7 @@ pub struct LaggedInput {
     pub gained: f64,
 }
 
-/// Returns the effect of input `input` over a tick (s) if it follows its command with the lag `lag_s` (τ in s, at least
+/// The effect of input `input` over a tick (s) if it follows its command with the lag `lag_s` (τ in s, at least
 /// 0).
 ///
 /// A lag of 0 gives the held input of [`exact_step`], bit for bit. Otherwise the lag is an additional state, and both
@@ -33,8 +33,8 @@ pub struct LaggedInput {
 ///
 /// `exp([A, B, 0; 0, -1/τ, 1/τ; 0, 0, 0] T) = [Φ, from_actual, from_command; ...]`,
 ///
-/// which avoids cancellation for a long lag. A lag much faster than the system would need so many squarings of the
-/// exponential that Φ loses its digits. In that case the first integral is the solution of
+/// which avoids cancellation for a long lag. A lag much faster than the system would need so many squarings that Φ
+/// loses its digits. In that case the first integral is the solution of
 ///
 /// `(I + τ A) from_actual = τ (Φ - exp(-T/τ) I) B`,
 ///

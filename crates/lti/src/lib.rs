@@ -21,8 +21,8 @@
 //! # Ok::<(), trocar::lti::Error>(())
 //! ```
 //!
-//! Matrices for simulations use plain multiplications and additions in a fixed order (without a run-time choice of SIMD
-//! kernel or fused multiply-add), so that every computer computes the same bits.
+//! Matrices for simulations use plain multiplications and additions in a fixed order, so every computer computes the
+//! same bits.
 //!
 //! No function panics on invalid numbers; each returns an [`Error`] with the number and the remedy.
 

@@ -1,7 +1,7 @@
 //! Dense kernels with a fixed order of operations.
 //!
-//! nalgebra computes large products with `matrixmultiply`, which selects a kernel (with or without fused multiply-add)
-//! for the processor, so the last bit of a simulation would depend on the computer. [`product`] is a plain triple loop.
+//! nalgebra computes large products with `matrixmultiply`, whose kernel (with or without fused multiply-add) depends on
+//! the processor. [`product`] is a plain triple loop, so the last bit of a simulation does not.
 
 use nalgebra::{DMatrix, Schur};
 
@@ -9,13 +9,12 @@ use super::{Complex64, Error};
 
 const MAX_QR_ITERATIONS: usize = 10_000;
 
-/// Returns `A B`, accumulated in the order of the inner index.
 pub(super) fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     assert_eq!(a.ncols(), b.nrows());
     DMatrix::from_fn(a.nrows(), b.ncols(), |i, j| (0..a.ncols()).fold(0.0, |sum, k| sum + a[(i, k)] * b[(k, j)]))
 }
 
-/// Returns the largest column sum of magnitudes; 0 for an empty matrix.
+/// The largest column sum of magnitudes; 0 for an empty matrix.
 pub(super) fn one_norm(a: &DMatrix<f64>) -> f64 {
     (0..a.ncols()).map(|j| a.column(j).iter().fold(0.0, |sum, v| sum + v.abs())).fold(0.0, f64::max)
 }
@@ -33,8 +32,7 @@ pub(super) fn check_size(what: &'static str, expected: usize, found: usize) -> R
 
 /// Solves `A X = B` for a square `A`; `None` if `A` is singular to working precision.
 ///
-/// Rows and columns are first scaled by powers of two (exactly), so that mixed units (such as newtons per metre and
-/// metres) do not count as singular.
+/// Rows and columns are first scaled by powers of two (exactly), so mixed units do not count as singular.
 pub(super) fn solve(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = a.nrows();
     if n == 0 {
@@ -67,18 +65,16 @@ pub(super) fn solve(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Option<DMatrix<f64>> 
     solution.iter().all(|v| v.is_finite()).then_some(solution)
 }
 
-/// Solves `X A = B`; `None` if `A` is singular to working precision.
 pub(super) fn solve_right(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     solve(&a.transpose(), &b.transpose()).map(|x| x.transpose())
 }
 
-/// Returns the largest power of two not above `value`; `None` for 0, subnormal and non-finite values.
+/// The largest power of two not above `value`; `None` for 0, subnormal and non-finite values.
 fn power_of_two(value: f64) -> Option<f64> {
     value.is_normal().then(|| f64::from_bits(value.abs().to_bits() & 0x7ff0_0000_0000_0000))
 }
 
-/// Returns the eigenvalues of a square matrix, sorted by real, then imaginary part. Complex eigenvalues are exactly
-/// conjugate pairs.
+/// The eigenvalues of a square matrix, sorted by real, then imaginary part; complex ones are exactly conjugate pairs.
 ///
 /// The matrix is balanced (Parlett and Reinsch) and brought to real Schur form by a QR iteration with a bounded number
 /// of steps.
@@ -122,13 +118,11 @@ pub fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex64>, Error> {
     Ok(values)
 }
 
-/// Returns the real Schur form of a matrix plus `shift` times the identity, and the shift: 0 if the iteration converges
-/// without one.
+/// The real Schur form of a matrix plus `shift` times the identity, and the shift: 0 if possible.
 ///
-/// nalgebra compares a subdiagonal entry with the diagonal beside it to decide if it is 0. With many eigenvalues at 0,
-/// for example from a chain of delays, the diagonal vanishes too, and the iteration does not converge. The shift adds
-/// the norm to the diagonal; LAPACK compares with the norm in such cases. The error is of the order of rounding the
-/// matrix.
+/// nalgebra compares a subdiagonal entry with the diagonal beside it. With many eigenvalues at 0, for example from a
+/// chain of delays, the diagonal vanishes too, and the iteration does not converge. The shift adds the norm to the
+/// diagonal; LAPACK compares with the norm instead. The error is of the order of rounding the matrix.
 fn real_schur(a: &DMatrix<f64>) -> Option<(DMatrix<f64>, f64)> {
     let norm = a.amax();
     [0.0, norm].into_iter().find_map(|shift| {
@@ -148,7 +142,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn eigenvalues_of_a_badly_scaled_matrix() {
+    fn the_eigenvalues_of_a_badly_scaled_matrix_have_the_sum_of_its_diagonal() {
         let a = DMatrix::from_row_slice(3, 3, &[0.0, 1.0, 0.0, 0.0, 0.0, 1e6, -6.0, -11.0, -6e6]);
         // Companion form of a cubic whose third state has micro-units.
         let trace: f64 = eigenvalues(&a).expect("converges").iter().map(|v| v.re).sum();
@@ -156,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn eigenvalues_of_degenerate_matrices() {
+    fn degenerate_matrices_have_eigenvalues_or_an_error() {
         assert!(eigenvalues(&DMatrix::zeros(0, 0)).expect("empty").is_empty());
         assert_eq!(eigenvalues(&DMatrix::zeros(3, 3)).expect("zero"), vec![Complex64::new(0.0, 0.0); 3]);
         assert!(matches!(
@@ -168,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn eigenvalues_of_a_matrix_with_many_zero_eigenvalues() {
+    fn the_eigenvalues_of_a_matrix_with_many_zero_eigenvalues_converge() {
         // The map of a long freeze with the force law `amplify` and ten ticks of delay in each direction; nine columns
         // are nonzero. The iteration does not converge without a shift. According to numpy one eigenvalue is above
         // rounding.

@@ -5,8 +5,8 @@ use nalgebra::DMatrix;
 use super::Error;
 use super::linear_algebra::{check_finite, check_size, eigenvalues, one_norm, product, solve};
 
-/// Coefficients of the [13/13] Padé approximant of exp (Higham, *The scaling and squaring method for the matrix
-/// exponential revisited*, 2005), divided by the last one.
+/// [13/13] Padé approximant of exp (Higham, *The scaling and squaring method for the matrix exponential revisited*,
+/// 2005), divided by the last coefficient.
 const PADE_13: [f64; 14] = [
     64_764_752_532_480_000.0,
     32_382_376_266_240_000.0,
@@ -23,7 +23,7 @@ const PADE_13: [f64; 14] = [
     182.0,
     1.0,
 ];
-/// Maximum 1-norm for which the approximant is exact to double precision (same source, theta_13).
+/// Maximum 1-norm for double precision (same source, theta_13).
 const PADE_13_NORM: f64 = 5.371_920_351_148_152;
 const MAX_SQUARE_ROOTS: usize = 64;
 const MAX_NEWTON_STEPS: usize = 60;
@@ -33,7 +33,7 @@ const LOGARITHM_TOLERANCE: f64 = 1e-9;
 /// Returns `exp(A) = I + A + A²/2! + ...` by scaling and squaring: `exp(A) = (r(A / 2^m))^(2^m)`.
 ///
 /// `A` is square, of any size (0 included). Unlike nalgebra's, this exponential uses no transcendental function and no
-/// machine-dependent product, so every computer computes the same bits.
+/// machine-dependent product: the same bits on every computer.
 ///
 /// # Errors
 /// [`Error::DimensionMismatch`] if not square, [`Error::NonFinite`], [`Error::ExponentialOverflow`].
@@ -71,14 +71,14 @@ pub fn exponential(a: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
     if result.iter().all(|v| v.is_finite()) { Ok(result) } else { Err(overflow()) }
 }
 
-/// Returns the principal logarithm: the real `L` with `exp(L) = A` whose eigenvalues have |Im| < π.
+/// The principal logarithm: the real `L` with `exp(L) = A` whose eigenvalues have |Im| < π.
 ///
 /// Inverse scaling and squaring: square roots bring `A` near `I`, then `log A = 2^m · 2 atanh((R - I)(R + I)⁻¹)` with
 /// `R = A^(1/2^m)` (Higham, *Functions of Matrices*, ch. 11). The exponential of the result is checked against `A`.
 ///
 /// # Errors
-/// [`Error::NoRealLogarithm`] for an eigenvalue at 0 or on the negative real axis, [`Error::LogarithmInaccurate`] if
-/// one is too near, and [`Error::DimensionMismatch`], [`Error::NonFinite`], [`Error::EigenvaluesDidNotConverge`].
+/// [`Error::NoRealLogarithm`] for an eigenvalue at 0 or on the negative real axis, [`Error::LogarithmInaccurate`] for
+/// one too close, and [`Error::DimensionMismatch`], [`Error::NonFinite`], [`Error::EigenvaluesDidNotConverge`].
 pub fn logarithm(a: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
     check_size("the number of columns of the matrix", a.nrows(), a.ncols())?;
     let values = eigenvalues(a)?;
@@ -114,8 +114,8 @@ pub fn logarithm(a: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
     if residual <= LOGARITHM_TOLERANCE { Ok(result) } else { Err(inaccurate(residual)) }
 }
 
-/// Returns the principal square root by the product form of the Denman-Beavers iteration: `X ← X (I + M⁻¹)/2`,
-/// `M ← (I + (M + M⁻¹)/2)/2`, from `X = M = A`; `M` tends to `I`.
+/// The principal square root by the product form of the Denman-Beavers iteration: `X ← X (I + M⁻¹)/2`, `M ← (I + (M +
+/// M⁻¹)/2)/2`, from `X = M = A`; `M` tends to `I`.
 fn square_root(a: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = a.nrows();
     let identity = DMatrix::<f64>::identity(n, n);
@@ -137,7 +137,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn exponential_of_closed_forms() {
+    fn the_exponential_agrees_with_closed_forms() {
         let nilpotent = DMatrix::from_row_slice(2, 2, &[0.0, 3.0, 0.0, 0.0]);
         assert_eq!(exponential(&nilpotent).expect("finite")[(0, 1)], 3.0);
         let rotation = exponential(&DMatrix::from_row_slice(2, 2, &[0.0, -20.0, 20.0, 0.0])).expect("finite");
@@ -151,28 +151,28 @@ mod tests {
     }
 
     #[test]
-    fn exponential_rejects_overflow() {
+    fn the_exponential_rejects_overflow() {
         let big = DMatrix::from_element(1, 1, 1e4);
         assert_eq!(exponential(&big), Err(Error::ExponentialOverflow { norm: 1e4 }));
         assert!(matches!(exponential(&DMatrix::zeros(1, 2)), Err(Error::DimensionMismatch { .. })));
     }
 
     #[test]
-    fn exponential_agrees_with_nalgebra() {
+    fn the_exponential_agrees_with_nalgebra() {
         let a = DMatrix::from_fn(6, 6, |i, j| ((7 * i + 3 * j) % 5) as f64 - 2.2);
         let (ours, theirs) = (exponential(&a).expect("finite"), a.exp());
         assert!(one_norm(&(&ours - &theirs)) < 1e-12 * one_norm(&theirs));
     }
 
     #[test]
-    fn logarithm_undoes_the_exponential() {
+    fn the_logarithm_inverts_the_exponential() {
         let a = DMatrix::from_row_slice(3, 3, &[-1.0, 2.5, 0.0, -2.5, -1.0, 1.0, 0.0, 0.0, -4.0]);
         let back = logarithm(&exponential(&a).expect("finite")).expect("principal");
         assert!(one_norm(&(back - a)) < 1e-12);
     }
 
     #[test]
-    fn logarithm_rejects_delays_and_nyquist_oscillations() {
+    fn the_logarithm_rejects_delays_and_nyquist_oscillations() {
         for diagonal in [0.0, -0.5] {
             let a = DMatrix::from_diagonal(&nalgebra::dvector![0.9, diagonal]);
             assert!(matches!(logarithm(&a), Err(Error::NoRealLogarithm { re, .. }) if re == diagonal));

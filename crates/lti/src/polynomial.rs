@@ -60,37 +60,37 @@ impl Polynomial {
         Self { descending }
     }
 
-    /// Returns the coefficients in descending powers, without leading zeros; empty for the zero polynomial.
+    /// The coefficients in descending powers, without leading zeros; empty for the zero polynomial.
     #[must_use]
     pub fn coefficients(&self) -> &[f64] {
         &self.descending
     }
 
-    /// Returns the coefficient of the highest power; `None` for the zero polynomial.
+    /// The coefficient of the highest power; `None` for the zero polynomial.
     #[must_use]
     pub fn leading(&self) -> Option<f64> {
         self.descending.first().copied()
     }
 
-    /// Returns the coefficient of `s^power`, 0 beyond the degree.
+    /// The coefficient of `s^power`, 0 beyond the degree.
     #[must_use]
     pub fn coefficient(&self, power: usize) -> f64 {
         self.descending.iter().rev().nth(power).copied().unwrap_or(0.0)
     }
 
-    /// Returns the highest power; `None` for the zero polynomial.
+    /// The highest power; `None` for the zero polynomial.
     #[must_use]
     pub fn degree(&self) -> Option<usize> {
         self.descending.len().checked_sub(1)
     }
 
-    /// Returns true if every coefficient is 0.
+    /// True if every coefficient is 0.
     #[must_use]
     pub fn is_zero(&self) -> bool {
         self.descending.is_empty()
     }
 
-    /// Returns the number of roots exactly at 0 (trailing zero coefficients); 0 for the zero polynomial.
+    /// The number of roots exactly at 0 (trailing zero coefficients); 0 for the zero polynomial.
     #[must_use]
     pub fn roots_at_zero(&self) -> usize {
         self.descending.iter().rev().take_while(|c| **c == 0.0).count()
@@ -121,17 +121,16 @@ impl Polynomial {
         Self::trimmed(self.descending.iter().zip(powers).map(|(c, power)| c * power as f64).collect())
     }
 
-    /// Returns `p(s) / s^count` without the `count` lowest coefficients.
     pub(super) fn without_lowest(&self, count: usize) -> Self {
         let kept = self.descending.len().saturating_sub(count);
         Self { descending: self.descending[..kept].to_vec() }
     }
 
-    /// Returns all roots with their multiplicity, sorted by real, then imaginary part. Complex roots are exactly
-    /// conjugate pairs.
+    /// All roots with their multiplicity, sorted by real, then imaginary part; complex ones are exactly conjugate
+    /// pairs.
     ///
-    /// The roots are the eigenvalues of the balanced companion matrix, refined by Newton steps while these reduce |p|.
-    /// Roots at 0 are exact. A root of multiplicity m has a relative accuracy of about ε^(1/m).
+    /// The eigenvalues of the balanced companion matrix, refined by Newton steps while these reduce |p|. Roots at 0 are
+    /// exact. A root of multiplicity m has a relative accuracy of about ε^(1/m).
     ///
     /// # Errors
     /// [`Error::ZeroPolynomial`], [`Error::NonFinite`], [`Error::EigenvaluesDidNotConverge`].
@@ -240,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn arithmetic_of_small_polynomials() {
+    fn small_polynomials_are_multiplied_differentiated_and_evaluated_exactly() {
         assert_eq!(&p(&[1.0, 1.0]) * &p(&[1.0, -1.0]), p(&[1.0, 0.0, -1.0]));
         assert_eq!(p(&[3.0, 2.0, 1.0]).derivative(), p(&[6.0, 2.0]));
         assert_eq!(p(&[1.0, 0.0, 1.0]).evaluate_complex(Complex64::new(0.0, 1.0)).norm(), 0.0);
@@ -254,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn roots_of_constants_and_of_the_zero_polynomial() {
+    fn a_constant_has_no_roots_and_the_zero_polynomial_is_an_error() {
         assert!(p(&[4.0]).roots().expect("none").is_empty());
         assert_eq!(p(&[]).roots(), Err(Error::ZeroPolynomial));
         assert!(matches!(Polynomial::new(&[1.0, f64::NAN]), Err(Error::NonFinite { position: 1, .. })));

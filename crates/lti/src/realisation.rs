@@ -5,11 +5,10 @@ use nalgebra::DMatrix;
 use super::linear_algebra::{check_finite, product};
 use super::{Continuous, Domain, Error, StateSpace, TransferFunction};
 
-/// Returns the controllable canonical form of a proper transfer function (Kailath, *Linear Systems*, 2.1).
+/// The controllable canonical form of a proper transfer function (Kailath, *Linear Systems*, 2.1).
 ///
-/// With monic D(s) of degree n, the states are w, w', ..., w^(n-1) of `D(d/dt) w = u`, and `y = N(d/dt) w`:
-/// `x_i' = x_{i+1}`, `x_n' = u - d_0 x_1 - ... - d_{n-1} x_n`. Common factors are kept; remove them first with
-/// [`TransferFunction::minimal`].
+/// With monic D(s) of degree n, the states are w, w', ..., w^(n-1) of `D(d/dt) w = u`, and `y = N(d/dt) w`: `x_i' =
+/// x_{i+1}`, `x_n' = u - d_0 x_1 - ... - d_{n-1} x_n`. Common factors are kept (see [`TransferFunction::minimal`]).
 ///
 /// # Errors
 /// [`Error::Improper`]; [`Error::NonFinite`] if a product of polynomials has overflowed.
@@ -40,7 +39,7 @@ pub fn realise(function: &TransferFunction) -> Result<StateSpace<Continuous>, Er
     StateSpace::continuous(a, b, c, DMatrix::from_element(1, 1, direct))
 }
 
-/// Returns a realisation with the outputs y and y' (position and velocity), which are also its first two states.
+/// A realisation with the outputs y and y' (position and velocity), which are also its first two states.
 ///
 /// `y' = C A x + C B u`, and `C B = 0` if the relative degree is at least 2. This holds for G_m (eq. 28) and the slave
 /// (eq. 30); the slave has a third, unphysical state.
@@ -61,14 +60,13 @@ pub fn realise_with_derivative(function: &TransferFunction) -> Result<StateSpace
     outputs_first(&both, &[0, 1])
 }
 
-/// Returns the same system with the chosen outputs as its first states, in that order. Their rows of C become exact
-/// unit vectors.
+/// The same system with the chosen outputs as its first states, in that order; their rows of C are exact unit vectors.
 ///
 /// `z = T x`: T consists of the chosen rows of C, completed by the old states for which T is best conditioned.
 ///
 /// # Errors
 /// [`Error::IndexOutOfRange`]; [`Error::OutputsNotStates`] if a chosen output has a direct path from an input, or the
-/// chosen outputs are not independent combinations of the states.
+/// outputs are linearly dependent.
 pub fn outputs_first<D: Domain>(system: &StateSpace<D>, outputs: &[usize]) -> Result<StateSpace<D>, Error> {
     let n = system.states();
     let refuse = |reason| Err(Error::OutputsNotStates { outputs: outputs.len(), reason });

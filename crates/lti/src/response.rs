@@ -23,14 +23,14 @@ impl FrequencyPoint {
         self.response.map(|h| h.norm())
     }
 
-    /// Returns the phase of H, p x m, in rad between -π and π; 0 where H is 0.
+    /// The phase of H, p x m, in rad between -π and π; 0 where H is 0.
     #[must_use]
     pub fn phase_rad(&self) -> DMatrix<f64> {
         self.response.map(|h| h.arg())
     }
 }
 
-/// Returns the response at each frequency in rad/s. The response of a discrete system repeats above π/T.
+/// The response at each frequency in rad/s. The response of a discrete system repeats above π/T.
 ///
 /// # Errors
 /// [`Error::NonFinite`] for a frequency, [`Error::AtPole`] if the response is infinite (an integrator at 0 rad/s).
@@ -57,8 +57,7 @@ pub struct StepResponse {
     pub outputs: DMatrix<f64>,
 }
 
-/// Returns the step response of a continuous system, sampled every `tick_s` seconds. It is exact because a step is a
-/// held input.
+/// The exact step response of a continuous system, sampled every `tick_s` seconds (a step is a held input).
 ///
 /// # Errors
 /// [`Error::TickNotPositive`], [`Error::IndexOutOfRange`] for the input, [`Error::ExponentialOverflow`].
@@ -71,7 +70,7 @@ pub fn step_response(
     step_response_discrete(&zero_order_hold(system, tick_s)?, input, samples)
 }
 
-/// Returns the step response of a discrete system, by recursion.
+/// The step response of a discrete system, by recursion.
 ///
 /// # Errors
 /// [`Error::IndexOutOfRange`] for the input.

@@ -65,7 +65,7 @@ impl StateSpace<Discrete> {
         Self::new(a, b, c, d, Discrete::new(tick_s)?)
     }
 
-    /// Returns the tick in s.
+    /// The tick in s.
     #[must_use]
     pub fn tick_s(&self) -> f64 {
         self.domain.tick_s()
@@ -123,7 +123,7 @@ impl<D: Domain> StateSpace<D> {
         &self.d
     }
 
-    /// Returns the time domain.
+    /// The time domain.
     #[must_use]
     pub fn domain(&self) -> D {
         self.domain
@@ -147,7 +147,7 @@ impl<D: Domain> StateSpace<D> {
         self.c.nrows()
     }
 
-    /// Returns the eigenvalues of A (in 1/s for a continuous system), sorted by real, then imaginary part.
+    /// The eigenvalues of A (in 1/s for a continuous system), sorted by real, then imaginary part.
     ///
     /// # Errors
     /// [`Error::EigenvaluesDidNotConverge`].
@@ -155,7 +155,7 @@ impl<D: Domain> StateSpace<D> {
         eigenvalues(&self.a)
     }
 
-    /// Returns true if every mode decays, including unobservable modes.
+    /// True if every mode decays, including unobservable modes.
     ///
     /// # Errors
     /// [`Error::EigenvaluesDidNotConverge`].
@@ -184,7 +184,7 @@ impl<D: Domain> StateSpace<D> {
             .ok_or(Error::AtPole { re: s.re, im: s.im })
     }
 
-    /// Returns the steady outputs for constant inputs of 1, p x m: `C (c I - A)⁻¹ B + D` with c = 0 (s) or 1 (z).
+    /// The steady outputs for constant inputs of 1, p x m: `C (c I - A)⁻¹ B + D` with c = 0 (s) or 1 (z).
     ///
     /// `None` with an integrating mode, even an unobservable one.
     #[must_use]
@@ -194,7 +194,7 @@ impl<D: Domain> StateSpace<D> {
         Some(product(&self.c, &solve(&shifted, &self.b)?) + &self.d)
     }
 
-    /// Returns the same system with states `z = T x`: `(T A T⁻¹, T B, C T⁻¹, D)`, T of n x n.
+    /// The same system with states `z = T x`: `(T A T⁻¹, T B, C T⁻¹, D)`, T of n x n.
     ///
     /// # Errors
     /// [`Error::DimensionMismatch`], [`Error::NonFinite`], [`Error::Singular`].
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn response_of_a_lag() {
+    fn a_lag_has_the_response_of_its_closed_form() {
         assert_eq!(lag().dc_gain().expect("finite"), dmatrix![2.0]);
         assert_eq!(lag().poles().expect("converges"), [Complex64::new(-2.0, 0.0)]);
         assert!(lag().is_stable().expect("converges"));

@@ -4,8 +4,8 @@ use std::ops::{Add, Mul, Neg, Sub};
 
 use super::{Complex64, Error, Polynomial};
 
-/// `H(s) = N(s) / D(s)`, one input and one output, in continuous time. It may be improper, as the arm of eq. 32; only a
-/// realisation rejects improper functions.
+/// `H(s) = N(s) / D(s)`, one input and one output, in continuous time. May be improper, like the arm of eq. 32; only a
+/// realisation rejects that.
 ///
 /// Arithmetic cross-multiplies without cancelling, because hidden cancellations would hide unstable modes. Only
 /// [`minimal`](Self::minimal) cancels.
@@ -58,13 +58,13 @@ impl TransferFunction {
         &self.denominator
     }
 
-    /// Returns the degree of the denominator minus the degree of the numerator; `None` for the zero function.
+    /// The degree of the denominator minus the degree of the numerator; `None` for the zero function.
     #[must_use]
     pub fn relative_degree(&self) -> Option<i64> {
         Some(self.denominator.degree()? as i64 - self.numerator.degree()? as i64)
     }
 
-    /// Returns true if the response stays finite at infinite frequency.
+    /// True if the response stays finite at infinite frequency.
     #[must_use]
     pub fn is_proper(&self) -> bool {
         self.relative_degree().is_none_or(|degree| degree >= 0)
@@ -76,7 +76,7 @@ impl TransferFunction {
         self.numerator.evaluate_complex(s) / self.denominator.evaluate_complex(s)
     }
 
-    /// Returns the limit of `H(s)` at s = 0, with factors of s cancelled; `None` if infinite.
+    /// The limit of `H(s)` at s = 0, with factors of s cancelled; `None` if infinite.
     #[must_use]
     pub fn dc_gain(&self) -> Option<f64> {
         if self.numerator.is_zero() {
@@ -90,7 +90,7 @@ impl TransferFunction {
         }
     }
 
-    /// Returns the roots of the denominator in 1/s, including those that zeros would cancel.
+    /// The roots of the denominator in 1/s, including those that zeros would cancel.
     ///
     /// # Errors
     /// The errors of [`Polynomial::roots`].
@@ -98,7 +98,7 @@ impl TransferFunction {
         self.denominator.roots()
     }
 
-    /// Returns the roots of the numerator in 1/s.
+    /// The roots of the numerator in 1/s.
     ///
     /// # Errors
     /// The errors of [`Polynomial::roots`]; [`Error::ZeroPolynomial`] for the zero function.
@@ -129,8 +129,8 @@ impl TransferFunction {
     /// of printed coefficients).
     ///
     /// Factors of s cancel exactly. Real roots cancel with real roots, conjugate pairs with pairs. A common root of
-    /// multiplicity m has an accuracy of about ε^(1/m), so cancel after each operation rather than once at the end.
-    /// Cancelling an unstable pole hides an instability: check [`poles`](Self::poles) first.
+    /// multiplicity m has an accuracy of about ε^(1/m), so cancel after each operation. Cancelling an unstable pole
+    /// hides an instability: check [`poles`](Self::poles) first.
     ///
     /// # Errors
     /// The errors of [`Polynomial::roots`].
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn degrees_and_gains() {
+    fn degrees_and_gains_follow_from_the_coefficients() {
         assert_eq!(tf(&[1.0], &[0.245, 4.1, 0.0]).relative_degree(), Some(2));
         assert_eq!(tf(&[1.0], &[0.245, 4.1, 0.0]).dc_gain(), None);
         assert!(!tf(&[1.0, 0.0], &[2.0]).is_proper());
@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn minimal_cancels_zeros_pairs_and_reals_only_when_close() {
+    fn only_close_real_and_paired_roots_cancel() {
         let common = tf(&[1.0, 2.0, 10.0, 0.0], &[1.0, 2.0, 10.0, 0.0]);
         let plain = tf(&[2.0, 14.0], &[1.0, 3.0, 1.0]);
         let short = (&plain * &common).minimal(1e-6).expect("converges");

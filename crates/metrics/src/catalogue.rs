@@ -1,8 +1,8 @@
 //! The declaration of metrics.
 //!
-//! A `metrics!` table declares each metric once, with its key, label, unit, description, better direction, visibility
-//! and reader. Each scope has its table beside its numbers: a run's in `summary.rs`, a rupture's in `rupture.rs`.
-//! Structs, JSON, comparison tables, sweep columns and documentation are generated from these tables.
+//! A `metrics!` table declares each metric once: key, label, unit, description, better direction, visibility and
+//! reader. Each scope has its table beside its numbers: a run's in `summary.rs`, a rupture's in `rupture.rs`. Structs,
+//! JSON, comparison tables, sweep columns and documentation are generated from them.
 
 use schemars::{JsonSchema, Schema};
 use serde::Serialize;
@@ -23,7 +23,7 @@ pub enum Better {
 }
 
 impl Better {
-    /// Returns the name used in files.
+    /// The name used in files.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -34,7 +34,7 @@ impl Better {
     }
 }
 
-/// Where the tables of runs and comparisons show a metric. A sweep stores every metric that its file lists.
+/// Where the tables of runs and comparisons show a metric. Sweeps store every listed metric.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shown {
     /// In every table, including the short table of a comparison.
@@ -74,7 +74,7 @@ pub enum Scope {
 }
 
 impl Scope {
-    /// Returns the name used in files.
+    /// The name used in files.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -88,7 +88,7 @@ impl Scope {
         }
     }
 
-    /// Returns the prefix of keys; `number`, from 1, identifies a rupture or event.
+    /// Prefix of keys; `number`, from 1, identifies a rupture or event.
     pub(crate) fn key_prefix(self, number: usize) -> String {
         match self {
             Self::Run => String::new(),
@@ -136,7 +136,7 @@ pub struct Declaration {
 }
 
 impl Shown {
-    /// Returns true if the short table of a comparison contains the metric.
+    /// True if the short table of a comparison contains the metric.
     #[must_use]
     pub fn is_main(self) -> bool {
         matches!(self, Self::Main | Self::MainWhereDefined)
@@ -144,19 +144,18 @@ impl Shown {
 }
 
 impl Declaration {
-    /// Returns the name used in files; `number`, from 1, identifies a rupture or event.
+    /// The name used in files; `number`, from 1, identifies a rupture or event.
     #[must_use]
     pub fn key(&self, number: usize) -> String {
         self.scope.key_prefix(number) + self.name
     }
 
-    /// Returns the label in tables.
+    /// The label in tables.
     #[must_use]
     pub fn full_label(&self, number: usize) -> String {
         self.scope.label_prefix(number) + self.label
     }
 
-    /// Returns true if `name`, without prefix, is the current or former name.
     pub(crate) fn is_called(&self, name: &str) -> bool {
         self.name == name || self.former_name == Some(name)
     }
@@ -194,7 +193,7 @@ impl<T: MetricValue> MetricValue for Option<T> {
     }
 }
 
-/// Returns a transform of the JSON Schema of a scope that appends the unit to each metric's description.
+/// A transform of a scope's JSON Schema that appends the unit to each metric's description.
 pub fn with_units<Read>(metrics: &'static [Metric<Read>]) -> impl FnMut(&mut Schema) {
     move |schema| {
         let Some(properties) = schema.get_mut("properties") else { return };
@@ -209,10 +208,10 @@ pub fn with_units<Read>(metrics: &'static [Metric<Read>]) -> impl FnMut(&mut Sch
 
 /// Declares the metrics of a scope and, with `pub struct`, the fields from which they are read.
 ///
-/// An entry is a doc comment of one line, which describes the metric, and `name: Type = "label", Unit signed, Better
-/// [Shown] was "former_name" => |of| read;`. Without `: Type` the entry declares no field and needs `=> read`. Without
-/// `= "label"` it declares a field that is not a metric. `signed`, `[Shown]`, `was` and `=> read` are optional. The
-/// struct derives its JSON Schema, which states the unit of each metric.
+/// An entry is a doc comment of one line and `name: Type = "label", Unit signed, Better [Shown] was "former_name" =>
+/// |of| read;`. Without `: Type` the entry declares no field and needs `=> read`. Without `= "label"` it declares a
+/// field that is not a metric. `signed`, `[Shown]`, `was` and `=> read` are optional. The struct derives its JSON
+/// Schema, with the metrics' units.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! metrics {

@@ -46,7 +46,7 @@ metrics! {
     }
 }
 
-/// The values of an event that change at every tick, of one run or of several lanes.
+/// Values of an event that change at every tick, of one run or of several lanes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EventExtremes<L> {
     slave_start_m: L,
@@ -58,8 +58,6 @@ pub(super) struct EventExtremes<L> {
 }
 
 impl<L: Lane> EventExtremes<L> {
-    /// Returns the values before the first tick of an event, from the positions of slave and master and the feedback
-    /// force.
     pub(super) fn at(slave_m: L, master_m: L, feedback_n: L) -> Self {
         Self {
             slave_start_m: slave_m,
@@ -114,8 +112,7 @@ impl<L: Lane> EventExtremes<L> {
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Beginning {
-    /// Index of the first rupture whose needle the event holds; the number of ruptures if a false alarm began the
-    /// event.
+    /// Index of the first rupture whose needle the event holds; the number of ruptures for a false alarm.
     pub(super) first_rupture: usize,
     pub(super) is_false: bool,
     pub(super) gap_m: Option<f64>,
@@ -132,7 +129,7 @@ pub(super) struct EventWindow {
     pub(super) noticed_at: Option<u64>,
     master_start_m: f64,
     pub(super) extremes: EventExtremes<f64>,
-    /// The change of the feedback force and the change that its law allows, at the start and at the release, in N.
+    /// The change of the feedback force and the allowed change, at the start and at the release, in N.
     entry_step_n: [f64; 2],
     exit_step_n: Option<[f64; 2]>,
 }
@@ -186,7 +183,6 @@ impl EventWindow {
         self.extremes.force_change_n = kept.force_change_n;
     }
 
-    /// Returns the metrics; `noticed` is defined only for an operator who `notices` changes of the felt force.
     pub(super) fn close(&self, grid: &TickGrid, notices: bool) -> EventMetrics {
         let span = |from: u64, to: u64| grid.time_s(to - from);
         EventMetrics {

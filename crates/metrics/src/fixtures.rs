@@ -10,8 +10,8 @@ pub(super) const TICK_S: f64 = 1e-3;
 
 type Edit = Box<dyn Fn(&mut Signals<f64>)>;
 
-/// An insertion, tick by tick. The hand moves in at 10 mm/s, the slave follows without lag, and both forces are 2 N.
-/// The methods add edits to these signals; a later edit overrides an earlier one.
+/// An insertion, tick by tick: the hand moves in at 10 mm/s, the slave follows without lag, both forces are 2 N.
+/// Methods add edits; a later one overrides an earlier one.
 pub(super) struct Insertion {
     ticks: u64,
     operator: OperatorTraits,
@@ -23,8 +23,8 @@ impl Insertion {
         Self { ticks, operator: OperatorTraits::UNKNOWN, edits: vec![] }
     }
 
-    /// Sets the known traits of the operator: the motion of the slave per intended motion, `None` if unknown, and
-    /// whether changes of the felt force are noticed.
+    /// Sets the known traits of the operator: the slave's motion per intended motion (`None` if unknown), and whether
+    /// changes of the felt force are noticed.
     pub(super) fn by(mut self, intended_scale: Option<f64>, notices: bool) -> Self {
         self.operator = OperatorTraits { intended_scale, notices };
         self
@@ -70,7 +70,6 @@ impl Insertion {
         self.at(tick, |s| s.noticed = true)
     }
 
-    /// Adds an event with the ticks of its alarm, its release and its end.
     pub(super) fn event(self, [alarm, released, ended]: [u64; 3]) -> Self {
         self.alarm_at(alarm).with(move |s| {
             if (alarm..released).contains(&s.tick) {

@@ -1,8 +1,8 @@
 //! Compares the needle with the position that the operator intends to reach.
 //!
 //! The *intended motion* is the operator's voluntary trajectory `x_v`, scaled by `s` to the slave: the desired position
-//! without tremor, including voluntary pauses and withdrawals. The *gap* is `x_e - s x_v`. The excess of the needle
-//! after a rupture at `t_r` is the growth of the gap:
+//! without tremor. The *gap* is `x_e - s x_v`. The excess of the needle after a rupture at `t_r` is the growth of the
+//! gap:
 //!
 //! ```text
 //! excess(t) = (x_e(t) - x_e(t_r)) - s (x_v(t) - x_v(t_r))
@@ -45,12 +45,11 @@ pub struct Pursuit<L: Lane> {
     max_gap_m: L,
     max_slave_m: L,
     max_intended_m: L,
-    /// The deepest intended position of the run, and the gap at the last tick at which the intended position was
-    /// deepest.
+    /// The deepest intended position of the run, and the gap at the last tick there.
     deepest_intended_m: L,
     final_gap_m: L,
-    /// The last tick of the horizon after the last rupture or accepted alarm, and the number of ticks outside such
-    /// horizons in which the operator does not withdraw.
+    /// The last tick of the horizon after the last rupture or accepted alarm, and the number of ticks outside horizons
+    /// without withdrawal.
     disturbed_until: L,
     undisturbed_ticks: L,
     withdraws: L::Mask,
@@ -121,12 +120,10 @@ impl<L: Lane> Pursuit<L> {
         tick >= self.next_end_tick
     }
 
-    /// Returns the gap of a lane in m; `None` without a known intention.
     pub(crate) fn gap_m(&self, lane: usize) -> Option<f64> {
         self.operators[lane].intended_scale.map(|_| (self.slave_m - self.intended_m).lane(lane))
     }
 
-    /// Returns the gap of a lane in m at the last tick at which its intended position was deepest.
     pub(crate) fn final_gap_m(&self, lane: usize) -> Option<f64> {
         let has_begun = self.deepest_intended_m.lane(lane).is_finite();
         self.operators[lane].intended_scale.filter(|_| has_begun).map(|_| self.final_gap_m.lane(lane))
@@ -137,7 +134,6 @@ impl<L: Lane> Pursuit<L> {
         self.disturbed_until = L::select(lanes, until, self.disturbed_until);
     }
 
-    /// Number of a lane's ticks without withdrawal outside the horizons of ruptures and accepted alarms.
     pub(crate) fn undisturbed_ticks(&self, lane: usize) -> Option<u64> {
         self.operators[lane].intended_scale.map(|_| self.undisturbed_ticks.lane(lane) as u64)
     }
@@ -146,8 +142,8 @@ impl<L: Lane> Pursuit<L> {
         self.withdraws.lane(lane)
     }
 
-    /// Closes a lane's horizon at `tick` if its time has passed or another rupture begins. Returns the index of its
-    /// rupture and the motion after it.
+    /// Closes a lane's horizon at `tick` if it is due or another rupture begins. Returns the index of its rupture and
+    /// the motion after it.
     pub fn close(&mut self, lane: usize, tick: u64, ruptures_again: bool) -> Option<(usize, Aftermath)> {
         let horizon = self.horizons[lane].filter(|horizon| ruptures_again || tick >= horizon.end_tick)?;
         self.horizons[lane] = None;

@@ -1,7 +1,6 @@
 //! The metrics of a run, computed by streaming observers without storage per tick.
 //!
-//! An undefined metric is `None`, never 0. Examples are the delay of a missed rupture, and the travel at 0.3 s if the
-//! run ended earlier.
+//! An undefined metric is `None`, never 0: the delay of a missed rupture, the travel at 0.3 s of a shorter run.
 
 #[doc(hidden)]
 pub mod catalogue;
@@ -33,16 +32,16 @@ pub const RUPTURE_WINDOW_S: f64 = 0.5;
 
 /// Maximum time from a rupture to an alarm that counts as its detection, in s.
 ///
-/// The slowest rupture that `trocar calibrate` expects loses half of the force in 30 ms, so that a tenth of the force
-/// is left after 0.1 s. The alarms of the shipped scenarios follow within 12 ms. A later alarm has another cause.
+/// The slowest rupture that `trocar calibrate` expects loses half of the force in 30 ms, so a tenth is left after 0.1
+/// s. The alarms of the shipped scenarios follow within 12 ms. A later alarm has another cause.
 pub const ALARM_WINDOW_S: f64 = 0.1;
 
-/// The horizon of a rupture in s. The advance of the needle is compared with the intended motion for this time, or up
-/// to the next rupture.
+/// Horizon of a rupture in s, or up to the next rupture: time in which the needle's advance is compared with the
+/// intended motion.
 pub const HORIZON_S: f64 = 2.0;
 
-/// Time after a rupture at which the travel of the slave is read, in s. The minimum of the felt force covers the same
-/// time.
+/// Time after a rupture in s at which the slave's travel is read, and over which the minimum of the felt force is
+/// taken.
 pub const TRAVEL_S: f64 = 0.3;
 
 /// A force counts as fallen at or below this fraction of its value at the rupture.

@@ -82,7 +82,7 @@ pub enum MissReason {
 }
 
 impl MissReason {
-    /// Returns the tag used in JSON.
+    /// The tag used in JSON.
     #[must_use]
     pub fn word(&self) -> String {
         // Every variant of this enum is serialized with its tag.
@@ -90,7 +90,7 @@ impl MissReason {
         serde_json::to_value(self).ok().and_then(tag).unwrap_or_default()
     }
 
-    /// Returns the scenario key that decides on the reason.
+    /// The scenario key that decides on the reason.
     #[must_use]
     pub fn key(&self) -> &'static str {
         match self {
@@ -109,12 +109,13 @@ impl MissReason {
         }
     }
 
-    /// Returns a remedy for the user.
+    /// A remedy for the user.
     #[must_use]
     pub fn remedy(&self) -> Cow<'static, str> {
         Cow::Borrowed(match self {
             Self::BelowThreshold { reached } if *reached < HARDLY => {
-                "look at the estimator and at the force there, which hardly move the detector; only then set a far lower detector.threshold, and count the false alarms with `trocar roc`"
+                "check the estimator and the force there, since g hardly rises; only then set a far lower \
+                 detector.threshold, and count the false alarms with `trocar roc`"
             }
             Self::BelowThreshold { reached } => {
                 let share = percent(*reached, f64::floor);
@@ -124,7 +125,8 @@ impl MissReason {
             }
             Self::NotInContact { .. } => "set estimator.contact_m to the position of the surface",
             Self::NotArmed { .. } => {
-                "reduce detector.settle_s, or keep g quiet before the rupture: a larger detector.drift or estimator.dead_zone_n"
+                "reduce detector.settle_s, or keep g quiet before the rupture: a larger detector.drift or \
+                 estimator.dead_zone_n"
             }
             Self::NotReady { .. } => "begin the recording earlier, and check that the force is renewed at every sample",
             Self::NoFall => "look at the force there; other kinds of detector.distance do not judge by the fall alone",
@@ -133,7 +135,8 @@ impl MissReason {
             Self::TooShallow { .. } => "reduce detector.minimum_depth_m",
             Self::BelowDrift { .. } => "reduce detector.drift (`trocar calibrate` computes one from the noise)",
             Self::EventUnderWay { .. } => {
-                "shorten the event (augmentation.min_hold_s, max_hold_s, catch_up_speed_m_per_s), or let the hand stop at it (perception.reflex)"
+                "shorten the event (augmentation.min_hold_s, max_hold_s, catch_up_speed_m_per_s), or let the hand stop \
+                 at it (perception.reflex)"
             }
             Self::EarlierEvent => "keep g quiet before the rupture, so that no earlier alarm opens an event",
             Self::Refractory { .. } => {
@@ -143,8 +146,7 @@ impl MissReason {
         })
     }
 
-    /// Changes the settings of a scenario to remove the reason: the estimator's contact (m), the detector and the
-    /// augmentation.
+    /// Changes the settings of a scenario to remove the reason.
     pub fn remove(
         &self,
         contact_m: &mut f64,
@@ -195,7 +197,8 @@ impl Display for MissReason {
             ),
             Self::NotReady { waits_for } => write!(f, "not armed: the detector waits for {waits_for}"),
             Self::NoFall => f.write_str(
-                "no fall: the force did not fall beyond what the detector takes for motion and relaxation, or a fall was under way",
+                "no fall: the force did not fall by more than motion and relaxation explain, or a fall was already in \
+                 progress",
             ),
             Self::NoDrop => f.write_str("detector.drop_only: the force did not fall below a predicted resisting force"),
             Self::WrongMotion { velocity_m_per_s } => {
@@ -210,7 +213,7 @@ impl Display for MissReason {
             Self::BelowDrift { largest } => {
                 write!(f, "below the drift: no distance exceeded {largest:.3e}, and g stayed at 0")
             }
-            Self::EventUnderWay { begin_s } => write!(f, "the event of {begin_s:.3} s was under way"),
+            Self::EventUnderWay { begin_s } => write!(f, "the event that began at {begin_s:.3} s was in progress"),
             Self::EarlierEvent => f.write_str("an earlier alarm would then open an event that hides it"),
             Self::Refractory { end_s } => {
                 write!(f, "in the refractory period of the event that ended at {end_s:.3} s")
@@ -239,7 +242,7 @@ impl Miss {
         std::iter::once(&self.reason).chain(&self.also)
     }
 
-    /// Returns the warning about rupture `number`, from 1, at a time in s.
+    /// The warning about rupture `number`, from 1, at a time in s.
     pub fn warning(&self, number: usize, time_s: f64) -> Warning {
         let message = format!("rupture {number} at {time_s:.3} s missed: {self}");
         Warning::new(Code::MissedRupture, message).at(self.reason.key()).remedy(self.reason.remedy())
@@ -294,7 +297,7 @@ pub struct SupervisorHistory {
 }
 
 impl SupervisorHistory {
-    /// Returns a supervisor that accepts the alarms at these ticks and opens no event.
+    /// A supervisor that accepts the alarms at these ticks and opens no event.
     pub fn of_alarms(alarms: &[usize]) -> Self {
         Self { alarms: alarms.iter().map(|alarm| *alarm as u64).collect(), ..Self::default() }
     }
@@ -314,7 +317,7 @@ impl SupervisorHistory {
         }
     }
 
-    /// Returns true if an alarm, accepted or ignored, lies within `ticks`.
+    /// True if an alarm, accepted or ignored, lies within `ticks`.
     pub fn has_alarm(&self, ticks: RangeInclusive<u64>) -> bool {
         self.alarms.iter().chain(&self.ignored_alarms).any(|alarm| ticks.contains(alarm))
     }
@@ -351,16 +354,16 @@ impl MissRule<'_> {
         self.start_s + tick as f64 * self.tick_s
     }
 
-    /// Returns the number of ticks in a rupture's window.
+    /// The number of ticks in a rupture's window.
     pub fn window_ticks(&self) -> u64 {
         nearest_ticks(self.window_s, self.tick_s)
     }
 
-    /// Explains why a rupture at `tick` has no alarm. `samples` are the samples of its window with their ticks, from
-    /// the rupture onwards.
+    /// Explains why a rupture at `tick` has no alarm. `samples` are those of its window with their ticks, from the
+    /// rupture onwards.
     ///
-    /// Of the samples with g above the threshold, the first one that fails the fewest conditions decides, because the
-    /// smallest change turns it into an alarm.
+    /// Of the samples with g above the threshold, the first one that fails the fewest conditions decides: the smallest
+    /// change turns it into an alarm.
     pub fn explain(
         &self,
         tick: u64,
@@ -372,8 +375,7 @@ impl MissRule<'_> {
             let reason = supervisor.refusal(alarm, self)?;
             return Some(Miss { reason, also: vec![] });
         }
-        // An alarm in the window counts for a later rupture. The samples from this alarm onwards do not explain this
-        // miss.
+        // An alarm in the window counts for a later rupture; the samples from it onwards do not explain this miss.
         let of_another = supervisor.alarms.iter().copied().find(|alarm| window.contains(alarm));
         let end = of_another.map_or(samples.len(), |alarm| samples.partition_point(|(tick, _)| *tick < alarm));
         if let (0, Some(alarm)) = (end, of_another) {
@@ -386,8 +388,7 @@ impl MissRule<'_> {
         }
         let threshold = self.detector.cusum.threshold;
         let max = samples.iter().map(|(_, sample)| sample.decision).fold(0.0, f64::max);
-        // If no sample exceeds the threshold, the samples near the largest g show which other conditions would have
-        // failed.
+        // Without a sample above the threshold, those near the largest g show which other conditions would have failed.
         let level = threshold.min(NEAR_MAX * max);
         let mut fewest: Option<Vec<MissReason>> = None;
         for (tick, sample) in samples.iter().filter(|(_, sample)| sample.decision > level) {
@@ -551,7 +552,7 @@ mod tests {
         assert_eq!(of(&[with(3.0, AlarmConditions { armed: false, ..ALL })]), [MissReason::NotReady { waits_for }]);
     }
 
-    /// Returns a supervisor with an event from tick 50 to 80, and an alarm at a tick.
+    /// A supervisor with an event from tick 50 to 80, and an alarm at a tick.
     fn supervisor(alarm: u64, is_taken: bool) -> SupervisorHistory {
         let mut history = SupervisorHistory::default();
         for tick in 0..200 {
@@ -650,32 +651,32 @@ mod tests {
 
     #[test]
     fn reasons_are_reported_in_milliseconds_millimetres_and_percent() {
-        let told = |reason: MissReason| reason.to_string();
-        assert!(told(MissReason::NotInContact { depth_m: -1.234e-3 }).contains("was 1.23 mm above"));
-        let text = told(MissReason::NotArmed { quiet_s: 0.01234, settle_s: 0.1 });
+        let message = |reason: MissReason| reason.to_string();
+        assert!(message(MissReason::NotInContact { depth_m: -1.234e-3 }).contains("was 1.23 mm above"));
+        let text = message(MissReason::NotArmed { quiet_s: 0.01234, settle_s: 0.1 });
         assert!(text.contains("for 12.3 ms") && text.contains("is 100 ms"), "{text}");
-        assert!(told(MissReason::WrongMotion { velocity_m_per_s: -0.0123 }).contains("at -12.3 mm/s"));
-        assert!(told(MissReason::TooShallow { depth_m: 4.5e-3 }).contains("at 4.5 mm"));
-        assert!(told(MissReason::BelowThreshold { reached: 0.1239 }).contains("reached 12.4 %"));
-        assert!(told(MissReason::BelowThreshold { reached: 1.26e-5 }).contains("reached less than 0.1 % of it"));
-        assert!(told(MissReason::NotInContact { depth_m: -1e-6 }).contains("less than 0.01 mm above"));
-        assert!(told(MissReason::BelowDrift { largest: 0.0012 }).contains("exceeded 1.200e-3"));
-        assert!(told(MissReason::EventUnderWay { begin_s: 1.5 }).contains("1.500 s"));
-        assert!(told(MissReason::Refractory { end_s: 2.25 }).contains("2.250 s"));
-        assert!(told(MissReason::AlarmOfAnother { alarm_s: 3.0 }).contains("3.000 s"));
-        assert!(told(MissReason::NotReady { waits_for: "the noise" }).contains("waits for the noise"));
-        assert!(told(MissReason::NoFall).contains("no fall") && told(MissReason::NoDrop).contains("drop_only"));
-        assert!(told(MissReason::EarlierEvent).contains("an earlier alarm"));
+        assert!(message(MissReason::WrongMotion { velocity_m_per_s: -0.0123 }).contains("at -12.3 mm/s"));
+        assert!(message(MissReason::TooShallow { depth_m: 4.5e-3 }).contains("at 4.5 mm"));
+        assert!(message(MissReason::BelowThreshold { reached: 0.1239 }).contains("reached 12.4 %"));
+        assert!(message(MissReason::BelowThreshold { reached: 1.26e-5 }).contains("reached less than 0.1 % of it"));
+        assert!(message(MissReason::NotInContact { depth_m: -1e-6 }).contains("less than 0.01 mm above"));
+        assert!(message(MissReason::BelowDrift { largest: 0.0012 }).contains("exceeded 1.200e-3"));
+        assert!(message(MissReason::EventUnderWay { begin_s: 1.5 }).contains("1.500 s"));
+        assert!(message(MissReason::Refractory { end_s: 2.25 }).contains("2.250 s"));
+        assert!(message(MissReason::AlarmOfAnother { alarm_s: 3.0 }).contains("3.000 s"));
+        assert!(message(MissReason::NotReady { waits_for: "the noise" }).contains("waits for the noise"));
+        assert!(message(MissReason::NoFall).contains("no fall") && message(MissReason::NoDrop).contains("drop_only"));
+        assert!(message(MissReason::EarlierEvent).contains("an earlier alarm"));
     }
 
     #[test]
     fn the_recommended_threshold_is_rounded_down() {
-        let told = |reached| MissReason::BelowThreshold { reached }.remedy().into_owned();
-        assert!(told(0.1239).contains("below 12.3 %"), "{}", told(0.1239));
+        let remedy = |reached| MissReason::BelowThreshold { reached }.remedy().into_owned();
+        assert!(remedy(0.1239).contains("below 12.3 %"), "{}", remedy(0.1239));
         assert!(
-            told(1.26e-5).contains("far lower")
-                && told(0.0).contains("far lower")
-                && told(2e-3).contains("below 0.2 %")
+            remedy(1.26e-5).contains("far lower")
+                && remedy(0.0).contains("far lower")
+                && remedy(2e-3).contains("below 0.2 %")
         );
     }
 

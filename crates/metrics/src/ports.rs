@@ -50,13 +50,11 @@ metrics! {
     }
 }
 
-/// The energy balance of a part: received minus delivered energy.
 #[derive(Debug, Clone, Copy, Default)]
 struct Balance {
     now: f64,
     min: f64,
     max: f64,
-    /// The largest fall from an earlier value.
     largest_fall: f64,
 }
 
@@ -91,8 +89,7 @@ pub struct PortColumns<'a> {
 }
 
 impl PortMetrics {
-    /// Computes the metrics of a run; `energy_scale` scales the slave's energies to the master. Returns `None` without
-    /// a tick.
+    /// The metrics of a run; `energy_scale` scales the slave's energies to the master. `None` without a tick.
     #[must_use]
     pub fn of(columns: &PortColumns<'_>, energy_scale: f64) -> Option<Self> {
         let PortColumns { time_s, needle_m, hand_j, master_j, reference_j, needle_j } = *columns;
@@ -138,7 +135,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_balance_separates_stored_from_generated_energy() {
+    fn a_balance_distinguishes_stored_from_generated_energy() {
         let mut balance = Balance::default();
         for now in [2.0, 5.0, 1.0, -3.0, -1.0] {
             balance.update(now);

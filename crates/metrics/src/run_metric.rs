@@ -43,7 +43,7 @@ impl RunMetric {
         })
     }
 
-    /// Returns the metrics of rupture `number`, from 1.
+    /// The metrics of rupture `number`, from 1.
     pub fn of_rupture(number: usize) -> impl Iterator<Item = Self> {
         RuptureMetrics::METRICS.iter().map(move |m| Self {
             declaration: &m.declaration,
@@ -60,7 +60,7 @@ impl RunMetric {
         })
     }
 
-    /// Returns the metrics of the run as a whole, then the metrics of its link and its ports.
+    /// The metrics of the run as a whole, then the metrics of its link and its ports.
     pub fn of_whole_run() -> impl Iterator<Item = Self> {
         Self::of_run().chain(Self::of_link()).chain(Self::of_ports())
     }
@@ -87,25 +87,25 @@ impl RunMetric {
             .or_else(|| key.strip_prefix("port_").and_then(of_port))
     }
 
-    /// Returns the declaration.
+    /// The declaration.
     #[must_use]
     pub fn declaration(&self) -> &'static Declaration {
         self.declaration
     }
 
-    /// Returns the number of the rupture or event, from 1; 1 for other metrics.
+    /// The number of the rupture or event, from 1; 1 for other metrics.
     #[must_use]
     pub fn number(&self) -> usize {
         self.number
     }
 
-    /// Returns the name used in files.
+    /// The name used in files.
     #[must_use]
     pub fn key(&self) -> String {
         self.declaration.key(self.number)
     }
 
-    /// Returns the label in tables.
+    /// The label in tables.
     #[must_use]
     pub fn label(&self) -> String {
         self.declaration.full_label(self.number)

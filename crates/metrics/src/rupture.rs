@@ -88,7 +88,6 @@ impl<L: Lane> Extremes<L> {
         Self { slave_m: s.slave_position_m, master_m: s.master_position_m, ..Self::from_force(s.operator_force_n) }
     }
 
-    /// Returns the initial extremes for a force on the hand, at position 0.
     pub(super) fn from_force(felt_n: L) -> Self {
         let zero = L::zero();
         Self {
@@ -104,7 +103,7 @@ impl<L: Lane> Extremes<L> {
         }
     }
 
-    /// Processes a tick after the rupture; `is_early` marks the lanes that still update the extremes of the felt force.
+    /// Processes a tick after the rupture; `is_early` marks the lanes that still update the felt force's extremes.
     #[inline(always)]
     pub(super) fn observe(&mut self, s: &Signals<L>, is_early: L::Mask) {
         let felt_n = s.operator_force_n;
@@ -208,9 +207,8 @@ impl RuptureWindow {
         tick - self.tick <= self.window_ticks
     }
 
-    /// Claims an alarm as the detection of this rupture. Returns false if the rupture already has an alarm, if the
-    /// alarm comes more than [`ALARM_WINDOW_S`] after it, or if the tissue force has not fallen since: such an alarm
-    /// has another cause.
+    /// Claims an alarm as the detection of this rupture. False if the rupture has an alarm, if this one comes more than
+    /// [`ALARM_WINDOW_S`] after it, or if the tissue force has not fallen since: such an alarm has another cause.
     pub(super) fn claim(&mut self, s: &Signals<f64>) -> bool {
         let has_fallen = s.tick == self.tick || s.tissue_force_n < self.tissue_n;
         let is_detection = self.detected_at.is_none() && s.tick - self.tick <= self.alarm_ticks && has_fallen;
@@ -220,7 +218,6 @@ impl RuptureWindow {
         is_detection
     }
 
-    /// Processes a tick after the rupture; `gap_m` is the gap between needle and intended position, if known.
     #[inline(always)]
     pub(super) fn observe(&mut self, s: &Signals<f64>, gap_m: Option<f64>) {
         let since = s.tick - self.tick;
@@ -243,17 +240,14 @@ impl RuptureWindow {
         self.observed_ticks >= self.window_ticks
     }
 
-    /// Returns true if the time for an alarm has passed without a detection.
     pub(super) fn is_missed(&self) -> bool {
         self.detected_at.is_none() && self.observed_ticks >= self.alarm_ticks
     }
 
-    /// Returns true if the run ended within the time for an alarm, without a detection.
     pub(super) fn is_undecided(&self) -> bool {
         self.detected_at.is_none() && self.observed_ticks < self.alarm_ticks
     }
 
-    /// Returns the metrics; `noticed` is defined only for an operator who `notices` changes of the felt force.
     pub(super) fn close(&self, notices: bool) -> RuptureMetrics {
         let (whole, extremes) = (self.is_complete(), &self.extremes);
         let is_read = self.observed_ticks >= self.travel_ticks;

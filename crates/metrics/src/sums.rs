@@ -2,15 +2,14 @@
 
 use trocar_core::lane::{Lane, by_index};
 
-/// Number of partial sums of each quantity. Tick `k` is added to sum `k mod WAYS`, which makes consecutive additions
-/// independent. The order is the same on every machine and for every number of lanes.
+/// Number of partial sums per quantity. Tick `k` enters sum `k mod WAYS`, so consecutive additions are independent, in
+/// the same order on every machine and for any number of lanes.
 const WAYS: usize = 4;
 
 /// Maximum number of ticks buffered before they are added, a multiple of [`WAYS`].
 const BLOCK: usize = 32;
 
-/// Returns the number of buffered ticks. Over lanes one tick already fills the registers, and a short buffer leaves the
-/// cache to the tick.
+/// Number of buffered ticks. Over lanes one tick fills the registers, and a short buffer leaves the cache to the tick.
 const fn buffered_ticks<L: Lane>() -> usize {
     if L::WIDTH > 1 { 2 * WAYS } else { BLOCK }
 }
@@ -32,7 +31,6 @@ pub(super) struct Sample<L> {
 }
 
 impl<L: Lane> Sample<L> {
-    /// Returns a sample that leaves every sum and extreme unchanged.
     #[inline(always)]
     fn neutral() -> Self {
         let zero = L::zero();
@@ -46,8 +44,6 @@ impl<L: Lane> Sample<L> {
         }
     }
 
-    /// Masks the sample to the `running` lanes, with a tracking error only in the lanes that are also `following` the
-    /// hand.
     #[inline(always)]
     pub(super) fn only(self, running: L::Mask, following: L::Mask) -> Self {
         let neutral = Self::neutral();
@@ -137,7 +133,6 @@ impl<L: Lane> Sums<L> {
         }
     }
 
-    /// Returns sample number `index`, which must still be buffered.
     pub(super) fn recent(&self, index: u64) -> Sample<L> {
         let (block, at) = (&self.buffer, index as usize % buffered_ticks::<L>());
         Sample {
@@ -150,8 +145,8 @@ impl<L: Lane> Sums<L> {
         }
     }
 
-    /// Returns the sums of lane `index` over `count` samples. It uses scalar arithmetic, because after a run the
-    /// instruction set of the lanes is not enabled.
+    /// The sums of a lane over `count` samples, in scalar arithmetic: after a run the lanes' instruction set is not
+    /// enabled.
     pub(super) fn totals_of(&self, index: usize, count: u64) -> Totals {
         let Self { buffer, partial } = self;
         let (remaining, neutral) = (count as usize % buffered_ticks::<L>(), Sample::<f64>::neutral());
@@ -216,7 +211,6 @@ impl<L: Lane> Partial<L> {
     }
 }
 
-/// Adds the values of a block in order, value `k` to partial result `k mod WAYS`.
 #[inline(always)]
 fn gather<L: Lane, Width: Lane>(ways: &mut [L; WAYS], values: &[L; BLOCK], take: impl Fn(L, L) -> L) {
     // An index loop, because iterator methods might not be inlined here.

@@ -519,7 +519,7 @@ fn the_excess_at_return_is_the_growth_of_the_gap_over_the_event() {
 }
 
 #[test]
-fn a_lead_of_the_needle_before_the_event_is_no_excess() {
+fn a_lead_of_the_needle_before_the_event_is_not_an_excess() {
     // The needle leads the intended motion by 2 mm before and during the event, and by 0.5 mm more at its end.
     let ahead = event().by(Some(1.0), false).with(|s| s.slave_position_m += 2e-3);
     assert_close(ahead.metrics().events[0].excess_at_return_m, 0.0);

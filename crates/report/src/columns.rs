@@ -49,8 +49,8 @@ impl ColumnFormat {
         }
     }
 
-    /// Writes rows in parts, so that they need not fit into memory. `parts` passes tables with the same columns, one
-    /// after the other. Parquet writes a row group for each.
+    /// Writes rows in parts, which need not fit into memory together. `parts` passes tables with the same columns.
+    /// Parquet writes a row group for each.
     ///
     /// # Errors
     /// The errors of `parts` and of the writer, and an error for a format that needs all rows at once.
@@ -86,7 +86,6 @@ impl ColumnFormat {
 }
 
 impl fmt::Display for ColumnFormat {
-    /// Writes the word of the command line, which is also the suffix of the files.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Csv => "csv",
@@ -132,8 +131,8 @@ fn csv_heading(table: &DataTable<'_>, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "{}", names.join(","))
 }
 
-/// Writes the rows line by line. Floats have the shortest form that reads back to the same value. An undefined value is
-/// an empty cell.
+/// Writes rows line by line. Floats have the shortest form that reads back to the same value; an undefined value is an
+/// empty cell.
 fn csv_rows(table: &DataTable<'_>, out: &mut dyn Write) -> io::Result<()> {
     let mut number = ryu::Buffer::new();
     let mut line = String::with_capacity(400);
@@ -254,8 +253,8 @@ fn optional<T: DataType>(
     Ok(())
 }
 
-/// Writes columns as an MCAP log: one ROS 2 message per row, with a field per column. The time of a message is the time
-/// of its row, from 0 or from a negative first row.
+/// Writes an MCAP log: one ROS 2 message per row, with a field per column. A message has the time of its row, from 0 or
+/// from a negative first row.
 fn mcap(topic: &str, columns: &[Sampled<'_>], out: &mut (dyn Write + Send)) -> McapResult<()> {
     let mut definition = String::new();
     for (name, values) in columns {
@@ -300,7 +299,7 @@ fn mcap(topic: &str, columns: &[Sampled<'_>], out: &mut (dyn Write + Send)) -> M
     Ok(())
 }
 
-/// Writes columns as an uncompressed MATLAB file, with an N x 1 array per column. The header has no date.
+/// Writes an uncompressed MATLAB file, with an N x 1 array per column. The header has no date.
 fn mat(columns: &[Sampled<'_>], out: &mut dyn Write) -> io::Result<()> {
     const MATRIX: u32 = 14;
     let text = format!("MATLAB 5.0 MAT-file, written by trocar {}", env!("CARGO_PKG_VERSION"));

@@ -8,8 +8,8 @@ use super::draw::animated_png;
 use super::pictures::keep;
 use super::{ColumnFormat, Folder, OutputError, PictureError};
 
-/// Writes the files of a document into a folder: JSON, data, other files, animation and figures. Figures and data with
-/// one row per sample have the formats of the folder; other data are CSV.
+/// Writes the files of a document into a folder: JSON, data, other files, animation and figures. Figures and sampled
+/// data have the formats of the folder; other data are CSV.
 ///
 /// # Errors
 /// [`PictureError`].
@@ -31,7 +31,6 @@ pub fn write_document(folder: &Folder, document: &Document<'_>) -> Result<(), Pi
     figures.and(animation)
 }
 
-/// Writes a table: in each format of the folder if it has one row per sample, otherwise as CSV.
 fn write_table(folder: &Folder, table: &DataTable<'_>) -> Result<(), OutputError> {
     let formats = if table.is_sampled { folder.samples.as_slice() } else { &[ColumnFormat::Csv] };
     formats

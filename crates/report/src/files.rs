@@ -20,8 +20,7 @@ pub struct OutputError {
     pub source: std::io::Error,
 }
 
-/// Writes a file under a temporary name in the same folder, then renames it. The file always has either its old or its
-/// new content.
+/// Writes a file under a temporary name in the same folder, then renames it: it always has its old or its new content.
 ///
 /// # Errors
 /// [`OutputError`] with the path.
@@ -29,7 +28,7 @@ pub fn write_file(path: &Path, content: &[u8]) -> Result<(), OutputError> {
     stream_file(path, |file| file.write_all(content))
 }
 
-/// Like [`write_file`], for content that is produced in pieces and need not fit into memory.
+/// Like [`write_file`], for content produced in pieces.
 fn stream_file(
     path: &Path,
     content: impl FnOnce(&mut (dyn Write + Send)) -> std::io::Result<()>,
@@ -64,20 +63,19 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Returns the folder at a path, with figures of the default style and samples as CSV.
+    /// The folder at a path, with figures of the default style and samples as CSV.
     #[must_use]
     pub fn new(path: impl Into<PathBuf>) -> Self {
         Self { path: path.into(), figures: FigureStyle::default(), samples: vec![ColumnFormat::Csv] }
     }
 
-    /// Returns a folder within this one.
+    /// A folder within this one.
     #[must_use]
     pub fn folder(&self, name: &str) -> Self {
         Self { path: self.path.join(name), ..self.clone() }
     }
 
-    /// Removes temporary files of a killed process. If another process writes into the folder at the same time, its
-    /// write fails.
+    /// Removes temporary files of a killed process. A write of another process at the same time fails.
     pub fn remove_leftovers(&self) {
         for entry in std::fs::read_dir(&self.path).into_iter().flatten().flatten() {
             if entry.file_name().to_string_lossy().starts_with(TEMPORARY) {

@@ -14,7 +14,7 @@ const DOTS: (u32, u32) = (120, 36);
 /// The colours of the rows, repeated.
 const COLOURS: [AnsiColor; 4] = [AnsiColor::Blue, AnsiColor::Yellow, AnsiColor::Cyan, AnsiColor::Magenta];
 
-/// Returns the first signal of each row as a chart, with ANSI colours.
+/// The first signal of each row as a chart, with ANSI colours.
 #[must_use]
 pub fn sketch(figure: &Figure<'_>) -> String {
     let mut text = String::new();
@@ -56,8 +56,8 @@ mod tests {
     fn an_overshoot_is_steep_and_a_frozen_slave_is_flat() {
         let shipped = |name: &str| Scenario::load(&Source::parse(name), &[]).expect("good");
         let comparison = Comparison::of(["paper/classical", "paper/augmented"].map(shipped).to_vec()).expect("runs");
-        let told = ComparisonReport { comparison: &comparison, facts: None, seeds: None };
-        let document = told.document();
+        let report = ComparisonReport { comparison: &comparison, facts: None, seeds: None };
+        let document = report.document();
         let text = sketch(document.sketch.as_ref().expect("described"));
         let text = anstream::adapter::strip_str(&text).to_string();
         let charts: Vec<&str> = text.split("slave position around rupture 1, in mm over s").collect();

@@ -6,7 +6,7 @@ use crate::wrap::{WIDTH, lines, longest_part};
 
 const GAP: &str = "  ";
 
-/// Minimum width of a column with broken cells, and the width at which words are cut.
+/// Minimum width of a column with broken cells, at which words are cut.
 const MIN_BROKEN: usize = 16;
 const MAX_BROKEN: usize = 36;
 
@@ -47,8 +47,8 @@ enum Broken {
 }
 
 impl fmt::Display for Table {
-    /// Writes the table with lines of at most [`WIDTH`] characters. If it is wider, it breaks headings, then the cells
-    /// of text columns. If this does not suffice, it prints the columns in several blocks, each with the first column.
+    /// Writes the table with lines of at most [`WIDTH`] characters. If necessary it breaks headings, then the cells of
+    /// text columns, then prints the columns in several blocks, each with the first column.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
         let mut block = vec![0];
@@ -66,7 +66,6 @@ impl fmt::Display for Table {
 }
 
 impl Table {
-    /// Returns true if a column has text, which is left-aligned and can be broken.
     fn is_text(&self, column: usize) -> bool {
         column == 0 || self.flush_left
     }
@@ -88,7 +87,6 @@ impl Table {
         self.rows.iter().enumerate().map(of).max().unwrap_or(0)
     }
 
-    /// Returns the widths of columns side by side; `None` if they are too wide.
     fn widths(&self, columns: &[usize]) -> Option<Vec<usize>> {
         let of = |broken: Broken| columns.iter().map(|column| self.width(*column, broken)).collect::<Vec<_>>();
         let room = WIDTH.saturating_sub(GAP.len() * (columns.len() - 1));

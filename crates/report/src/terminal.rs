@@ -8,8 +8,8 @@ use super::wrap::wrapped;
 /// Indent of the second and later lines of a wrapped line.
 const INDENT: usize = 2;
 
-/// Returns a document as text: the answer, its limitations, and the sections for the terminal. `all` includes sections
-/// that are displayed on request.
+/// A document as text: the answer, its limitations, and the sections for the terminal; with `all`, also those on
+/// request.
 #[must_use]
 pub fn document_text(document: &Document<'_>, all: bool) -> String {
     let answer = document.verdict.text();

@@ -3,8 +3,8 @@
 /// Maximum width of printed lines, in characters.
 pub const WIDTH: usize = 80;
 
-/// Breaks a text at spaces into lines of at most `width` characters. Lines after the first begin with `indent` spaces.
-/// A longer word, for example a path, stays whole.
+/// Breaks a text at spaces into lines of at most `width` characters, the later ones indented by `indent`. A longer
+/// word, such as a path, stays whole.
 #[must_use]
 pub fn filled(text: &str, width: usize, indent: usize) -> Vec<String> {
     let mut lines: Vec<String> = vec![];
@@ -35,8 +35,8 @@ pub fn wrapped(text: &str, indent: usize) -> String {
     result
 }
 
-/// Breaks a cell after spaces and hyphens into lines of at most `width` characters. Lines after the first begin with
-/// `indent` spaces. A longer word is cut.
+/// Breaks a cell after spaces and hyphens into lines of at most `width` characters, the later ones indented by
+/// `indent`. A longer word is cut.
 pub(crate) fn lines(cell: &str, width: usize, indent: usize) -> Vec<String> {
     let mut lines = vec![];
     let mut line = String::new();
@@ -62,12 +62,11 @@ pub(crate) fn lines(cell: &str, width: usize, indent: usize) -> Vec<String> {
     lines
 }
 
-/// Returns the width of the longest unbreakable part.
 pub(crate) fn longest_part(cell: &str) -> usize {
     parts(cell).map(|part| part.trim_end().chars().count()).max().unwrap_or(0)
 }
 
-/// Splits a cell after spaces, and after hyphens between letters so that a negative number stays whole.
+/// Splits after spaces, and after hyphens between letters: a negative number stays whole.
 fn parts(cell: &str) -> impl Iterator<Item = &str> {
     let mut rest = cell;
     std::iter::from_fn(move || {
@@ -103,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cell_is_broken_after_spaces_and_hyphens_but_not_in_a_number() {
+    fn a_cell_is_broken_after_spaces_and_hyphens_but_not_within_a_number() {
         assert_eq!(lines("through-the-skin", 12, 0), ["through-the-", "skin"]);
         assert_eq!(lines("rupture 1: slave overshoot", 12, 2), ["rupture 1:", "  slave", "  overshoot"]);
         assert_eq!(lines("from -2.5 to 3", 7, 0), ["from", "-2.5 to", "3"]);

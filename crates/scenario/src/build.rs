@@ -14,7 +14,7 @@ use trocar_core::lane::Lane;
 use trocar_engine::channel::{Irregularity, MAX_DELAY_TICKS, Schedule};
 use trocar_engine::engine::{
     Any, BuiltInOr, Engine, EngineError, ExactPlants, FractionalDelayPlants, IntegratedPlants, LimitedPlants,
-    MasterSide, Observer, OwnEngine, OwnParts, Plants, SideEngine, SlaveSide, Wired, Wiring,
+    MasterSide, Observer, Plants, SideEngine, SlaveSide, UserDefinedEngine, UserDefinedParts, Wired, Wiring,
 };
 use trocar_engine::operator::{Hand, Perception, Reflex, StiffeningSettings, StretchSettings};
 use trocar_engine::plant::{MasterStep, PlantError, SlaveStep};
@@ -114,22 +114,22 @@ impl Scenario {
     ///
     /// # Errors
     /// The errors of [`Scenario::build`].
-    pub fn build_with(&self, own: OwnParts) -> Result<OwnEngine, ScenarioError> {
-        if own.tissue.is_none() {
+    pub fn build_with(&self, parts: UserDefinedParts) -> Result<UserDefinedEngine, ScenarioError> {
+        if parts.tissue.is_none() {
             self.load_unit()?;
         } else if self.organ_motion.moves() {
-            let message = "the motion of the organs does not act on a tissue of your own";
+            let message = "the motion of the organs does not act on a user-defined tissue";
             let place = self.values().section_place("tissue");
             let remedy = "set tissue.breathing_amplitude_m = 0 and tissue.heartbeat_amplitude_m = 0, and move the tissue in its own code";
             return Err(ScenarioError::new(message).at(place).remedy(remedy));
         }
         let plants = match self.engine {
-            EngineKind::Exact if self.is_split() => BuiltInOr::Own(Box::new(self.split_plants()?) as Box<_>),
+            EngineKind::Exact if self.is_split() => BuiltInOr::UserDefined(Box::new(self.split_plants()?) as Box<_>),
             EngineKind::Exact if self.actuators.are_none() => BuiltInOr::BuiltIn(self.exact_plants()?),
-            EngineKind::Exact => BuiltInOr::Own(Box::new(self.limited_plants()?) as Box<_>),
-            EngineKind::Dop853 => BuiltInOr::Own(Box::new(self.integrated_plants()) as Box<_>),
+            EngineKind::Exact => BuiltInOr::UserDefined(Box::new(self.limited_plants()?) as Box<_>),
+            EngineKind::Dop853 => BuiltInOr::UserDefined(Box::new(self.integrated_plants()) as Box<_>),
         };
-        Ok(Engine { grid: self.grid, plants, parts: self.own_wiring(own)? })
+        Ok(Engine { grid: self.grid, plants, parts: self.user_defined_wiring(parts)? })
     }
 
     /// Builds only the scenario's tissue, before its first tick.

@@ -35,7 +35,7 @@ const FILES: &[(&str, &[u8])] = embedded! {
     recordings: "in_vivo_like.csv" "own_ctrl_pop.csv"
 };
 
-/// Returns the shipped scenarios by their full names, folder by folder, each with the question in its first line.
+/// The shipped scenarios by their full names, folder by folder, each with its question.
 pub fn questions() -> impl Iterator<Item = (&'static str, &'static str)> {
     let scenarios = FILES.iter().filter(|(file, _)| file.ends_with(ENDING));
     scenarios.map(|(file, content)| {
@@ -44,19 +44,19 @@ pub fn questions() -> impl Iterator<Item = (&'static str, &'static str)> {
     })
 }
 
-/// Returns the names of the shipped recordings.
+/// The names of the shipped recordings.
 pub fn recordings() -> impl Iterator<Item = &'static str> {
     FILES.iter().map(|(file, _)| *file).filter(|file| !file.ends_with(ENDING))
 }
 
-/// Returns the content of an embedded file with any name that [`find`] accepts.
+/// The content of an embedded file with any name that [`find`] accepts.
 #[must_use]
 pub fn content(name: &str) -> Option<&'static [u8]> {
     let file = find(name)?;
     FILES.iter().find(|(known, _)| *known == file).map(|(_, content)| *content)
 }
 
-/// Returns the full name of an embedded file. A scenario is also found without its ending or folder.
+/// The full name of an embedded file. A scenario is also found without its ending or folder.
 #[must_use]
 pub fn find(name: &str) -> Option<&'static str> {
     let wanted = without_ending(name);
@@ -66,7 +66,7 @@ pub fn find(name: &str) -> Option<&'static str> {
     FILES.iter().map(|(file, _)| *file).find(|file| is_wanted(file))
 }
 
-/// Returns the shipped scenario with the most similar name, without its ending, if any is similar enough.
+/// The shipped scenario with the most similar name, without its ending, if any is similar enough.
 #[must_use]
 pub fn nearest(name: &str) -> Option<&'static str> {
     let name = without_ending(name);

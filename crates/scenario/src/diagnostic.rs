@@ -4,7 +4,7 @@ use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 
 use crate::ScenarioError;
 
-/// Returns the message of an error with its line underlined, styled for a terminal. Further errors of the scenario
+/// The message of an error with its line underlined, styled for a terminal. Further errors of the scenario
 /// follow.
 #[must_use]
 pub fn underlined(error: &ScenarioError) -> String {
@@ -26,7 +26,6 @@ fn single(error: &ScenarioError) -> String {
     Renderer::styled().render(&[group])
 }
 
-/// Returns the span clamped to the text and to character boundaries.
 fn clamped(text: &str, span: std::ops::Range<usize>) -> std::ops::Range<usize> {
     let inside = |mut at: usize| {
         at = at.min(text.len());

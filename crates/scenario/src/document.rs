@@ -23,7 +23,6 @@ const MAX_BYTES: u64 = 1 << 20;
 
 const MAX_BASES: usize = 32;
 
-/// The end of the remedy for a missing file.
 const LISTED: &str = "`trocar scenarios` lists the shipped scenarios";
 
 /// The origin of a file.
@@ -42,13 +41,13 @@ pub enum Source {
     },
     /// A recording in memory, by the name that [`keep`](trocar_recording::keep) returned.
     Memory(String),
-    /// A file on disk or a text, with the kept content of it and of the files that it names. They are not read again.
+    /// A file on disk or a text, with the kept content of it and of the files that it names.
     Kept(Box<Source>, KeptFiles),
 }
 
 impl Source {
-    /// Parses a command-line argument: `builtin:` and the name of a shipped file; a path; or, if there is no such file,
-    /// the name of a shipped scenario, for example `layers/skin-augmented`.
+    /// Parses an argument: `builtin:` and the name of a shipped file; a path; or, if there is no such file, the name of
+    /// a shipped scenario, for example `layers/skin-augmented`.
     #[must_use]
     pub fn parse(text: &str) -> Self {
         match text.strip_prefix(builtin::PREFIX) {
@@ -58,7 +57,7 @@ impl Source {
         }
     }
 
-    /// Returns the source for a path inside this source.
+    /// The source for a path inside this source.
     #[must_use]
     pub fn relative(&self, text: &str) -> Self {
         if let Self::Kept(source, files) = self {
@@ -87,20 +86,20 @@ impl Source {
         if let Self::Kept(source, _) = self { source.plain() } else { self }
     }
 
-    /// Returns the content of the files that were read.
+    /// The content of the files that were read.
     #[must_use]
     pub fn kept(&self) -> Option<&KeptFiles> {
         if let Self::Kept(_, files) = self { Some(files) } else { None }
     }
 
-    /// Returns the path of a file on disk.
+    /// The path of a file on disk.
     #[must_use]
     pub fn disk_path(&self) -> Option<&Path> {
         if let Self::Disk(path) = self.plain() { Some(path) } else { None }
     }
 
-    /// Returns a file on disk or, if it does not exist, a shipped scenario. A text with an ending is always a path, so
-    /// that a missing file is an error.
+    /// A file on disk or else a shipped scenario. A text with an ending is always a path, so a missing file is an
+    /// error.
     fn disk_or_shipped(path: PathBuf, text: &str) -> Self {
         let is_name = Path::new(text).extension().is_none() && !path.is_file();
         match builtin::find(text).filter(|_| is_name) {
@@ -109,7 +108,7 @@ impl Source {
         }
     }
 
-    /// Returns the name in messages.
+    /// The name in messages.
     #[must_use]
     pub fn display(&self) -> String {
         match self {
@@ -121,7 +120,7 @@ impl Source {
         }
     }
 
-    /// Returns the file's name without its extension.
+    /// The file's name without its extension.
     #[must_use]
     pub fn stem(&self) -> String {
         let path = match self {
@@ -133,7 +132,7 @@ impl Source {
         path.file_stem().map_or_else(|| "scenario".into(), |stem| stem.to_string_lossy().into_owned())
     }
 
-    /// Returns the canonical form of the source, for comparison and for the echo.
+    /// The canonical form of the source, for comparison and for the echo.
     #[must_use]
     pub fn canonical(&self) -> Self {
         match self {
@@ -147,7 +146,7 @@ impl Source {
         }
     }
 
-    /// Returns the text of the file.
+    /// The text of the file.
     ///
     /// # Errors
     /// The file does not exist, cannot be read, is too large, or is not UTF-8.
@@ -155,10 +154,6 @@ impl Source {
         self.read_relative_to("the file that contains it")
     }
 
-    /// Returns the text of the file in a command-line argument.
-    ///
-    /// # Errors
-    /// The errors of [`Source::read`].
     pub(crate) fn read_argument(&self) -> Result<String, ScenarioError> {
         self.read_relative_to("the current folder")
     }
@@ -205,7 +200,6 @@ impl Source {
     }
 }
 
-/// Resolves a path relative to an embedded file into a full name.
 fn joined(here: &str, path: &str) -> String {
     let mut parts: Vec<&str> = here.split('/').collect();
     parts.pop();
@@ -234,13 +228,13 @@ pub struct Entry {
     pub value_place: Place,
     /// The file to which paths in the value are relative.
     pub source: Source,
-    /// The layer's distance from the last list of settings: 0 in that list, or in a single file; then one for each
-    /// earlier list, the scenario's file, its base, and so on.
+    /// Distance from the last list of settings: 0 in that list, or in a single file; then one for each earlier list,
+    /// the scenario's file, its base, and so on.
     pub layer: usize,
 }
 
-/// Returns every entry of a scenario, its bases and the lists of settings, the last list first. The first entry of a
-/// path takes effect.
+/// Every entry of a scenario, its bases and the lists of settings, the last list first. The first entry of a path takes
+/// effect.
 ///
 /// # Errors
 /// A file cannot be read, is not TOML, or is based on itself; a setting is not `section.key=value`.
@@ -252,10 +246,6 @@ pub fn gather(source: &Source, settings: &[&[String]]) -> Result<Vec<Entry>, Sce
     Ok(entries)
 }
 
-/// Returns the entries of lists of settings, with the last list in layer 0.
-///
-/// # Errors
-/// A setting is not `section.key=value`.
 fn of_settings(settings: &[&[String]]) -> Result<Vec<Entry>, ScenarioError> {
     let mut entries = Vec::new();
     for (layer, list) in settings.iter().rev().enumerate() {
@@ -266,10 +256,6 @@ fn of_settings(settings: &[&[String]]) -> Result<Vec<Entry>, ScenarioError> {
     Ok(entries)
 }
 
-/// Returns the entries of a scenario's file in layer 1, and of its bases in the following layers.
-///
-/// # Errors
-/// A file cannot be read, is not TOML, or is based on itself.
 fn of_files(source: &Source) -> Result<Vec<Entry>, ScenarioError> {
     let mut entries = Vec::new();
     let mut visited: Vec<Source> = vec![];
@@ -300,7 +286,6 @@ fn of_files(source: &Source) -> Result<Vec<Entry>, ScenarioError> {
     Ok(entries)
 }
 
-/// Removes keys of tissue layers that the nearest list of tissue layers replaces.
 pub(super) fn drop_replaced_layers(entries: &mut Vec<Entry>) {
     let lists = entries.iter().filter(|entry| entry.path == LAYER_LIST);
     if let Some(nearest) = lists.map(|entry| entry.layer).min() {
@@ -308,7 +293,7 @@ pub(super) fn drop_replaced_layers(entries: &mut Vec<Entry>) {
     }
 }
 
-/// Returns true if an entry is in the section of a sweep's axes.
+/// True if an entry is in the section of a sweep's axes.
 #[must_use]
 pub fn is_axis(entry: &Entry) -> bool {
     entry.path.split('.').next() == Some("axes")
@@ -419,7 +404,6 @@ fn names_of_layers(
     Ok(names)
 }
 
-/// Returns the error for `[[path]]`, which begins an item of a list.
 fn list_of_tables(path: &str) -> ScenarioError {
     let error = ScenarioError::new(format!("{path} is a list of tables, [[{path}]]"));
     if path.starts_with("tissue.") {
@@ -441,8 +425,8 @@ fn shorten(raw: &str) -> String {
 
 type Leaf<'a> = dyn FnMut(String, Range<usize>, &Spanned<DeValue<'_>>) -> Result<(), ScenarioError> + 'a;
 
-/// Visits every value that is not a section, and every empty table without a section, so that it is reported. In the
-/// list of layers it visits the list, then the values of its items, by their names.
+/// Visits every value that is not a section, and empty tables without a section, which are reported. In the list of
+/// layers it visits the list, then the values of its items, by their names.
 fn flatten(prefix: &str, table: &DeTable<'_>, leaf: &mut Leaf<'_>) -> Result<(), ScenarioError> {
     for (key, value) in table {
         if is_of_layer(prefix) && key.get_ref() == "name" {
@@ -469,7 +453,6 @@ fn flatten(prefix: &str, table: &DeTable<'_>, leaf: &mut Leaf<'_>) -> Result<(),
     Ok(())
 }
 
-/// Parses `section.key=value` as a document. A value that is not TOML is a text.
 pub(super) fn parse_setting(setting: &str) -> Result<Vec<Entry>, ScenarioError> {
     let remedy = "write --set section.key=value, as in --set scaling.force=2";
     let Some((key, value)) = setting.split_once('=') else {

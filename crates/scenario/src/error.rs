@@ -53,11 +53,7 @@ impl ScenarioError {
         self
     }
 
-    /// Combines several errors, sorted by their places in a file. Keeps at most ten, because one mistake can cause many
-    /// errors.
-    ///
-    /// # Errors
-    /// The combined error, unless the list is empty.
+    /// Combines errors, sorted by their places in a file: at most ten, because one mistake can cause many.
     pub(super) fn all(mut errors: Vec<Self>) -> Result<(), Self> {
         const MAX_ERRORS: usize = 10;
         let file = |error: &Self| error.place.as_ref().map(|place| place.file.clone());

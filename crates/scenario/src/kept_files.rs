@@ -8,7 +8,7 @@ use trocar_recording::{Columns, Limits, Recording};
 
 /// The content of the files that a scenario names. Clones share it.
 ///
-/// It is not part of the identity of a [`Source`](super::Source): sources are equal if they name the same file.
+/// Not part of the identity of a [`Source`](super::Source): sources are equal if they name the same file.
 #[derive(Debug, Clone, Default)]
 pub struct KeptFiles(Arc<Mutex<FileContents>>);
 
@@ -30,7 +30,7 @@ impl KeptFiles {
         Self(Arc::new(Mutex::new(content)))
     }
 
-    /// Returns a copy of the content read so far.
+    /// A copy of the content read so far.
     #[must_use]
     pub fn content(&self) -> FileContents {
         self.locked().clone()
@@ -40,7 +40,6 @@ impl KeptFiles {
         self.locked().canonical.entry(path.to_owned()).or_insert_with(|| canonical_path(path)).clone()
     }
 
-    /// Returns the bytes of a file; calls `read` the first time.
     pub(super) fn bytes<E>(&self, path: &Path, read: impl FnOnce() -> Result<Vec<u8>, E>) -> Result<Arc<[u8]>, E> {
         if let Some(kept) = self.locked().bytes.get(path) {
             return Ok(kept.clone());
@@ -50,7 +49,6 @@ impl KeptFiles {
         Ok(bytes)
     }
 
-    /// Returns the recording of a file; calls `read` the first time.
     pub(super) fn recording<E>(
         &self,
         (path, columns, limits): (&Path, &Columns, &Limits),
@@ -70,7 +68,6 @@ impl KeptFiles {
     }
 }
 
-/// Returns the canonical form of a path, or the path itself if the file does not exist.
 pub(super) fn canonical_path(path: &Path) -> PathBuf {
     std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
 }

@@ -13,8 +13,7 @@ use super::layers::{ANY, is_name, key_of, split};
 static BY_PATH: LazyLock<HashMap<&str, &'static Key>> =
     LazyLock::new(|| KEYS.iter().map(|key| (key.path, key)).collect());
 
-/// A key with its path. The keys of layers are declared once, with `*` as the layer; the path contains the layer's
-/// name.
+/// A key with its path. Layers' keys are declared once, with `*` as the layer; the path contains the layer's name.
 #[derive(Debug, Clone)]
 pub struct KeyAt {
     /// The path of the value, for example `tissue.layer.dura.thickness_m`.
@@ -43,7 +42,7 @@ impl Deref for KeyAt {
     }
 }
 
-/// Returns the key of a path, including keys of layers with any name.
+/// The key of a path, including keys of layers with any name.
 #[must_use]
 pub fn find(path: &str) -> Option<KeyAt> {
     if let Some(key) = BY_PATH.get(path) {
@@ -54,7 +53,7 @@ pub fn find(path: &str) -> Option<KeyAt> {
     Some(KeyAt::of_layer(name, key))
 }
 
-/// Returns true if a path names a section.
+/// True if a path names a section.
 #[must_use]
 pub fn is_section(path: &str) -> bool {
     SECTIONS.iter().any(|(section, _)| *section == path)
@@ -62,11 +61,9 @@ pub fn is_section(path: &str) -> bool {
 
 const MIN_SIMILARITY: f64 = 0.8;
 
-/// Minimum similarity of a suggested name in the same section.
 const MIN_SIMILARITY_IN_SECTION: f64 = 0.75;
 
-/// Returns the most similar known key, if any is similar enough. Prefers the same section, because the section is
-/// rarely wrong.
+/// The most similar known key, if similar enough. Prefers the same section, which is rarely wrong.
 #[must_use]
 pub fn nearest(path: &str) -> Option<&'static str> {
     let last = |path: &str| path.rsplit('.').next().unwrap_or_default().to_owned();
@@ -79,13 +76,12 @@ pub fn nearest(path: &str) -> Option<&'static str> {
     most_similar(in_section, MIN_SIMILARITY_IN_SECTION).or_else(|| most_similar(anywhere, MIN_SIMILARITY))
 }
 
-/// Returns the most similar known name, if any is similar enough.
+/// The most similar known name, if any is similar enough.
 pub fn nearest_of<S: AsRef<str>>(name: &str, known: impl IntoIterator<Item = S>) -> Option<S> {
     let with_similarity = |known: S| (strsim::jaro_winkler(name, known.as_ref()), known);
     most_similar(known.into_iter().map(with_similarity), MIN_SIMILARITY)
 }
 
-/// Returns the most similar candidate if its similarity is above `min`.
 fn most_similar<T>(candidates: impl Iterator<Item = (f64, T)>, min: f64) -> Option<T> {
     let best = candidates.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(similarity, _)| *similarity > min);
     best.map(|(_, candidate)| candidate)

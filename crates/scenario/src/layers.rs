@@ -19,7 +19,7 @@ pub(super) fn is_name(name: &str) -> bool {
     !name.is_empty() && name.len() <= MAX_NAME_LEN && name.bytes().all(is_letter)
 }
 
-/// Returns the part of a path below the list of layers: `dura.thickness_m` for `tissue.layer.dura.thickness_m`.
+/// The part of a path below the list of layers: `dura.thickness_m` for `tissue.layer.dura.thickness_m`.
 fn below_list(path: &str) -> Option<&str> {
     path.strip_prefix(LAYER_LIST)?.strip_prefix('.')
 }

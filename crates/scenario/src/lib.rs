@@ -1,8 +1,8 @@
 //! Scenarios: from TOML to a validated and resolved description, and random [people, tissues and links](population)
-//! around it. The echo of a scenario contains every default.
+//! around it.
 //!
 //! The crate depends only on `trocar-core`, `trocar-base`, `trocar-recording` and `trocar-engine`. The shipped
-//! scenarios are embedded from the folder `scenarios/`. The crate `trocar` re-exports it as `trocar::scenario`.
+//! scenarios are embedded. The crate `trocar` re-exports it as `trocar::scenario`.
 
 mod build;
 mod builtin;

@@ -41,7 +41,6 @@ pub(super) fn link_settings(
     Ok(LinkSettings { controller, machines, recovery: RecoverySettings::read(values)?, passivity })
 }
 
-/// Checks that the damping of a scheme cannot reverse the master's motion within a tick.
 fn check_damping(
     values: &Values,
     passivity: &PassivitySettings,

@@ -13,14 +13,15 @@ use trocar_core::error::InvalidValue;
 use trocar_core::estimation::{AnyEstimator, Rls};
 use trocar_core::lane::Lane;
 use trocar_engine::channel::{Delay, Irregularity, SampleDelays, Schedule};
-use trocar_engine::engine::BuiltInOr::{BuiltIn, Own};
-use trocar_engine::engine::{Any, AnyDetector, Engine, OwnParts, OwnWiring, Parts, ScheduledAlarms, Wired};
+use trocar_engine::engine::BuiltInOr::{BuiltIn, UserDefined};
+use trocar_engine::engine::{
+    Any, AnyDetector, Engine, Parts, ScheduledAlarms, UserDefinedParts, UserDefinedWiring, Wired,
+};
 use trocar_engine::operator::{HumanOperator, Motion, Ramp, Reflex, Replay};
 use trocar_engine::sensor::{AnySensor, ForceSensor, PerfectSensor};
 use trocar_engine::teleoperation::{DirectLink, Lines, Link, PAYLOAD};
 use trocar_engine::tissue::{AnyTissue, DepthReplay, Fmu, RecordedForce, Recording, StillTissue};
 
-/// Distinguish the random streams of the two directions from others with the same seed.
 const FORWARD: u64 = 0x66_6f72_7761_7264;
 const BACKWARD: u64 = 0x6261_636b_7761_7264;
 
@@ -40,14 +41,12 @@ impl Line<'_> {
 }
 
 impl Scenario {
-    /// Builds the engine around `plants`, compiled for any parts.
     pub(super) fn general<L: Lane, P>(&self, plants: P, first_stream: u64) -> Result<Engine<P, Any<L>>, ScenarioError> {
         let link = self.link(first_stream)?;
         let parts = (self.operator(first_stream)?, self.any_tissue()?, self.any_sensor(first_stream)?);
         Ok(self.engine_of(plants, self.parts(parts, self.any_chain(), link)))
     }
 
-    /// Builds the engine around `plants`, compiled for its parts if they are a frequent combination.
     pub(super) fn wired<L: Lane, P>(&self, plants: P, first_stream: u64) -> Result<Wired<L, P>, ScenarioError> {
         use AnyTissue::Still;
         let link: Link<L> = self.link(first_stream)?;
@@ -102,70 +101,67 @@ impl Scenario {
         Engine { grid: self.grid, plants, parts }
     }
 
-    /// Builds any built-in estimator and detector.
     fn any_chain<L: Lane>(&self) -> Chain<L, AnyEstimator<L>, AnyDetector<L>> {
         let detector = CusumDetector::new(&self.detector, self.grid.tick_s());
         let detector = ScheduledAlarms::new(detector, self.alarm_ticks());
         Chain { contact_m: L::splat(self.contact_m), estimator: AnyEstimator::new(&self.estimator), detector }
     }
 
-    /// Builds the paper's estimator, and its detector with any built-in distance.
     fn rls_chain<L: Lane>(&self) -> Chain<L, Rls<L>, CusumDetector<L>> {
         let detector = CusumDetector::new(&self.detector, self.grid.tick_s());
         Chain { contact_m: L::splat(self.contact_m), estimator: Rls::new(&self.estimator), detector }
     }
 
-    /// Builds the paper's estimator and detector.
     fn paper_chain<L: Lane>(&self) -> Chain<L, Rls<L>, CusumDetector<L, SquaredResidual<L>>> {
         let distance = SquaredResidual::new();
         let detector = CusumDetector::with_distance(distance, &self.detector, self.grid.tick_s());
         Chain { contact_m: L::splat(self.contact_m), estimator: Rls::new(&self.estimator), detector }
     }
 
-    /// Builds the parts, replacing some by user-defined ones.
-    pub(super) fn own_wiring(&self, own: OwnParts) -> Result<OwnWiring, ScenarioError> {
+    pub(super) fn user_defined_wiring(&self, parts: UserDefinedParts) -> Result<UserDefinedWiring, ScenarioError> {
         let tick_s = self.grid.tick_s();
         let link = self.link(0)?;
-        let link = match (own.architecture, own.scheme) {
+        let link = match (parts.architecture, parts.scheme) {
             (None, None) if link.is_direct() => {
                 let machines = &self.link.machines;
                 BuiltIn(DirectLink::new(machines.position_scale, machines.force_scale))
             }
-            (None, None) => Own(Box::new(link) as Box<_>),
-            (Some(architecture), None) => Own(Box::new(link.with_architecture(architecture)) as Box<_>),
-            (None, Some(scheme)) => Own(Box::new(link.with_scheme(scheme)) as Box<_>),
+            (None, None) => UserDefined(Box::new(link) as Box<_>),
+            (Some(architecture), None) => UserDefined(Box::new(link.with_architecture(architecture)) as Box<_>),
+            (None, Some(scheme)) => UserDefined(Box::new(link.with_scheme(scheme)) as Box<_>),
             (Some(architecture), Some(scheme)) => {
-                Own(Box::new(link.with_architecture(architecture).with_scheme(scheme)) as Box<_>)
+                UserDefined(Box::new(link.with_architecture(architecture).with_scheme(scheme)) as Box<_>)
             }
         };
         let any = self.any_chain();
         let (settings, alarms) = (&self.detector, self.alarm_ticks());
-        let detector = match (own.detector, own.distance) {
-            (Some(detector), _) if alarms.is_empty() => Own(detector),
-            (Some(detector), _) => Own(Box::new(ScheduledAlarms::new(detector, alarms)) as Box<_>),
+        let detector = match (parts.detector, parts.distance) {
+            (Some(detector), _) if alarms.is_empty() => UserDefined(detector),
+            (Some(detector), _) => UserDefined(Box::new(ScheduledAlarms::new(detector, alarms)) as Box<_>),
             (None, Some(distance)) => {
                 let detector = CusumDetector::with_distance(distance, settings, tick_s);
-                Own(Box::new(ScheduledAlarms::new(detector, alarms)) as Box<_>)
+                UserDefined(Box::new(ScheduledAlarms::new(detector, alarms)) as Box<_>)
             }
             (None, None) => BuiltIn(any.detector),
         };
         let augmentation = &self.augmentation;
-        let motion_law = own.motion_law.map_or_else(
+        let motion_law = parts.motion_law.map_or_else(
             || {
                 let law = HeldReference::new(augmentation.freeze, augmentation.reengage, tick_s, self.reference_m());
                 BuiltIn(law.holding(&augmentation.hold, tick_s))
             },
-            Own,
+            UserDefined,
         );
-        let force_law = own.force_law.map_or_else(|| BuiltIn(AnyForceLaw::new(&augmentation.force, tick_s)), Own);
-        let estimator = own.estimator.map_or(BuiltIn(any.estimator), Own);
+        let force_law =
+            parts.force_law.map_or_else(|| BuiltIn(AnyForceLaw::new(&augmentation.force, tick_s)), UserDefined);
+        let estimator = parts.estimator.map_or(BuiltIn(any.estimator), UserDefined);
         Ok(Parts {
-            operator: match own.operator {
-                Some(operator) => Own(operator),
+            operator: match parts.operator {
+                Some(operator) => UserDefined(operator),
                 None => BuiltIn(self.operator(0)?),
             },
-            tissue: match own.tissue {
-                Some(tissue) => Own(tissue),
+            tissue: match parts.tissue {
+                Some(tissue) => UserDefined(tissue),
                 None => BuiltIn(self.any_tissue()?),
             },
             sensor: self.any_sensor(0)?,
@@ -210,12 +206,11 @@ impl Scenario {
         Supervisor::new(&self.augmentation, self.detector.cusum.threshold, self.grid.tick_s(), reference_m)
     }
 
-    /// Returns the ticks of scheduled alarms. There are none without augmentation, which they trigger.
+    /// The ticks of scheduled alarms; none without augmentation.
     fn alarm_ticks(&self) -> Arc<[u64]> {
         if self.augmentation.enabled { self.events.clone() } else { Arc::default() }
     }
 
-    /// Returns the motion of an operator who replays known positions, independent of the felt force.
     fn replay(&self) -> Option<Replay> {
         match &self.operator {
             OperatorSpec::Recording(positions)
@@ -235,7 +230,7 @@ impl Scenario {
         ([self.start_m(), 0.0, 0.0, 0.0], [0.0, self.reference_m(), 0.0, 0.0, 0.0])
     }
 
-    /// Returns the delays of a run's samples, forward and backward, rounded up to whole ticks.
+    /// The delays of a run's samples, forward and backward, rounded up to whole ticks.
     #[must_use]
     pub fn sample_delays(&self) -> [SampleDelays; 2] {
         let directions =
@@ -247,7 +242,7 @@ impl Scenario {
         })
     }
 
-    /// Returns the longest delays of samples that arrive, forward and backward, in ticks.
+    /// The longest delays of samples that arrive, forward and backward, in ticks.
     pub fn longest_delays_ticks(&self) -> [u64; 2] {
         let line = Line { tick_s: self.grid.tick_s(), irregularity: &self.irregularity };
         let of = |delay, schedule| line.delay::<f64, 1>([0.0], (delay, schedule, (0, 0))).longest_ticks();

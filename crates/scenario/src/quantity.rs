@@ -44,7 +44,6 @@ impl Unit {
         Some(unit)
     }
 
-    /// Returns the unit of a symbol with or without a prefix.
     fn symbol(symbol: &str) -> Option<Self> {
         let known = |symbol: &str| SYMBOLS.iter().find(|(name, _)| *name == symbol).map(|(_, unit)| *unit);
         known(symbol).or_else(|| {
@@ -81,7 +80,7 @@ fn power(factor: &str) -> (&str, i32) {
     (factor, 1)
 }
 
-/// Returns the unit of a key from the ending of its name: `N/m` for `stiffness_n_per_m`. `None` if there is none.
+/// The unit of a key from the ending of its name: `N/m` for `stiffness_n_per_m`; `None` without one.
 pub fn unit_of(path: &str) -> Option<String> {
     let name = path.rsplit('.').next().unwrap_or(path);
     let mut symbols: Vec<&str> = vec![];
@@ -132,12 +131,12 @@ pub fn parse(text: &str, unit: &str) -> Result<f64, String> {
     let (decade, sixties, gravities) =
         (given.decade - si.decade, given.sixties - si.sixties, given.gravities - si.gravities);
     let number = if gravities == 0 { number } else { number * GRAVITY.powi(gravities) };
-    // Division by a power of ten is exact to the last bit; multiplication by its inverse is not.
+    // Division by a power of ten is exact to the last bit; multiplication is not.
     let scaled = if decade < 0 { number / 10f64.powi(-decade) } else { number * 10f64.powi(decade) };
     Ok(scaled * 60f64.powi(sixties))
 }
 
-/// Returns the name of the quantity with an SI unit, and its usual units.
+/// The name of the quantity with an SI unit, and its usual units.
 fn units_of(unit: &str) -> (&str, String) {
     if let Some(quantity) = Quantity::ALL.into_iter().find(|quantity| quantity.unit() == unit) {
         let name = if quantity == Quantity::Position { "length" } else { quantity.name() };
@@ -153,9 +152,9 @@ fn units_of(unit: &str) -> (&str, String) {
     }
 }
 
-/// Parses `COLUMN`, `COLUMN:FACTOR`, or a column with its unit, for example `x:mm` if `unit` is `m`; `-mm` also changes
-/// the sign. Any other text after the colon is part of the name. If the file has no such column, the error says that
-/// the text is no unit.
+/// Parses `COLUMN`, `COLUMN:FACTOR`, or a column with its unit, such as `x:mm` if `unit` is `m`; `-mm` also changes the
+/// sign. Other text after the colon is part of the name; if the file has no such column, the error says that it is no
+/// unit.
 ///
 /// # Errors
 /// The name or the factor is invalid.

@@ -23,7 +23,7 @@ use trocar_recording::{
 const FILE: &str = FileSettings::KEYS[0].path;
 const TARE: &str = FileSettings::KEYS[2].path;
 
-/// Maximum number of resampled samples, even if recording.max_samples is larger: the maximum ticks of a run.
+/// Maximum number of resampled samples, whatever recording.max_samples: the maximum ticks of a run.
 const MAX_EVEN_SAMPLES: u64 = 1_000_000_000;
 
 /// A recording with its labels.
@@ -53,8 +53,7 @@ pub struct DetectionSettings {
     pub detector: DetectorSettings,
     /// Position of the tissue's surface in m.
     pub contact_m: f64,
-    /// Resolution of the positions in m, for the velocity filter. 0 means unknown: it is estimated from the recording,
-    /// if there is one.
+    /// Resolution of the positions in m, for the velocity filter; 0: estimated from the recording, if any.
     pub position_resolution_m: f64,
     /// Standard deviation of the acceleration in the velocity filter, in m/s².
     pub acceleration_std_m_per_s2: f64,
@@ -94,7 +93,7 @@ impl DetectionSpec {
         Self::new(values, settings, recording)
     }
 
-    /// Like [`DetectionSpec::resolve`], for samples in memory. Uses the labels and limits of the values, but not their
+    /// Like [`DetectionSpec::resolve`], for samples in memory: uses the labels and limits of the values, not their
     /// columns and signs.
     ///
     /// # Errors
@@ -111,8 +110,7 @@ impl DetectionSpec {
     }
 }
 
-/// Returns the ticks of the labelled ruptures. Each is the last tick under load, so a label between two ticks gives the
-/// earlier one.
+/// The ticks of the labelled ruptures: the last tick under load, so a label between two ticks gives the earlier one.
 pub(super) fn rupture_ticks(spec: &RecordingSpec, grid: &TickGrid) -> Arc<[u64]> {
     let tick_s = grid.tick_s();
     let tick = |label: &f64| whole_ticks(*label, tick_s).unwrap_or((label / tick_s) as u64);
@@ -121,7 +119,6 @@ pub(super) fn rupture_ticks(spec: &RecordingSpec, grid: &TickGrid) -> Arc<[u64]>
     ticks.into()
 }
 
-/// Returns the depths of the layer ruptures in m: the needle's position at the last sample before each label.
 pub(super) fn rupture_depths(spec: &RecordingSpec) -> Arc<[f64]> {
     let (time_s, position_m) = (spec.recording.time_s(), spec.recording.position_m());
     let start_s = time_s.first().copied().unwrap_or(0.0);
@@ -132,7 +129,6 @@ pub(super) fn rupture_depths(spec: &RecordingSpec) -> Arc<[f64]> {
     spec.ruptures_s.iter().map(depth).collect()
 }
 
-/// Checks that the labels increase and lie within the recording.
 fn check_ruptures(values: &Values, ruptures_s: &[f64], end_s: f64) -> Result<(), ScenarioError> {
     let refuse = |message: String| Err(values.error("recording.ruptures_s", message));
     if let Some(outside) = ruptures_s.iter().find(|&&t| !(0.0..=end_s).contains(&t)) {
@@ -163,8 +159,7 @@ fn check_magnitudes(values: &Values, recording: &Recording) -> Result<(), Scenar
     Ok(())
 }
 
-/// Limits the number of resampled samples, because detection resamples evenly and fills gaps. Twice the recording's
-/// number of samples is always allowed.
+/// Limits the number of evenly resampled samples, which fill gaps. Twice the recording's number is always allowed.
 fn check_even_samples(values: &mut Values, recording: &Recording) -> Result<(), ScenarioError> {
     let interval_s = recording.median_interval_s();
     // If the times increase, the median interval is a tick.
@@ -183,7 +178,6 @@ fn check_even_samples(values: &mut Values, recording: &Recording) -> Result<(), 
     Err(values.error(key.unwrap_or(FILE), message).remedy("cut the recording at the gap"))
 }
 
-/// Returns the key of the limit that a recording exceeds.
 pub(super) fn limiting_key(problem: &Problem) -> Option<&'static str> {
     match problem {
         Problem::TooLarge { .. } | Problem::TooManyBytes { .. } => Some("recording.max_bytes"),
@@ -268,7 +262,6 @@ pub(super) fn missing_recording(values: &Values) -> ScenarioError {
         .remedy(format!("give recording.file, or {}", others.join(" and ")))
 }
 
-/// Returns a recording in memory, which is already in SI units.
 fn in_memory(values: &Values, name: &str, limits: &Limits) -> Result<Recording, ScenarioError> {
     let Some(recording) = kept(name) else {
         let error = values.error(FILE, format!("there is no recording {name} in memory"));
@@ -302,17 +295,16 @@ pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, Scena
         let column = ColumnSettings::KEYS.iter().find(named).and_then(|key| values.place(key.path));
         let place = limiting_key(&error.problem).and_then(|key| values.place(key)).or(column);
         let is_of_velocity = matches!(&error.problem, Problem::MissingColumn { quantity: Some(Quantity::Velocity), .. });
-        let told = ScenarioError::new(error.to_string()).at(place.or(values.place(FILE)));
+        let error = ScenarioError::new(error.to_string()).at(place.or(values.place(FILE)));
         // The column may be named in a base.
         let remedy = "name the file's column, or set recording.columns.velocity_m_per_s = \"\" to estimate the velocity from the position";
-        if is_of_velocity { told.remedy(remedy) } else { told }
+        if is_of_velocity { error.remedy(remedy) } else { error }
     })?;
     let spec = labelled(values, recording)?;
     values.derive_keeping_place(FILE, Value::Text(source.display()));
     Ok(spec)
 }
 
-/// Checks a recording and adds the labels of the values.
 fn labelled(values: &mut Values, recording: Recording) -> Result<RecordingSpec, ScenarioError> {
     check_magnitudes(values, &recording)?;
     let FileSettings { ruptures_s, tare_s, .. } = FileSettings::read(values)?;

@@ -37,7 +37,7 @@ pub struct DelayTicks {
 
 impl DelayTicks {
     /// Converts a delay (both times in s) to ticks. A receiver that `waits_for_tick` reads a sample at the next tick,
-    /// otherwise when it arrives.
+    /// otherwise on arrival.
     #[must_use]
     pub fn new(delay_s: f64, tick_s: f64, waits_for_tick: bool) -> Self {
         let ticks = delay_s / tick_s;
@@ -49,8 +49,8 @@ impl DelayTicks {
     }
 }
 
-/// Returns true if a sample that arrives within a tick is read at the next tick. Continuous controllers read it when it
-/// arrives; other architectures and the passivity schemes compute with it on the tick.
+/// True if a sample that arrives within a tick is read at the next tick. Only continuous position-force control without
+/// a scheme reads it on arrival.
 #[must_use]
 pub fn waits_for_tick(timing: ControlTiming, link: &LinkSettings) -> bool {
     timing == ControlTiming::Sampled || !link.forwards_samples()
@@ -66,7 +66,7 @@ impl Scenario {
     }
 
     /// Like [`Scenario::load`], with several lists of settings. A later list overrides earlier ones and may change a
-    /// kind, so that earlier settings have no effect.
+    /// kind, which disables earlier settings.
     ///
     /// # Errors
     /// The errors of [`Scenario::load`].
@@ -74,7 +74,6 @@ impl Scenario {
         Self::of_acting(Values::load_changed(source, settings)?)
     }
 
-    /// Resolves values and checks that every written key has an effect.
     pub(super) fn of_acting(values: Values) -> Result<Self, ScenarioError> {
         values.check_acting(|_| false)?;
         Self::resolve(values)
@@ -96,6 +95,7 @@ impl Scenario {
         all.iter().map(resolve).collect()
     }
 
+    /// Resolves values to a scenario.
     ///
     /// # Errors
     /// The errors of [`Scenario::load`].
@@ -121,13 +121,13 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// Returns the values of the scenario, including derived ones.
+    /// The values of the scenario, including derived ones.
     #[must_use]
     pub fn values(&self) -> &Values {
         &self.values
     }
 
-    /// Returns the same scenario with another seed.
+    /// The same scenario with another seed.
     #[must_use]
     pub fn with_seed(&self, seed: u64) -> Self {
         let mut other = Self { seed, ..self.clone() };
@@ -135,7 +135,7 @@ impl Scenario {
         other
     }
 
-    /// Returns true if the seed has an effect: with sensor noise, tremor, random reaction times, jitter or loss.
+    /// True if the seed has an effect: sensor noise, tremor, random reaction times, jitter or loss.
     #[must_use]
     pub fn has_random_numbers(&self) -> bool {
         let reacts_randomly = self.perception.settings().is_some()
@@ -144,13 +144,13 @@ impl Scenario {
         is_noisy || self.tremor.amplitude_m > 0.0 || reacts_randomly || !self.irregularity.is_none()
     }
 
-    /// Returns the scenario with every default written out; loading it gives the same scenario.
+    /// The scenario with every default written out; loading it gives the same scenario.
     #[must_use]
     pub fn echo(&self) -> String {
         self.values.to_toml()
     }
 
-    /// Returns the true times of layer ruptures in s, if they are known in advance.
+    /// The true times of layer ruptures in s, if they are known in advance.
     #[must_use]
     pub fn rupture_times_s(&self) -> Vec<f64> {
         match &self.tissue {
@@ -161,15 +161,14 @@ impl Scenario {
         }
     }
 
-    /// Returns the names of the layers that rupture, from the surface down. The k-th rupture of a run is the k-th
-    /// layer's. Empty for a tissue without layers.
+    /// The names of the layers that rupture, from the surface down. The k-th rupture of a run is the k-th layer's.
     #[must_use]
     pub fn rupturing_layers(&self) -> Vec<&str> {
         let layers = self.tissue.settings().map_or(vec![], TissueSettings::layers);
         layers.into_iter().filter(|layer| layer.ruptures).map(|layer| layer.name).collect()
     }
 
-    /// Returns the operator's properties for the metrics. The intention of a recorded or live hand is unknown.
+    /// The operator's properties for the metrics. The intention of a recorded or live hand is unknown.
     #[must_use]
     pub fn operator_traits(&self) -> OperatorTraits {
         let is_planned = !replays_position(&self.values) && !matches!(self.operator, OperatorSpec::Hand(_));
@@ -179,7 +178,7 @@ impl Scenario {
         }
     }
 
-    /// Returns the ratio of slave motion to master motion.
+    /// The ratio of slave motion to master motion.
     #[must_use]
     pub fn position_scale(&self) -> f64 {
         self.link.machines.position_scale
@@ -191,7 +190,7 @@ impl Scenario {
         ["operator.start_m", "operator.end_m"].into_iter().filter(acts).filter_map(of)
     }
 
-    /// Checks the range of the operator's positions; outside it every run would count as diverged.
+    /// Checks the operator's positions; beyond the range every run would count as diverged.
     pub(super) fn check_reach(&self, values: &Values) -> Result<(), ScenarioError> {
         let max_m = MAX_POSITION_M / self.position_scale().max(1.0);
         let beyond = |position: &f64| position.abs() >= max_m;
@@ -252,7 +251,6 @@ fn grid(values: &mut Values, run: &RunSettings, recording: Option<&RecordingSpec
     TickGrid::new(tick_s, duration_s).map_err(|error| values.out_of_range(&error))
 }
 
-/// Reads the delays from master to slave and back. A receiver that `waits_for_tick` reads samples at the next tick.
 pub(super) fn delays(
     values: &mut Values,
     grid: &TickGrid,

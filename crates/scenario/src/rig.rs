@@ -8,10 +8,10 @@ use super::value::Value;
 use trocar_core::rig::{Limits, Settings, VelocitySource};
 
 impl Scenario {
-    /// Returns the settings with which a rig's controller behaves like this scenario's.
+    /// The settings with which a rig's controller behaves like this scenario's.
     ///
-    /// Architecture and passivity of the link are not transferred, because [`trocar_core::rig`] implements the paper's
-    /// scheme. The limits are the defaults, because a scenario has none.
+    /// Architecture and passivity are not transferred, because [`trocar_core::rig`] implements the paper's scheme. The
+    /// limits are the defaults.
     #[must_use]
     pub fn rig_settings(&self) -> Settings {
         let resolution_m = self.sensor.position_resolution_m;
@@ -51,7 +51,7 @@ impl Scenario {
         Settings::read(&mut values)
     }
 
-    /// Returns the values of [`Scenario::rig_settings`] in the order of [`Settings::KEYS`]; `None` for a key without a
+    /// The values of [`Scenario::rig_settings`] in the order of [`Settings::KEYS`]; `None` for a key without a
     /// value.
     pub fn rig_values(&self) -> impl Iterator<Item = (&'static Key, Option<Value>)> {
         Settings::KEYS.iter().map(|key| {

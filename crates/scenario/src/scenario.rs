@@ -1,8 +1,8 @@
 //! A scenario, and the table of its groups of keys.
 //!
 //! A new group needs its settings in a file beside the part, a field of [`Scenario`] with its value in
-//! [`Scenario::unread`], and a row of [`GROUPS`]. The row is used for reading, checks, sweeps, the schema, the starter
-//! file and the reference.
+//! [`Scenario::unread`], and a row of [`GROUPS`], which serves reading, checks, sweeps, the schema, the starter file
+//! and the reference.
 
 use std::sync::{Arc, OnceLock};
 
@@ -90,8 +90,8 @@ pub struct Scenario {
     pub perception: Perception,
     /// The tissue.
     pub tissue: TissueSpec,
-    /// The spring (N/m) and the damper (N·s/m) that represent a recorded force over time in the stability analysis, if
-    /// the scenario states them. They do not affect a run.
+    /// The spring (N/m) and the damper (N·s/m) that stand for a recorded force in the stability analysis, if stated.
+    /// They do not affect a run.
     pub stated_tissue: Option<(f64, f64)>,
     /// The motion of the tissue with breathing and heartbeat.
     pub organ_motion: OrganMotion,
@@ -116,7 +116,6 @@ pub struct Scenario {
 }
 
 impl Scenario {
-    /// Creates a scenario whose groups have their defaults until they are read.
     pub(super) fn unread(
         name: String,
         grid: TickGrid,
@@ -170,15 +169,12 @@ impl Scenario {
 /// A group of keys, or a relation between groups, which has no keys.
 #[derive(Debug)]
 pub(super) struct Group {
-    /// The sections that begin with this group, each with its subject.
     pub(super) sections: &'static [(&'static str, &'static str)],
     /// The keys in the order of files.
     pub(super) keys: &'static [Key],
-    /// Keys of other groups that affect this group.
     also: &'static [&'static [Key]],
     /// Keys whose change needs a file or a recording, and therefore the whole scenario resolved again.
     whole: &'static [Key],
-    /// Reads the group from the values into the scenario and checks it.
     pub(super) read: fn(&mut ScenarioUpdate<'_>) -> Result<(), ScenarioError>,
 }
 
@@ -187,7 +183,6 @@ impl Group {
         has(self.keys, key) || self.also.iter().any(|keys| has(keys, key))
     }
 
-    /// Returns true if a change of the key requires the whole scenario to be resolved again.
     pub(super) fn is_whole(&self, key: &Key) -> bool {
         has(self.whole, key)
     }
@@ -200,8 +195,8 @@ fn has(keys: &[Key], key: &Key) -> bool {
 pub(super) struct ScenarioUpdate<'a> {
     pub(super) scenario: &'a mut Scenario,
     pub(super) values: &'a mut Values,
-    /// The replayed recording, and its samples on the ticks. `None` if only some keys have changed; the scenario then
-    /// keeps its samples.
+    /// The replayed recording and its samples on the ticks. `None` if only some keys have changed: the scenario keeps
+    /// its samples.
     pub(super) replay: Option<&'a (RecordingSpec, Resampled)>,
 }
 
@@ -219,10 +214,8 @@ impl ScenarioUpdate<'_> {
     }
 }
 
-/// The default of a group: no section, no relation to other groups, and no reading.
 const PLAIN: Group = Group { sections: &[], keys: &[], also: &[], whole: &[], read: |_| Ok(()) };
 
-/// The keys that affect the parameters of the machines.
 const OF_MACHINES: &[&[Key]] = &[
     MasterParameters::KEYS,
     Grip::KEYS,
@@ -232,7 +225,6 @@ const OF_MACHINES: &[&[Key]] = &[
     ControllerSettings::KEYS,
 ];
 
-/// The keys that affect the settings of the link.
 const OF_LINK: &[&[Key]] = &[
     MasterParameters::KEYS,
     SlaveParameters::KEYS,
@@ -374,7 +366,7 @@ pub(super) const GROUPS: &[Group] = &[
             ("tissue", "The tissue that the needle enters."),
             (
                 "tissue.fmu",
-                "A tissue in a functional mock-up unit of others, whose code is executed: run trusted units only.",
+                "A tissue in a third-party functional mock-up unit. trocar executes its code: run trusted units only.",
             ),
         ],
         keys: TissueSettings::KEYS,

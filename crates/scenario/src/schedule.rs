@@ -70,12 +70,10 @@ fn outages(values: &Values, times_s: &[f64], tick_s: f64) -> Result<Arc<[Range<u
     Ok(pairs.iter().map(|pair| first_tick(pair[0], tick_s)..first_tick(pair[1], tick_s)).collect())
 }
 
-/// Collects the delay of each tick's samples, row by row, from a delay log.
 struct DelayTable {
     tick_s: f64,
     ticks: usize,
     begin_s: Option<f64>,
-    /// The delays of the last row, which hold until the next row.
     holding: [u32; 2],
     delays: [Vec<u32>; 2],
 }
@@ -95,7 +93,7 @@ impl DelayTable {
         self.begin_s.get_or_insert(row.time_s);
         self.holding = [row.forward_s, row.backward_s].map(|delay_s| {
             let ticks = delay_s.map(|delay_s| nearest_ticks(delay_s, self.tick_s));
-            // Treat a sample that arrives after the end of the run as lost, so that the link does not store it.
+            // A sample that arrives after the run counts as lost, so the link does not store it.
             let ticks = ticks.filter(|&ticks| ticks < self.ticks as u64);
             ticks.and_then(|ticks| u32::try_from(ticks).ok()).unwrap_or(Schedule::LOST)
         });
@@ -109,7 +107,6 @@ impl DelayTable {
     }
 }
 
-/// Reads the delay of each tick's samples in whole ticks, forward and backward; empty without a file.
 fn logged_delays(values: &mut Values, grid: &TickGrid) -> Result<[Arc<[u32]>; 2], ScenarioError> {
     let Some(source) = values.file(FILE) else { return Ok([Arc::default(), Arc::default()]) };
     for (key, delay_s) in DelaySettings::read(values)?.of_each_way() {

@@ -9,7 +9,7 @@ use super::quantity::unit_of;
 use super::value::Value;
 use trocar_engine::tissue::{LAYER_KEYS, LAYER_LIST};
 
-/// Returns the JSON Schema (draft 2020-12) of a scenario file.
+/// The JSON Schema (draft 2020-12) of a scenario file.
 #[must_use]
 pub fn json_schema() -> Json {
     let mut root = table("A scenario of trocar: one simulated needle insertion.");
@@ -29,7 +29,6 @@ pub fn json_schema() -> Json {
     root
 }
 
-/// Returns the schema of the list of layers, or of named layers of a base.
 fn layers() -> Json {
     let mut layer = table("A layer.");
     for key in LAYER_KEYS {
@@ -61,11 +60,11 @@ fn insert(schema: &mut Json, path: &[&str], property: Json) {
     }
 }
 
-/// A number with a unit, for example "30ms" or "-2.5e-1 N/mm", as [`parse_quantity`](super::parse_quantity) reads it.
-/// The unit is not checked.
+/// A number with a unit, such as "30ms" or "-2.5e-1 N/mm", as [`parse_quantity`](super::parse_quantity) reads it; the
+/// unit is unchecked.
 const QUANTITY_PATTERN: &str = r"^\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*[^0-9\s.].*$";
 
-/// Returns the schema of a number. A key with a unit also accepts a text with a number and a unit.
+/// The schema of a number. A key with a unit also accepts a text with a number and a unit.
 #[must_use]
 pub fn number_schema(path: &str) -> Map<String, Json> {
     let mut map = Map::new();

@@ -25,7 +25,6 @@ pub(super) fn arm(values: &mut Values) -> Result<ArmParameters, ScenarioError> {
     ArmParameters::read(values, grip, roles)
 }
 
-/// Reads the actuators' limits and checks them against the controllers' timing.
 pub(super) fn actuators(values: &mut Values, timing: ControlTiming) -> Result<ActuatorLimits, ScenarioError> {
     let limits = ActuatorLimits::read(values)?;
     let lags = [(MASTER_LAG, limits.master_lag_s), (SLAVE_LAG, limits.slave_lag_s)];

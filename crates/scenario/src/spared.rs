@@ -6,7 +6,6 @@ use super::scenario::Scenario;
 use super::values::Values;
 use trocar_core::settings::{ActsFor, KeySource as _};
 
-/// The kinds of tissue with layers.
 const LAYERED: ActsFor = ActsFor::new("tissue.kind", &["layers", "tearing"]);
 
 trocar_core::settings! {
@@ -32,7 +31,7 @@ pub(super) fn check_spared(values: &mut Values, scenario: &Scenario) -> Result<(
 }
 
 impl Scenario {
-    /// Returns the names of the layers that should rupture, from the surface down: all above `tissue.spared_layer`.
+    /// The names of the layers that should rupture, from the surface down: all above `tissue.spared_layer`.
     #[must_use]
     pub fn layers_to_rupture(&self) -> Vec<&str> {
         let spared = self.values().optional_word(AimSettings::KEYS[0].path);

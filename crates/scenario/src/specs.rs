@@ -67,7 +67,7 @@ impl From<TissueSettings> for TissueSpec {
 }
 
 impl TissueSpec {
-    /// Returns the settings of a tissue model; `None` if it needs a recording or a unit.
+    /// The settings of a tissue model; `None` if it needs a recording or a unit.
     #[must_use]
     pub fn settings(&self) -> Option<&TissueSettings> {
         match self {
@@ -77,7 +77,7 @@ impl TissueSpec {
     }
 }
 
-/// Reads the operator's motion. `None` for a replay without a given recording; the caller then keeps the motion.
+/// The operator's motion; `None` for a replay without a recording, where the caller keeps the motion.
 pub(super) fn operator(
     values: &mut Values,
     grid: &TickGrid,
@@ -98,7 +98,6 @@ pub(super) fn operator(
     }))
 }
 
-/// Reads the tissue. A replay without a given recording keeps its samples.
 pub(super) fn tissue(of: &mut ScenarioUpdate<'_>) -> Result<(), ScenarioError> {
     let ScenarioUpdate { scenario, values, replay } = of;
     let grid = &scenario.grid;
@@ -130,7 +129,6 @@ pub(super) fn tissue(of: &mut ScenarioUpdate<'_>) -> Result<(), ScenarioError> {
     Ok(())
 }
 
-/// Reads the spring (N/m) and the damper (N·s/m) that represent a recorded force over time in the stability analysis.
 pub(super) fn stated_tissue(values: &mut Values) -> Result<Option<(f64, f64)>, ScenarioError> {
     if !values.states_tissue() {
         return Ok(None);
@@ -142,7 +140,6 @@ pub(super) fn stated_tissue(values: &mut Values) -> Result<Option<(f64, f64)>, S
     Ok(Some((stiffness?, damping?)))
 }
 
-/// Returns the unit of a scenario without executing its code.
 fn unit(values: &mut Values, settings: &FmuSettings, grid: &TickGrid) -> Result<Arc<UnitTissue>, ScenarioError> {
     let (file, step) = (UnitTissue::file_key(), UnitTissue::step_key());
     let Some(source) = values.file(file) else {

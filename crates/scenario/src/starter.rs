@@ -22,16 +22,14 @@ pub enum Starter {
     All,
 }
 
-/// A line of a starter scenario: a key by its path.
 #[derive(Debug, Clone, Copy)]
 enum Line {
     /// The key with this value.
     Set(&'static str, &'static str),
     /// The key commented out, with its default.
     Default(&'static str),
-    /// The key commented out, with an example value, because its default is derived or does not exist.
+    /// The key commented out with an example value; it has no fixed default.
     Example(&'static str, &'static str),
-    /// The beginning of a layer with this name, before its keys.
     Layer(&'static str),
 }
 
@@ -113,7 +111,6 @@ impl Line {
         }
     }
 
-    /// Returns the line with the key's meaning; `None` for a path without a key.
     fn text(self) -> Option<String> {
         if let Layer(name) = self {
             return Some(format!("\n[[{LAYER_LIST}]]\nname = {name:?} # Name of the layer.\n"));
@@ -137,7 +134,7 @@ impl Line {
 }
 
 impl Starter {
-    /// Returns the text of a starter scenario. The name is made valid for a folder.
+    /// The text of a starter scenario. The name is made valid for a folder.
     #[must_use]
     pub fn text(self, name: &str) -> String {
         let (subject, base, lines) = match self {
@@ -216,7 +213,6 @@ fn any_layer() -> String {
     text
 }
 
-/// Returns the allowed words of a key in parentheses.
 fn must(key: &Key) -> String {
     match key.kind {
         Kind::Choice(_) => format!(" ({})", key.kind),

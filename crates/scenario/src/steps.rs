@@ -1,11 +1,10 @@
 //! The steps of both plants over whole ticks. Computing them takes longer than running some hundred ticks, so copies of
-//! a scenario with the same plants share them.
+//! a scenario share them.
 
 use trocar_engine::plant::{
     ArmParameters, ControlTiming, MasterParameters, MasterStep, PlantError, SlaveParameters, SlaveStep,
 };
 
-/// The steps with the parameters from which they were computed.
 #[derive(Debug, Clone)]
 pub(super) struct Steps {
     master_parameters: (MasterParameters, ArmParameters),
@@ -34,7 +33,7 @@ impl Steps {
         })
     }
 
-    /// Returns true if the steps match these parameters. A scenario's public fields may have changed.
+    /// True if the steps match these parameters: a scenario's public fields may have changed.
     pub(super) fn are_of(&self, (master, arm, slave): PlantParameters<'_>, timing: ControlTiming, tick_s: f64) -> bool {
         self.master_parameters == (*master, *arm)
             && self.slave_parameters == *slave

@@ -1,7 +1,7 @@
 //! Builds many scenarios that differ in a few keys, without reading a file again.
 //!
-//! Changing a key runs the reading functions of all groups that depend on it. They are the same as for files, so
-//! invalid values give the same messages. The run reports errors that appear only when the plants are built.
+//! Changing a key runs the reading functions of all dependent groups, with the same messages as for files. Errors that
+//! appear only when the plants are built are reported by the run.
 
 use trocar_core::settings::{Fallback, Key};
 
@@ -15,8 +15,7 @@ use super::values::{Values, harmless_name};
 /// The key of the seed, which affects no other setting.
 const SEED: &str = "simulation.seed";
 
-/// Returns the groups that depend on some keys, in the order of the table; `None` if the whole scenario depends on
-/// them.
+/// The groups that depend on some keys, in table order; `None` if the whole scenario does.
 fn groups_of(keys: &[KeyAt]) -> Option<Vec<&'static Group>> {
     let is_changed = |depends: fn(&Group, &Key) -> bool| {
         move |group: &&Group| keys.iter().any(|key| key.path != SEED && depends(group, key))
@@ -33,17 +32,16 @@ pub struct Template {
     written: Values,
     first: Scenario,
     keys: Vec<KeyAt>,
-    /// The groups to read again for each case; `None` for the whole scenario.
     groups: Option<Vec<&'static Group>>,
 }
 
 impl Template {
-    /// Loads a scenario with its bases, overridden by entries and by `section.key=value` settings. `open` lists the
-    /// open keys, each with its first value and the place of its values.
+    /// Loads a scenario with its bases, overridden by entries and `section.key=value` settings. `open` lists the open
+    /// keys, each with its first value and the place of its values.
     ///
     /// # Errors
-    /// The errors of [`Scenario::load`] for the scenario with the first values; a setting or an entry fixes an open
-    /// key; an open key has no effect.
+    /// The errors of [`Scenario::load`] for the first values; a setting or an entry fixes an open key; an open key has
+    /// no effect.
     pub fn new(
         base: &Source,
         entries: Vec<Entry>,
@@ -84,19 +82,19 @@ impl Template {
         Ok(Self { written, first, keys, groups })
     }
 
-    /// Returns the scenario with the first values.
+    /// The scenario with the first values.
     #[must_use]
     pub fn first(&self) -> &Scenario {
         &self.first
     }
 
-    /// Returns true if a key has a written or default value rather than a derived one.
+    /// True if a key has a written or default value rather than a derived one.
     #[must_use]
     pub fn gives(&self, path: &str) -> bool {
         self.written.is_given(path)
     }
 
-    /// Returns the scenario with these values of the open keys and this seed, resolved in full as from a file.
+    /// The scenario with these values of the open keys and this seed, resolved in full as from a file.
     ///
     /// # Errors
     /// The errors of [`Scenario::load`].
@@ -109,7 +107,7 @@ impl Template {
         Scenario::resolve(written)
     }
 
-    /// Returns a factory of scenarios. Each thread needs a separate one.
+    /// A factory of scenarios. Each thread needs a separate one.
     #[must_use]
     pub fn factory(&self) -> CaseFactory<'_> {
         let values = self.first.values().clone();
@@ -131,7 +129,7 @@ pub struct CaseFactory<'a> {
 }
 
 impl CaseFactory<'_> {
-    /// Returns the scenario with these values of the open keys and this seed, like [`Template::whole`]. Only its
+    /// The scenario with these values of the open keys and this seed, like [`Template::whole`]. Only its
     /// [`Scenario::values`] are the first scenario's.
     ///
     /// # Errors

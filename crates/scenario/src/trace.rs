@@ -1,17 +1,17 @@
 //! The empty trace of a scenario's run.
 
 use super::Scenario;
-use trocar_engine::engine::{OwnParts, Trace};
+use trocar_engine::engine::{Trace, UserDefinedParts};
 
-/// Returns an empty trace with all columns of a scenario's run.
+/// An empty trace with all columns of a scenario's run.
 #[must_use]
 pub fn empty_trace(scenario: &Scenario) -> Trace {
-    empty_trace_with(scenario, &OwnParts::default())
+    empty_trace_with(scenario, &UserDefinedParts::default())
 }
 
 /// Like [`empty_trace`], for a run with user-defined parts. A user-defined estimator has no extra parameter.
 #[must_use]
-pub fn empty_trace_with(scenario: &Scenario, own: &OwnParts) -> Trace {
-    let column = scenario.estimator.extra_parameter_column().filter(|_| own.estimator.is_none());
+pub fn empty_trace_with(scenario: &Scenario, parts: &UserDefinedParts) -> Trace {
+    let column = scenario.estimator.extra_parameter_column().filter(|_| parts.estimator.is_none());
     Trace::new(scenario.grid).with_extra_parameter(column).with_contact(scenario.contact_m)
 }

@@ -7,12 +7,10 @@ use super::scenario::Scenario;
 use super::values::{Values, replays_force, replays_position};
 use trocar_base::warning::{Code, Warning};
 
-/// The sensor keys for estimating the velocity from recorded positions.
 const OF_VELOCITY: [&str; 2] = ["sensor.position_resolution_m", "sensor.acceleration_std_m_per_s2"];
 
 const SEED: &str = "simulation.seed";
 
-/// The key of the surface, which a calibration keeps if it is given.
 const CONTACT: &str = "estimator.contact_m";
 
 /// A command that reads keys about a recording.
@@ -51,28 +49,28 @@ impl Reader {
         }
         if is_in("sensor.force_bias") {
             return Some((
-                "it acts on the simulated sensor, and the recorded forces are as they are",
+                "it acts on the simulated sensor only, not on recorded forces",
                 "subtract the offset of the recorded force with --tare-s (recording.tare_s)",
             ));
         }
         if is_in("sensor.") {
             return Some((
-                "it acts on the simulated sensor, and the recorded samples are as they are",
+                "it acts on the simulated sensor only, not on recorded samples",
                 "leave it out; `trocar run` reads it",
             ));
         }
         Some((
             "a recording is not simulated",
-            "leave it out; the keys of [recording], [estimator] and [detector] act here, and `trocar run` reads the others",
+            "leave it out; the keys of [recording], [estimator] and [detector] act here, and `trocar run` reads the \
+             others",
         ))
     }
 }
 
-/// The name of the command line in places.
 const COMMAND_LINE: &str = "--set";
 
-/// Returns warnings about command-line keys without effect in a run: keys of a recording that the scenario does not
-/// replay, and the seed of a scenario without random numbers.
+/// Warnings about command-line keys without effect in a run: keys of an unused recording, and the seed without random
+/// numbers.
 #[must_use]
 pub fn idle_keys(scenario: &Scenario) -> Vec<Warning> {
     let values = scenario.values();
@@ -133,7 +131,6 @@ pub fn keys_without_effect(values: &Values, settings: &[String], reader: Reader)
     paths(settings).iter().filter_map(of).collect()
 }
 
-/// Returns the reason why a key of estimator or detector has no effect for the present kinds, and a remedy.
 fn inert(values: &Values, key: &KeyAt) -> Option<(String, String)> {
     let is_judged = ["estimator.", "detector."].iter().any(|section| key.path.starts_with(section));
     let unmet = is_judged.then(|| values.unmet(key).next()).flatten()?;
@@ -152,8 +149,8 @@ mod tests {
     fn warned(reader: Reader, settings: &[&str]) -> Vec<String> {
         let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
         let values = Values::from_settings("a", &settings).expect("valid");
-        let told = |warning: Warning| format!("{} ({})", warning.message, warning.remedy.expect("a remedy"));
-        keys_without_effect(&values, &settings, reader).into_iter().map(told).collect()
+        let text = |warning: Warning| format!("{} ({})", warning.message, warning.remedy.expect("a remedy"));
+        keys_without_effect(&values, &settings, reader).into_iter().map(text).collect()
     }
 
     #[test]
@@ -162,10 +159,9 @@ mod tests {
             warned(Reader::Detection, &["sensor.force_bias_n=-0.35", "detector.threshold=2", "recording.tare_s=1"]);
         assert_eq!(
             found,
-            [
-                "sensor.force_bias_n changes nothing here: it acts on the simulated sensor, and the recorded forces are as they are \
-              (subtract the offset of the recorded force with --tare-s (recording.tare_s))"
-            ]
+            ["sensor.force_bias_n changes nothing here: it acts on the simulated sensor only, not on recorded \
+                 forces \
+              (subtract the offset of the recorded force with --tare-s (recording.tare_s))"]
         );
         assert_eq!(warned(Reader::Detection, &["sensor.force_noise_std_n=0.1"]).len(), 1);
         assert!(

@@ -38,7 +38,6 @@ fn number(toml: &Toml) -> Option<f64> {
     toml.as_float().or_else(|| toml.as_integer().map(|v| v as f64))
 }
 
-/// Converts every text with a unit to a number in the key's unit.
 fn without_unit<'a>(key: &Key, toml: &'a Toml) -> Cow<'a, Toml> {
     let number = |text: &str| Some(Toml::Float(quantity::parse(text, &quantity::unit_of(key.path)?).ok()?));
     let each = |list: &[Toml]| {
@@ -54,8 +53,8 @@ fn without_unit<'a>(key: &Key, toml: &'a Toml) -> Cow<'a, Toml> {
 }
 
 impl Value {
-    /// Converts a TOML value to a value of this key, with or without a unit; `None` if it is invalid. An empty text
-    /// means no value for a text key without a default.
+    /// Converts a TOML value to a value of this key, with or without a unit; `None` if invalid. An empty text means no
+    /// value for a text key without a default.
     #[must_use]
     pub fn of_key(key: &Key, toml: &Toml) -> Option<Self> {
         // An empty text removes the value of a base from a key without a default.

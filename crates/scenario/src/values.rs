@@ -20,14 +20,13 @@ use trocar_engine::channel::DelaySettings;
 use trocar_engine::operator::MotionSettings;
 use trocar_engine::tissue::{LAYER_KEYS, LAYER_LIST, ReplayIndex, ReplaySettings, TissueSettings, path_in_layer};
 
-/// The keys of the spring and the damper that represent a recorded force over time in the stability analysis.
 pub(super) const STATED: [&str; 2] = ["tissue.stiffness_n_per_m", "tissue.damping_n_s_per_m"];
 
 const TISSUE: &str = "tissue";
 
 const TICK: &str = "simulation.tick_s";
 
-/// The detector keys that the adaptive detector uses. Any other written detector key selects another detector.
+/// The detector keys of the adaptive detector. Any other written detector key selects another detector.
 const OF_ADAPTIVE: [&str; 5] = [
     "detector.false_alarms_per_min",
     "detector.motion",
@@ -36,7 +35,6 @@ const OF_ADAPTIVE: [&str; 5] = [
     "detector.minimum_depth_m",
 ];
 
-/// The prefixes of keys that affect the detection on a recording.
 const OF_RECORDINGS: [&str; 4] = ["estimator.", "detector.", "sensor.", "recording."];
 
 #[derive(Debug, Clone)]
@@ -67,15 +65,11 @@ struct LayerList {
 /// The values of a scenario by key. Keys without a value are absent.
 #[derive(Debug, Clone, Default)]
 pub struct Values {
-    /// The values of all keys except the layers' keys.
     given: HashMap<&'static str, Given>,
-    /// The values of each layer by name, then by its key with the layer `*`.
     of_layers: BTreeMap<Arc<str>, HashMap<&'static str, Given>>,
     list: Option<LayerList>,
-    /// The names of the tissue's layers, from the surface down: from the written list, or the default layers of the
-    /// kind.
+    /// Names of the tissue's layers, from the surface down: as written, or the default of the kind.
     names: Vec<Arc<str>>,
-    /// The layer that replaces the layer `*` when reading keys.
     visited: Option<Arc<str>>,
 }
 
@@ -88,18 +82,11 @@ impl Values {
         Self::load_changed(source, &[settings])
     }
 
-    /// Like [`Values::load`], with several lists of settings. A later list overrides earlier ones.
-    ///
-    /// # Errors
-    /// The errors of [`Values::load`].
     pub(super) fn load_changed(source: &Source, settings: &[&[String]]) -> Result<Self, ScenarioError> {
         Self::of_entries(source, gather(source, settings)?)
     }
 
     /// Collects the entries of a source and of settings, the nearest first, and the defaults.
-    ///
-    /// # Errors
-    /// A key is unknown, or a value is invalid.
     pub(super) fn of_entries(source: &Source, mut entries: Vec<Entry>) -> Result<Self, ScenarioError> {
         let mut values = Self::default();
         drop_replaced_layers(&mut entries);
@@ -134,7 +121,6 @@ impl Values {
         Ok(values)
     }
 
-    /// Checks an entry and stores it unless its key has a value.
     pub(super) fn take(&mut self, entry: Entry) -> Result<(), ScenarioError> {
         if entry.path == LAYER_LIST {
             return self.take_layers(&entry);
@@ -169,7 +155,6 @@ impl Values {
         Ok(())
     }
 
-    /// Returns the value of a key, if it has one. The layer `*` means the visited layer.
     fn slot(&self, path: &str) -> Option<&Given> {
         match split(path) {
             None => self.given.get(path),
@@ -204,14 +189,13 @@ impl Values {
         Ok(())
     }
 
-    /// Returns the keys of the tissue's layers, layer by layer from the surface down; empty for a tissue without
+    /// The keys of the tissue's layers, layer by layer from the surface down; empty for a tissue without
     /// layers.
     pub fn layer_keys(&self) -> impl Iterator<Item = KeyAt> {
         let acting = || LAYER_KEYS.iter().filter(|key| self.is_acting(key));
         self.names.iter().flat_map(move |name| acting().map(|key| KeyAt::of_layer(name, key)))
     }
 
-    /// Returns every written key of a layer (in a scenario file, a base or a setting) with its value.
     fn written_of_layers(&self) -> impl Iterator<Item = (KeyAt, &Given)> {
         self.of_layers.iter().flat_map(|(name, slots)| {
             let written = |key: &'static Key| slots.get(key.path).filter(|given| given.place.is_some());
@@ -219,10 +203,6 @@ impl Values {
         })
     }
 
-    /// Checks that every written layer key belongs to a layer in the list.
-    ///
-    /// # Errors
-    /// [`ScenarioError`] for the first key that does not.
     pub(super) fn check_layers(&self) -> Result<(), ScenarioError> {
         // A kind that was changed nearer to the command line has different layers or none.
         let kind = self.given.get(TissueSettings::KEY.path).filter(|given| given.place.is_some());
@@ -238,14 +218,8 @@ impl Values {
         Err(error.remedy(format!("the layers are {}", self.names.join(", "))))
     }
 
-    /// Checks that every written key has an effect.
-    ///
-    /// A key may have an effect only for some kinds of a choice. With another kind it is an error, with two exceptions:
-    /// a file nearer to the command line has changed the kind, or the command line sets the key for several scenarios
-    /// and it `acts_elsewhere`.
-    ///
-    /// # Errors
-    /// [`ScenarioError`] for all such keys.
+    /// A key that acts only for other kinds of a choice is an error, with two exceptions: a nearer file has changed the
+    /// kind, or the command line sets the key for several scenarios and it `acts_elsewhere`.
     pub(super) fn check_acting(&self, acts_elsewhere: impl Fn(&KeyAt) -> bool) -> Result<(), ScenarioError> {
         let layer = |path: &str| self.slot(path).filter(|given| given.place.is_some()).map(|given| given.layer);
         let unmet_at = |key: &Key, written: usize| {
@@ -281,29 +255,27 @@ impl Values {
         ScenarioError::new(message).at(place).remedy(format!("remove it, or change {}", unmet.key))
     }
 
-    /// Returns true if a key has an effect for the present kinds.
+    /// True if a key has an effect for the present kinds.
     #[must_use]
     pub fn is_acting(&self, key: &Key) -> bool {
         let is_stated = STATED.contains(&key.path) && self.states_tissue();
         is_stated || self.unmet(key).next().is_none()
     }
 
-    /// Returns true if a spring or a damper is written beside a recorded force over time, which does not react. The
-    /// stability analysis then uses them as the tissue.
+    /// True if a spring or a damper is written beside a recorded force over time. The stability analysis then uses them
+    /// as the tissue.
     #[must_use]
     pub fn states_tissue(&self) -> bool {
         let is_written = |path: &str| self.given.get(path).is_some_and(|given| given.place.is_some());
         replays_over_time(self) && STATED.into_iter().any(is_written)
     }
 
-    /// Returns the conditions of a key that the present kinds do not meet. A choice can itself depend on another
-    /// choice.
+    /// The conditions of a key that the present kinds do not meet.
     pub fn unmet(&self, key: &Key) -> impl Iterator<Item = ActsFor> {
         let is_met = |acts: &ActsFor| self.kind(acts.key).is_some_and(|word| acts.words().contains(&word));
         conditions(key).filter(move |acts| !is_met(acts))
     }
 
-    /// Returns the word of a choice, or the position of a switch.
     fn kind(&self, path: &str) -> Option<&str> {
         match self.get(path)? {
             Value::Text(word) => Some(word),
@@ -322,8 +294,8 @@ impl Values {
         self.fill_layers();
     }
 
-    /// Names the layers of the present kind of tissue and sets their default values. A layer in the default list of a
-    /// kind can have specific defaults. Removes the defaults of an earlier kind.
+    /// Names the layers of the present kind of tissue and sets their default values, which may be specific to a layer.
+    /// Removes those of an earlier kind.
     pub(super) fn fill_layers(&mut self) {
         let of_kind = TissueSettings::default_layers(self.kind(TissueSettings::KEY.path).unwrap_or_default());
         let default_names = || of_kind.iter().map(|(name, _)| Arc::from(*name)).collect();
@@ -366,7 +338,6 @@ impl Values {
         self
     }
 
-    /// Replaces a value by its resolved form, for example a full path, and keeps its place.
     pub(super) fn derive_keeping_place(&mut self, path: &'static str, value: Value) {
         let place = self.place(path);
         self.given.insert(path, Given { value, place, source: None, layer: 0 });
@@ -386,25 +357,25 @@ impl Values {
         self.given.remove(path);
     }
 
-    /// Returns the scenario's name.
+    /// The scenario's name.
     #[must_use]
     pub fn name(&self) -> &str {
         self.text("name").unwrap_or("scenario")
     }
 
-    /// Returns true if a key has a value.
+    /// True if a key has a value.
     #[must_use]
     pub fn is_given(&self, path: &str) -> bool {
         self.slot(path).is_some()
     }
 
-    /// Returns the value of a key, if it has one.
+    /// The value of a key, if it has one.
     #[must_use]
     pub fn get(&self, path: &str) -> Option<&Value> {
         self.slot(path).map(|given| &given.value)
     }
 
-    /// Returns the place of a written value.
+    /// The place of a written value.
     #[must_use]
     pub fn place(&self, path: &str) -> Option<Place> {
         self.slot(path)?.place.clone()
@@ -435,7 +406,7 @@ impl Values {
         ScenarioError::new(message).at(place)
     }
 
-    /// Returns the place of the first written key of a section.
+    /// The place of the first written key of a section.
     #[must_use]
     pub fn section_place(&self, section: &str) -> Option<Place> {
         keys_of(section).find_map(|key| self.place(key.path))
@@ -459,8 +430,8 @@ impl Values {
         self.error(path, format!("{path} is missing{must}"))
     }
 
-    /// Returns the files on disk in the values, each as a new name and its path. The values then contain the new names
-    /// and are relative to a folder with these files.
+    /// The files on disk in the values, each as a new name and its path. The values then name files of a folder with
+    /// the new names.
     pub fn take_files(&mut self) -> Vec<(String, PathBuf)> {
         let mut files = vec![];
         let acting: Vec<_> = KEYS.iter().filter(|key| matches!(key.kind, Kind::File) && self.is_acting(key)).collect();
@@ -475,7 +446,7 @@ impl Values {
         files
     }
 
-    /// Returns the values of one section by the keys' last names.
+    /// The values of one section by the keys' last names.
     #[must_use]
     pub fn section_json(&self, section: &str) -> serde_json::Value {
         let entry = |key: &'static Key| {
@@ -486,7 +457,7 @@ impl Values {
         serde_json::Value::Object(keys_of(section).filter_map(entry).collect())
     }
 
-    /// Returns the written values of some sections as `section.key=value` settings.
+    /// The written values of some sections as `section.key=value` settings.
     #[must_use]
     pub fn written_settings(&self, sections: &[&str]) -> Vec<String> {
         let written = |key: &&Key| self.place(key.path).is_some();
@@ -494,13 +465,13 @@ impl Values {
         sections.iter().flat_map(|section| keys_of(section).filter(written).filter_map(setting)).collect()
     }
 
-    /// Returns the values as a TOML document that resolves to the same values.
+    /// The values as a TOML document that resolves to the same values.
     #[must_use]
     pub fn to_toml(&self) -> String {
         self.sections_toml(std::iter::once("").chain(SECTIONS.iter().map(|(name, _)| *name)))
     }
 
-    /// Returns the values of some sections as a TOML document. The section `""` contains the keys without a section.
+    /// The values of some sections as a TOML document. `""` contains the keys without a section.
     #[must_use]
     pub fn sections_toml<'a>(&self, sections: impl IntoIterator<Item = &'a str>) -> String {
         let mut text = String::new();
@@ -617,8 +588,7 @@ impl settings::KeySource for Values {
     }
 }
 
-/// Makes a name valid for a folder: letters, digits and `-_.+ `, not hidden, and not the name of a file that a
-/// comparison writes.
+/// Makes a name valid for a folder: letters, digits and `-_.+ `, not hidden, and not the name of a comparison's file.
 #[must_use]
 pub fn harmless_name(name: &str) -> String {
     let harmless = |c: char| if c.is_alphanumeric() || "-_.+ ".contains(c) { c } else { '_' };
@@ -665,11 +635,10 @@ fn named_layer(path: &str) -> Option<String> {
     let fields = || LAYER_KEYS.iter().map(|key| field(key.path));
     match nearest_of(misspelt, fields()).filter(|_| is_name(name)) {
         Some(near) => Some(format!("did you mean {LAYER_LIST}.{name}.{near}?")),
-        None => Some(format!("a layer has the keys name, {}", fields().collect::<Vec<_>>().join(", "))),
+        None => Some(format!("the keys of a layer are name, {}", fields().collect::<Vec<_>>().join(", "))),
     }
 }
 
-/// Returns the remedy for a layer key outside the list of layers, for example `tissue.skin.thickness_m`.
 fn layer(path: &str) -> Option<String> {
     if is_of_layer(path) {
         return named_layer(path);
@@ -722,7 +691,7 @@ mod tests {
     const LAYERS: &str = "operator.kind = \"ramp\"\n[tissue]\nkind = \"layers\"\n";
 
     fn load(text: &str, settings: &[&str]) -> Result<Scenario, ScenarioError> {
-        let source = Source::Text { name: "own.toml".into(), text: text.into() };
+        let source = Source::Text { name: "mine.toml".into(), text: text.into() };
         let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
         Scenario::load(&source, &settings)
     }
@@ -731,7 +700,7 @@ mod tests {
     fn a_key_of_the_reflex_at_its_former_place_is_rejected_with_its_new_name() {
         let error = load("[operator]\nkind = \"ramp\"\nreflex_pause_s = 1.0\n", &[]).expect_err("moved").to_string();
         assert!(error.contains("there is no key operator.reflex_pause_s"), "{error}");
-        assert!(error.contains("own.toml") && error.contains('3'), "{error}");
+        assert!(error.contains("mine.toml") && error.contains('3'), "{error}");
         assert!(error.contains("since 0.3 it is perception.reflex_pause_s"), "{error}");
         let error = load("operator.kind = \"ramp\"\n", &["operator.reflex=stop"]).expect_err("moved").to_string();
         assert!(
@@ -740,7 +709,7 @@ mod tests {
         );
     }
 
-    /// Returns the names of the layers in an echo, and the value of a field of the first layer.
+    /// The names of the layers in an echo, and the value of a field of the first layer.
     fn first_of_echo(scenario: &Scenario, field: &str) -> (Vec<String>, Option<f64>) {
         let echo: toml::Table = scenario.echo().parse().expect("TOML");
         let layers = echo["tissue"]["layer"].as_array().expect("a list").clone();

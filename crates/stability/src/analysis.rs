@@ -47,8 +47,7 @@ pub struct Analysis {
     /// Its margins.
     pub margins: Margins,
     /// The largest jitter of both directions, in ticks on top of the delays, with which the loop is proved stable for
-    /// every order of the delays; see [`VaryingDelays`](super::VaryingDelays). `None` if the loop is unstable or the
-    /// jitter has no limit.
+    /// every order of the delays; see [`VaryingDelays`](super::VaryingDelays). `None` if unstable or unlimited.
     pub jitter_margin_ticks: Option<u64>,
     /// The stability limit of each of [`LIMITED`].
     pub limits: Vec<Limit>,
@@ -83,8 +82,8 @@ impl Analysis {
         })
     }
 
-    /// Returns two verdicts over all frequencies of [`Analysis::of`]: absolutely stable, and passive. `None` if the
-    /// two-port has no hybrid matrix.
+    /// Two verdicts over all frequencies of [`Analysis::of`]: absolutely stable, and passive. `None` without a hybrid
+    /// matrix.
     ///
     /// # Errors
     /// [`StabilityError`].
@@ -94,7 +93,7 @@ impl Analysis {
         Ok((!points.is_empty()).then(|| (all(|point| point.is_absolutely_stable), all(|point| point.is_passive))))
     }
 
-    /// Returns true if the loop is stable.
+    /// True if the loop is stable.
     #[must_use]
     pub fn is_stable(&self) -> bool {
         self.mode.spectral_radius < 1.0

@@ -14,7 +14,7 @@
 //! q(Z_e) = |N|² / R - (1 + r/R) Re(N M*) + r |M|² = a |Z_e|² + 2 Re(b Z_e) + c <= 0
 //! ```
 //! On a rectangle `q` is a sum of two parabolas, one in each coordinate, so its minimum has a closed form. If it is
-//! positive at every frequency, no pole can reach the imaginary axis, and all loops are stable if one of them is (zero
+//! positive at every frequency, no pole can reach the imaginary axis, and all loops are stable if one is (zero
 //! exclusion; Haddadi and Hashtrudi-Zaad 2010, *Bounded-impedance absolute stability of bilateral teleoperation control
 //! systems*). Otherwise some passive hand in the range oscillates with some tissue in the range.
 
@@ -36,7 +36,6 @@ pub struct Terminations {
     pub damping_n_s_per_m: (f64, f64),
 }
 
-/// Upper end of the search for the needed damping, in N·s/m.
 const MAX_DAMPING: f64 = 1e6;
 
 /// The minimum damping of the hand at one frequency.
@@ -44,8 +43,8 @@ const MAX_DAMPING: f64 = 1e6;
 pub struct NeededDamping {
     /// The frequency in Hz.
     pub frequency_hz: f64,
-    /// The smallest `r` in N·s/m for which no hand and tissue in the ranges give a pole at this frequency. Infinite if
-    /// no value up to the hand's maximum or 1e6 N·s/m suffices.
+    /// The smallest `r` in N·s/m for which no hand and tissue in the ranges give a pole at this frequency; infinite if
+    /// none up to the hand's maximum or 1e6 N·s/m suffices.
     pub damping_n_s_per_m: f64,
 }
 
@@ -56,12 +55,11 @@ pub struct Bounded {
     pub terminations: Terminations,
     /// The needed damping over frequency; empty without a hybrid matrix.
     pub needed: Vec<NeededDamping>,
-    /// True if one example loop is stable: a damper above the needed damping as the hand, with a tissue in the middle
-    /// of the ranges.
+    /// True if an example loop is stable: a damper above the needed damping as the hand, and a tissue in the middle of
+    /// the ranges.
     pub is_middle_stable: bool,
 }
 
-/// `q` as a function of the tissue's impedance.
 #[derive(Debug, Clone, Copy)]
 struct Quadratic {
     a: f64,
@@ -70,7 +68,6 @@ struct Quadratic {
 }
 
 impl Quadratic {
-    /// Builds `q` for hands between `r` and `1 / g`.
     fn of(hybrid: &Hybrid, r: f64, g: f64) -> Self {
         let [[h11, h12], [h21, h22]] = hybrid.h;
         let d = h12 * h21 - h11 * h22;
@@ -82,7 +79,6 @@ impl Quadratic {
         }
     }
 
-    /// Returns the minimum over a rectangle of real and imaginary parts.
     fn min(&self, real: (f64, f64), imaginary: (f64, f64)) -> f64 {
         // a t² + 2 s t between two ends.
         let parabola = |s: f64, (low, high): (f64, f64)| {
@@ -94,12 +90,11 @@ impl Quadratic {
     }
 }
 
-/// Minimum modulus of a growing pole: about 1 % in a quarter of an hour, with ticks of 1 ms. Without a spring the
-/// position drifts: its pole is at 1 and does not grow.
+/// Minimum modulus of a growing pole: about 1 % in a quarter of an hour at 1 ms. Without a spring the position drifts:
+/// a pole at 1, which does not grow.
 const GROWS: f64 = 1.0 + 1e-8;
 
 impl Terminations {
-    /// Returns true if no hand between `r` and the maximum has a pole at `omega` with a tissue in the ranges.
     fn excludes(&self, hybrid: &Hybrid, omega: f64, r: f64) -> bool {
         let (soft, stiff) = self.stiffness_n_per_m;
         let quadratic = Quadratic::of(hybrid, r, self.hand_n_s_per_m.1.recip());
@@ -118,7 +113,7 @@ impl Terminations {
         bisect(0.0, most, |r| !self.excludes(hybrid, omega, r))
     }
 
-    /// Returns a loop with a damper above `low` as the hand, and a tissue; both are in the middle of their ranges.
+    /// A loop with a damper above `low` as the hand and a tissue, both in the middle of their ranges.
     fn middle(&self, settings: &LinearLoop, low: f64) -> LinearLoop {
         let high = self.hand_n_s_per_m.1;
         let damper = if high.is_finite() { 0.5 * (low + high) } else { 2.0 * low + 1.0 };
@@ -158,7 +153,7 @@ impl Bounded {
         Ok(bounded)
     }
 
-    /// Returns the frequency at which the hand needs the most damping; `None` without a hybrid matrix.
+    /// The frequency at which the hand needs the most damping; `None` without a hybrid matrix.
     #[must_use]
     pub fn most(&self) -> Option<NeededDamping> {
         self.needed.iter().copied().reduce(
@@ -168,22 +163,22 @@ impl Bounded {
         )
     }
 
-    /// Returns the minimum damping of the hand in N·s/m for stability with every tissue in the ranges. Infinite if no
-    /// damping suffices; `None` without a hybrid matrix.
+    /// The hand's minimum damping in N·s/m for stability with every tissue in the ranges; infinite if none suffices,
+    /// `None` without a hybrid matrix.
     #[must_use]
     pub fn needed_damping(&self) -> Option<f64> {
         let most = self.most()?;
         Some(if self.is_middle_stable { most.damping_n_s_per_m } else { f64::INFINITY })
     }
 
-    /// Returns true if the loop is stable with every hand and tissue in the ranges; `None` without a hybrid matrix.
+    /// True if the loop is stable with every hand and tissue in the ranges; `None` without a hybrid matrix.
     #[must_use]
     pub fn is_stable(&self) -> Option<bool> {
         Some(self.needed_damping()? <= self.terminations.hand_n_s_per_m.0)
     }
 }
 
-/// Returns the arm's impedance at the master in N·s/m, with a constant desired position.
+/// The arm's impedance at the master in N·s/m, with a constant desired position.
 #[must_use]
 pub fn arm_impedance(arm: &ArmParameters, frequency_hz: f64) -> Complex64 {
     let s = Complex64::new(0.0, std::f64::consts::TAU * frequency_hz);

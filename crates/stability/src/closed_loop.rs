@@ -32,7 +32,7 @@ impl ClosedLoop {
         Self::of(&Machines::new(settings)?, settings, None)
     }
 
-    /// Builds the loop from machines that match the settings, and reuses the parts that are equal in `other`.
+    /// Builds the loop from matching machines, and reuses the parts that are equal in `other`.
     pub(super) fn of(machines: &Machines, settings: &LinearLoop, other: Option<&Self>) -> Result<Self, StabilityError> {
         trocar_core::error::non_negative("tissue.stiffness_n_per_m", settings.stiffness_n_per_m)?;
         trocar_core::error::non_negative("tissue.damping_n_s_per_m", settings.damping_n_s_per_m)?;
@@ -40,7 +40,6 @@ impl ClosedLoop {
         Self::of_sides(sides, settings.tick_s, (settings.forward().whole, settings.backward().whole), other)
     }
 
-    /// Builds the loop of two sides with whole delays in ticks.
     pub(super) fn of_sides(
         (master, slave): (Side, Side),
         tick_s: f64,
@@ -73,36 +72,34 @@ impl ClosedLoop {
         Self { forward, backward, ..self.clone() }
     }
 
-    /// Returns the responses of master and slave at `z`, without the delays.
     pub(super) fn responses_at(&self, z: Complex64) -> [Complex64; 2] {
         [self.responses[0].at(z), self.responses[1].at(z)]
     }
 
-    /// Returns the relative derivatives `H'/H` of master and slave at `z`.
     pub(super) fn relative_slopes_at(&self, z: Complex64) -> [Complex64; 2] {
         [self.responses[0].relative_slope_at(z), self.responses[1].relative_slope_at(z)]
     }
 
-    /// Returns the tick in s.
+    /// The tick in s.
     #[must_use]
     pub fn tick_s(&self) -> f64 {
         self.tick_s
     }
 
-    /// Returns the round-trip delay in whole ticks.
+    /// The round-trip delay in whole ticks.
     #[must_use]
     pub fn round_trip_ticks(&self) -> u64 {
         self.forward + self.backward
     }
 
-    /// Returns the number of states, including the delay lines.
+    /// The number of states, including the delay lines.
     #[must_use]
     pub fn states(&self) -> u64 {
         let held = u64::from(self.master.before.is_some()) + u64::from(self.slave.before.is_some());
         (self.master.a.nrows() + self.slave.a.nrows()) as u64 + held + self.round_trip_ticks()
     }
 
-    /// Returns the loop gain `L` at `z = radius · exp(j angle_rad)`. The closed loop has its poles where `L = 1`.
+    /// The loop gain `L` at `z = radius · exp(j angle_rad)`. The closed loop has its poles where `L = 1`.
     #[must_use]
     pub fn loop_gain(&self, radius: f64, angle_rad: f64) -> Complex64 {
         let z = Complex64::from_polar(radius, angle_rad);
@@ -113,19 +110,19 @@ impl ClosedLoop {
         }
     }
 
-    /// Returns the feedback force per metre of the slave's reference at `z = exp(j angle_rad)`, both sampled, with the
-    /// whole round-trip delay.
+    /// Feedback force per metre of the slave's reference at `z = exp(j angle_rad)`, both sampled, with the round-trip
+    /// delay.
     pub(super) fn force_per_reference(&self, angle_rad: f64) -> Complex64 {
         let delay = Complex64::from_polar(1.0, -(self.round_trip_ticks() as f64) * angle_rad);
         self.responses[1].at(Complex64::from_polar(1.0, angle_rad)) * delay
     }
 
-    /// Returns the one-tick state matrix, the input columns of the desired position at this tick and the next, and the
-    /// index of the slave's first state.
+    /// The one-tick state matrix, the input columns of the desired position at this tick and the next, and the index of
+    /// the slave's first state.
     ///
-    /// The states are: the master's side, beginning with `x_h, v_h, x_a, v_a` (m, m/s) and the force integral if there
-    /// is one; the slave's side, beginning with `x_e, v_e`; the delay lines to the slave and to the master, latest
-    /// sample first; and the last sample of each signal that arrives within a tick.
+    /// The states: the master's side, beginning with `x_h, v_h, x_a, v_a` (m, m/s) and the force integral, if any; the
+    /// slave's side, beginning with `x_e, v_e`; the delay lines to the slave and to the master, latest sample first;
+    /// and the last sample of each signal that arrives within a tick.
     ///
     /// # Errors
     /// [`StabilityError::TooLarge`] if the delay needs more states than allowed.
@@ -146,7 +143,7 @@ impl ClosedLoop {
         Ok((matrix, desired, of_master))
     }
 
-    /// Opens the loop where the slave's signal arrives at the master: matrix, input and output.
+    /// Opens the loop where the slave's signal arrives at the master.
     #[allow(clippy::type_complexity, reason = "three parts that are always destructured at once")]
     pub(super) fn open(&self) -> Result<(DMatrix<f64>, DVector<f64>, DVector<f64>), StabilityError> {
         let states = self.states();
@@ -191,13 +188,12 @@ impl ClosedLoop {
         Ok((matrix, input, output))
     }
 
-    /// Returns the signal from the master that arrives at the slave, as weights on the states.
     pub(super) fn arrives_at_slave(&self) -> DVector<f64> {
         let line = self.master.a.nrows() + self.slave.a.nrows();
         arriving(self.states() as usize, (&self.master, 0), (line, self.forward as usize))
     }
 
-    /// Returns true if the loop is asymptotically stable.
+    /// True if the loop is asymptotically stable.
     ///
     /// # Errors
     /// [`StabilityError::TooFast`].
@@ -206,8 +202,8 @@ impl ClosedLoop {
     }
 }
 
-/// Returns the signal that a side sends through a delay line of some ticks, as weights on `n` states. The side's states
-/// begin at `from_at` and the line's at `line`.
+/// The signal that a side sends through a delay line, as weights on `n` states. The side's states begin at `from_at`,
+/// the line's at `line`.
 fn arriving(n: usize, (from, from_at): (&Side, usize), (line, ticks): (usize, usize)) -> DVector<f64> {
     let mut arrives = DVector::zeros(n);
     match ticks {

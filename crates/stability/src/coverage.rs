@@ -17,29 +17,28 @@ pub struct LeftOut {
     pub key: &'static str,
     /// A description of the part.
     pub what: &'static str,
-    /// For a limit: the largest magnitude in the loop, in the unit of the key, if it is known.
+    /// For a limit: the largest magnitude in the loop, in the unit of the key, if known.
     pub bound: Option<f64>,
 }
 
 /// A limit of a motor or of the force sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoopLimit {
-    /// The limit as a part of the scenario. Its bound holds for any motion of the hand that is at most as fast, and at
-    /// most as far from the tissue's surface, as the scenario's.
+    /// The limit as a part of the scenario. Its bound holds for motions of the hand at most as fast and as far from the
+    /// surface as the scenario's.
     pub part: LeftOut,
     /// The limit in the unit of its key.
     pub limit: f64,
 }
 
 impl LoopLimit {
-    /// Returns true if the loop never reaches the limit.
+    /// True if the loop never reaches the limit.
     #[must_use]
     pub fn is_unreached(&self) -> bool {
         self.part.bound.is_some_and(|bound| bound < self.limit)
     }
 }
 
-/// The reasons why jitter and varying delays are not modelled.
 const JITTER: [&str; 4] = [
     "jitter",
     "jitter, which can count as an outage",
@@ -53,9 +52,8 @@ const VARYING: [&str; 4] = [
     "delays that vary during events, at which the two sides then switch a varying time apart, without a proof",
 ];
 
-/// Returns the parts of a scenario that the linear loop does not model. With any of them the stability of the scenario
-/// is unknown. Tissue and augmentation have their own analyses and are not listed, nor are limits that the loop never
-/// reaches.
+/// The parts of a scenario that the linear loop does not model, with which the stability is unknown. Not listed: tissue
+/// and augmentation, which have their own analyses, and limits that the loop never reaches.
 ///
 /// Varying delays are listed if `delays` is `None` or does not prove stability.
 #[must_use]
@@ -109,7 +107,7 @@ fn other_parts(scenario: &Scenario, delays: Option<&VaryingDelays>) -> Vec<LeftO
         .collect()
 }
 
-/// Returns the limits of motors and force sensor in a scenario, each with the loop's bound.
+/// The limits of motors and force sensor in a scenario, each with the loop's bound.
 #[must_use]
 pub fn loop_limits(scenario: &Scenario) -> Vec<LoopLimit> {
     let ActuatorLimits { master_force_n, master_force_rate_n_per_s, slave_command, slave_command_rate_per_s, .. } =

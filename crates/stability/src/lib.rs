@@ -1,12 +1,11 @@
 //! Linear stability analysis of the teleoperator, from its matrices, without the engine.
 //!
 //! The crate depends only on `trocar-core`, `trocar-base`, `trocar-lti`, `trocar-engine` and `trocar-scenario`. The
-//! crate `trocar` re-exports it as `trocar::stability`.
+//! crate `trocar` re-exports it.
 //!
-//! In permanent contact with a linear tissue `f_e = K x_e + B v_e` the loop between operator and tissue is linear and
-//! tick-invariant. Its one-tick matrix is [`ClosedLoop::matrix`]; the loop is stable if all eigenvalues lie inside the
-//! unit circle. The two sides interact only through the two delayed signals of the link, so the loop gain gives the
-//! same verdict:
+//! In permanent contact with a linear tissue `f_e = K x_e + B v_e` the loop is linear and tick-invariant. Its one-tick
+//! matrix is [`ClosedLoop::matrix`]; it is stable if all eigenvalues lie inside the unit circle. The two sides interact
+//! only through the two delayed signals of the link, so the loop gain gives the same verdict:
 //!
 //! ```text
 //! L(z) = z^-(d_forward + d_backward) H_master(z) H_slave(z),      the closed loop's poles are the zeros of 1 - L(z)

@@ -27,7 +27,7 @@ pub struct Search {
 }
 
 impl Search {
-    /// Returns the default search for a parameter.
+    /// The default search for a parameter.
     #[must_use]
     pub fn of(parameter: Parameter) -> Self {
         let (low, high) = match parameter {
@@ -61,15 +61,15 @@ pub struct Limit {
 }
 
 impl Limit {
-    /// Returns the upper end of the stable range that contains the present value, otherwise of the last range below it.
-    /// `None` without such a range; infinite if the range reaches the end of the search.
+    /// The upper end of the stable range that contains the present value, otherwise of the last range below it. `None`
+    /// without such a range; infinite at the end of the search.
     #[must_use]
     pub fn largest(&self) -> Option<f64> {
         let (_, end) = *self.stable.iter().rev().find(|(start, _)| *start <= self.value)?;
         Some(if end >= self.search.high { f64::INFINITY } else { end })
     }
 
-    /// Returns true if another stable range lies above.
+    /// True if another stable range lies above.
     #[must_use]
     pub fn is_not_all(&self) -> bool {
         let last = self.stable.last().map_or(0.0, |(_, end)| *end);
@@ -99,8 +99,8 @@ impl<'a> StabilityTester<'a> {
         ClosedLoop::new(&settings)?.is_stable()
     }
 
-    /// Returns values of a delay or scale between those at which a pole lies on the unit circle, if the response
-    /// determines them. They find stable ranges of any width. Empty for other parameters.
+    /// Values of a delay or scale between those at which a pole lies on the unit circle, if the response determines
+    /// them. They find stable ranges of any width.
     fn between_crossings(&self, parameter: Parameter) -> Result<Vec<f64>, StabilityError> {
         let value = self.settings.get(parameter);
         let mut crossings: Vec<f64> = match parameter {
@@ -132,7 +132,6 @@ impl<'a> StabilityTester<'a> {
         })
     }
 
-    /// Returns true if another value leaves the machines unchanged.
     pub(super) fn has_machines_of(&self, parameter: Parameter, value: f64) -> bool {
         self.machines.matches(&self.settings.with(parameter, value))
     }
@@ -156,9 +155,9 @@ impl<'a> StabilityTester<'a> {
     }
 }
 
-/// Returns the stable ranges of a parameter, with the others unchanged.
+/// The stable ranges of a parameter, with the others unchanged.
 ///
-/// Scans the search range first, because the stable values need not form one interval, then bisects each change of the
+/// Scans the search range, because the stable values need not form one interval, then bisects each change of the
 /// verdict. If samples wait for the next tick, the limit of a delay is a whole number of ticks.
 ///
 /// # Errors

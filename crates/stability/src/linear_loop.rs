@@ -37,15 +37,15 @@ pub struct LinearLoop {
 }
 
 impl LinearLoop {
-    /// Returns the value of a parameter.
+    /// The value of a parameter.
     #[must_use]
     pub fn get(&self, parameter: Parameter) -> f64 {
         let mut copy = self.clone();
         *copy.places(parameter)[0]
     }
 
-    /// Returns this loop with another value of a parameter; dependent gains are updated. A changed stiffness or damping
-    /// also replaces the represented tissue by that spring and damper.
+    /// This loop with another value of a parameter and updated gains. A changed stiffness or damping also replaces the
+    /// represented tissue.
     #[must_use]
     pub fn with(&self, parameter: Parameter, value: f64) -> Self {
         let mut other = self.clone();
@@ -63,19 +63,19 @@ impl LinearLoop {
         other
     }
 
-    /// Returns the delay from master to slave as it takes effect at the receiver.
+    /// The delay from master to slave as it takes effect at the receiver.
     #[must_use]
     pub fn forward(&self) -> DelayTicks {
         DelayTicks::new(self.forward_delay_s, self.tick_s, self.waits_for_tick())
     }
 
-    /// Returns the delay from slave to master as it takes effect at the receiver.
+    /// The delay from slave to master as it takes effect at the receiver.
     #[must_use]
     pub fn backward(&self) -> DelayTicks {
         DelayTicks::new(self.backward_delay_s, self.tick_s, self.waits_for_tick())
     }
 
-    /// Returns true if a sample that arrives within a tick takes effect at the next one.
+    /// True if a sample that arrives within a tick takes effect at the next one.
     #[must_use]
     pub fn waits_for_tick(&self) -> bool {
         waits_for_tick(self.timing, &self.link)

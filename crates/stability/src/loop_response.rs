@@ -50,7 +50,7 @@ impl LoopResponse {
         Ok(Self { gain, margins: closed.margins()?, poles, step, tick_s: settings.tick_s })
     }
 
-    /// Returns the unwrapped phase of the loop gain in degrees.
+    /// The unwrapped phase of the loop gain in degrees.
     #[must_use]
     pub fn phases_deg(&self) -> Vec<f64> {
         let mut phases: Vec<f64> = vec![];

@@ -55,21 +55,21 @@ pub struct StabilityMap {
 }
 
 impl StabilityMap {
-    /// Returns the verdict at a grid point.
+    /// The verdict at a grid point.
     #[must_use]
     pub fn is_stable(&self, column: usize, row: usize) -> bool {
         self.stable[row * self.x.count + column]
     }
 
-    /// Returns the stable share of the grid points.
+    /// The stable share of the grid points.
     #[must_use]
     pub fn stable_share(&self) -> f64 {
         self.stable.iter().filter(|stable| **stable).count() as f64 / self.stable.len() as f64
     }
 }
 
-/// Returns the verdict at each grid point. Rows are computed in parallel; columns if only `x` changes the machines, so
-/// that their matrix exponentials are computed once per column.
+/// The verdict at each grid point. Rows are parallel; columns if only `x` changes the machines, so that matrix
+/// exponentials are computed once per column.
 pub(super) fn verdicts<T: Send + Copy>(
     settings: &LinearLoop,
     (x, y): (&Axis, &Axis),
@@ -107,7 +107,7 @@ pub fn map(settings: &LinearLoop, x: Axis, y: Axis) -> Result<StabilityMap, Stab
     Ok(map)
 }
 
-/// Returns true if a point lies within the relative distance `share` of the boundary along either axis.
+/// True if a point lies within the relative distance `share` of the boundary along either axis.
 ///
 /// # Errors
 /// See [`map`].
@@ -130,7 +130,6 @@ pub fn is_near_boundary(
     Ok(false)
 }
 
-/// Traces the boundary by marching squares with bisected edge crossings.
 fn boundary(settings: &LinearLoop, map: &StabilityMap) -> Result<Vec<[(f64, f64); 2]>, StabilityError> {
     const BISECTIONS: usize = 12;
     let StabilityMap { x, y, .. } = map;

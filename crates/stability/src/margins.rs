@@ -11,7 +11,7 @@ pub const MAX_GAIN_MARGIN: f64 = 1e9;
 /// The smallest changes that make the loop unstable. `None` where no change does.
 ///
 /// The critical point is `L = 1`, because `L` includes the sign of the feedback; the phase crossover is on the positive
-/// real axis. `L` is the sampled loop gain at `z = exp(jωT)`, including the holds.
+/// real axis. `L` is the sampled loop gain at `z = exp(jωT)`, with the holds.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Margins {
     /// The smallest destabilising gain factor above 1.
@@ -29,9 +29,8 @@ pub struct Margins {
 }
 
 impl ClosedLoop {
-    /// Returns the margins of a stable loop: the smallest over all crossings of the positive real axis (gain) and of
-    /// the unit circle (phase and delay). All are `None` for an unstable loop, and a gain margin above
-    /// [`MAX_GAIN_MARGIN`] is `None`.
+    /// The margins of a stable loop: the smallest over all crossings of the positive real axis (gain) and of the unit
+    /// circle (phase and delay). `None` for an unstable loop, and for a gain margin above [`MAX_GAIN_MARGIN`].
     ///
     /// # Errors
     /// [`StabilityError::TooFast`].
@@ -72,11 +71,8 @@ impl ClosedLoop {
         Ok(margins)
     }
 
-    /// Returns the logarithm of the smallest destabilising change of the gain, up or down. Infinite if it is not below
-    /// `bound`; 0 for an unstable loop.
-    ///
-    /// # Errors
-    /// [`StabilityError::TooFast`].
+    /// Logarithm of the smallest destabilising change of the gain, up or down; infinite if not below `bound`, 0 for an
+    /// unstable loop.
     pub(super) fn destabilising_change(&self, bound: f64) -> Result<f64, StabilityError> {
         if !self.is_stable()? {
             return Ok(0.0);

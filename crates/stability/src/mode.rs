@@ -42,8 +42,8 @@ impl Mode {
 }
 
 impl ClosedLoop {
-    /// Returns the dominant mode from the eigenvalues of the one-tick matrix. If a long delay makes the matrix large,
-    /// counts the poles outside circles instead.
+    /// The dominant mode from the eigenvalues of the one-tick matrix; for a long delay, from the numbers of poles
+    /// outside circles.
     ///
     /// # Errors
     /// [`StabilityError`] if both methods fail.
@@ -83,7 +83,6 @@ impl ClosedLoop {
         Ok(self.polished(Complex64::from_polar(outside, nearest.1)))
     }
 
-    /// Refines an estimated pole by Newton's method on `ln L(z) = 0`.
     fn polished(&self, estimate: Complex64) -> Complex64 {
         let ticks = self.round_trip_ticks() as f64;
         let mut z = estimate;

@@ -72,32 +72,32 @@ impl Parameter {
         TABLE.iter().map(|(parameter, _, _)| *parameter)
     }
 
-    /// Returns the parameter of a key.
+    /// The parameter of a key.
     #[must_use]
     pub fn of_key(key: &str) -> Option<Self> {
         TABLE.iter().find(|(_, known, _)| *known == key).map(|(parameter, _, _)| *parameter)
     }
 
-    /// Returns the scenario key.
+    /// The scenario key.
     #[must_use]
     pub fn key(self) -> &'static str {
         TABLE[self as usize].1
     }
 
-    /// Returns the name with its unit.
+    /// The name with its unit.
     #[must_use]
     pub fn caption(self) -> &'static str {
         TABLE[self as usize].2
     }
 
-    /// Returns true if varying this parameter also varies `other`.
+    /// True if varying this parameter also varies `other`.
     #[must_use]
     pub fn varies_with(self, other: Self) -> bool {
         let both_ways = |a: Self, b: Self| a == Self::Delay && matches!(b, Self::ForwardDelay | Self::BackwardDelay);
         self == other || both_ways(self, other) || both_ways(other, self)
     }
 
-    /// Returns true if 0 is a valid value.
+    /// True if 0 is a valid value.
     #[must_use]
     pub fn may_be_zero(self) -> bool {
         !matches!(self, Self::Tick | Self::MasterMass | Self::ArmMass | Self::AccelerationBandwidth)

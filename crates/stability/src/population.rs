@@ -6,15 +6,14 @@ use super::{Axis, ClosedLoop, LIMITED, LinearLoop, Parameter, Search, StabilityE
 use trocar_base::parallel::try_map;
 use trocar_scenario::population::{DIMENSIONS, Draw, PopulationSettings};
 
-/// The search for a member's limit covers this factor above and below the scenario's limit, with this many points and
-/// this relative width.
+/// Search for a member's limit: this factor above and below the scenario's limit, this many points, this relative
+/// width.
 const REACH: f64 = 30.0;
 const POINTS: usize = 14;
 const TOLERANCE: f64 = 1e-7;
 
 const QUANTILES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 
-/// The dimension that does not affect the maximum stiffness: the tissue's stiffness.
 const OF_STIFFNESS: usize = 6;
 
 /// One arm, tissue and link.
@@ -25,8 +24,8 @@ pub struct Member {
     /// True if the loop is stable with this member.
     pub is_stable: bool,
     /// The limits of [`LIMITED`], as [`Limit::largest`](super::Limit::largest), each as the absolute value that
-    /// replaces the drawn one. The delay's limit is the end of the stable range that begins at 0. 0 if no value is
-    /// stable, infinite beyond the search range.
+    /// replaces the drawn one. The delay's limit is the end of the stable range from 0. 0 if no value is stable,
+    /// infinite beyond the search.
     pub limits: [f64; LIMITED.len()],
 }
 
@@ -70,7 +69,7 @@ pub struct Population {
     pub stable_share: (f64, (f64, f64)),
     /// The quantiles of each limit of [`LIMITED`].
     pub limits: Vec<LimitQuantiles>,
-    /// The smallest maximum stiffness among the members and the corners of the whole range; a smaller one may exist.
+    /// The smallest maximum stiffness among the members and the corners of the range; a smaller one may exist.
     pub worst: Worst,
     /// The stable share of the first members over the axes of the map.
     pub map: ShareMap,
@@ -101,14 +100,14 @@ fn near(parameter: Parameter, of_scenario: Option<f64>) -> Search {
     }
 }
 
-/// Maximum loop gain at which any delay counts as stable. The distance to 1 allows for the gain between two points.
+/// Maximum loop gain at which any delay counts as stable; the distance to 1 allows for the gain between points.
 const SMALL_GAIN: f64 = 0.9;
 
 fn limit(settings: &LinearLoop, parameter: Parameter, search: Search) -> Result<f64, StabilityError> {
     Ok(largest_stable(settings, parameter, search)?.largest().unwrap_or(0.0))
 }
 
-/// Returns the first unstable delay in s: doubles whole ticks from 0 on, then searches within a tick.
+/// The first unstable delay in s: doubles whole ticks from 0 on, then searches within a tick.
 fn delay_limit(settings: &LinearLoop, search: Search) -> Result<f64, StabilityError> {
     let without = settings.with(Parameter::Delay, 0.0);
     let tester = StabilityTester::new(&without)?;
@@ -139,7 +138,6 @@ fn delay_limit(settings: &LinearLoop, search: Search) -> Result<f64, StabilityEr
     tester.boundary(Parameter::Delay, range, true, search.tolerance)
 }
 
-/// Returns true if the loop is stable, and its limits in the order of [`LIMITED`].
 fn analysed(settings: &LinearLoop, searches: &[Search]) -> Result<(bool, [f64; LIMITED.len()]), StabilityError> {
     let closed = ClosedLoop::new(settings)?;
     let is_stable = closed.is_stable()?;
@@ -158,7 +156,7 @@ fn analysed(settings: &LinearLoop, searches: &[Search]) -> Result<(bool, [f64; L
     Ok((is_stable, limits))
 }
 
-/// Returns a quantile of sorted values, with its interval from the ranks `n p ± z √(n p (1 - p))`.
+/// A quantile of sorted values, with its interval from the ranks `n p ± z √(n p (1 - p))`.
 fn quantile(sorted: &[f64], share: f64) -> Quantile {
     let n = sorted.len() as f64;
     let at = |rank: f64| sorted[(rank.max(0.0) as usize).min(sorted.len() - 1)];
@@ -224,7 +222,7 @@ impl Population {
     }
 }
 
-/// Returns the corners of the population's range; the tissue stiffness is in the middle.
+/// The corners of the population's range; the tissue stiffness is in the middle.
 fn corners(population: &PopulationSettings) -> Vec<Draw> {
     let is_drawn = population.is_drawn();
     let varied: Vec<usize> = (0..DIMENSIONS).filter(|&k| is_drawn[k] && k != OF_STIFFNESS).collect();

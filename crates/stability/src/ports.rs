@@ -8,7 +8,7 @@ use trocar_lti::{Complex64, Continuous, StateSpace};
 /// Relative tolerance of comparisons with 0.
 const ROUNDING: f64 = 1e-12;
 
-/// Returns true if an impedance or admittance is passive: its real part is at least 0, up to rounding.
+/// True if an impedance or admittance is passive: its real part is at least 0, up to rounding.
 #[must_use]
 pub fn is_passive_impedance(immittance: Complex64) -> bool {
     immittance.re >= -ROUNDING * immittance.norm()
@@ -22,8 +22,8 @@ pub fn is_passive_impedance(immittance: Complex64) -> bool {
 /// |      | = |          | |     |      h12: force transmission;  h21: minus the motion transmission
 /// | -v_e |   | h21  h22 | | f_e |      h22: admittance at the needle, in m/(N·s)
 /// ```
-/// `v_h` and `F_h` are at the hand's side of the master; the arm belongs to the operator. Ideal are `h11 = h22 = 0`,
-/// `h12 = 1`, `h21 = -1` (times the scales).
+/// `v_h` and `F_h` are at the hand's side of the master; the arm belongs to the operator. Ideally `h11 = h22 = 0`, `h12
+/// = 1`, `h21 = -1` (times the scales).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hybrid {
     /// `[[h11, h12], [h21, h22]]`.
@@ -31,9 +31,9 @@ pub struct Hybrid {
 }
 
 impl Hybrid {
-    /// Returns Llewellyn's parameter `η = -cos ∠(h12 h21) + 2 Re h11 Re h22 / |h12 h21|`. The two-port is stable with
-    /// every passive hand and tissue if `η >= 1` and both real parts are at least 0 at every frequency (Llewellyn 1952,
-    /// *Some fundamental properties of transmission systems*; in this form Adams and Hannaford 1999, *Stable haptic
+    /// Llewellyn's parameter `η = -cos ∠(h12 h21) + 2 Re h11 Re h22 / |h12 h21|`. The two-port is stable with every
+    /// passive hand and tissue if `η >= 1` and both real parts are at least 0 at every frequency (Llewellyn 1952, *Some
+    /// fundamental properties of transmission systems*; in this form Adams and Hannaford 1999, *Stable haptic
     /// interaction with virtual environments*). Infinite if `h12 h21 = 0`.
     #[must_use]
     pub fn llewellyn(&self) -> f64 {
@@ -45,26 +45,28 @@ impl Hybrid {
         (2.0 * h11.re * h22.re - loop_gain.re) / loop_gain.norm()
     }
 
-    /// Returns true if the conditions of absolute stability hold at this frequency, up to rounding.
+    /// True if the conditions of absolute stability hold at this frequency, up to rounding.
     #[must_use]
     pub fn is_absolutely_stable(&self) -> bool {
         let [[h11, _], [_, h22]] = self.h;
         is_passive_impedance(h11) && is_passive_impedance(h22) && self.llewellyn() >= 1.0 - ROUNDING
     }
 
-    /// Returns true if the two-port is passive at this frequency: the Hermitian part of `H` is positive semidefinite,
-    /// `4 Re h11 Re h22 >= |h12 + h21*|²`. The scales `(force, position)` make the powers of the two sides comparable
-    /// (`F_h v_h` and `s_f/s_p f_e v_e`).
+    /// True if the two-port is passive at this frequency: the Hermitian part of `H` is positive semidefinite, `4 Re h11
+    /// Re h22 >= |h12 + h21*|²`. The scales `(force, position)` make the powers of the two sides comparable (`F_h v_h`
+    /// and `s_f/s_p f_e v_e`).
     #[must_use]
     pub fn is_passive(&self, (force, position): (f64, f64)) -> bool {
         let [[h11, h12], [h21, h22]] = self.h;
         let both = (h12 / force + h21.conj() / position).norm_sqr();
         let size = h12.norm_sqr() / (force * force) + h21.norm_sqr() / (position * position);
-        let own = 4.0 * h11.re * h22.re / (force * position);
-        is_passive_impedance(h11) && is_passive_impedance(h22) && own - both >= -ROUNDING * (size + own.abs())
+        let self_terms = 4.0 * h11.re * h22.re / (force * position);
+        is_passive_impedance(h11)
+            && is_passive_impedance(h22)
+            && self_terms - both >= -ROUNDING * (size + self_terms.abs())
     }
 
-    /// Returns the impedance at the hand with the needle in an impedance `Z_e`: `Z_t = h11 - h12 h21 Z_e / (1 + h22
+    /// The impedance at the hand with the needle in an impedance `Z_e`: `Z_t = h11 - h12 h21 Z_e / (1 + h22
     /// Z_e)` in N·s/m.
     #[must_use]
     pub fn transmitted(&self, impedance: Complex64) -> Complex64 {
@@ -72,7 +74,7 @@ impl Hybrid {
         h11 - h12 * h21 * impedance / (Complex64::new(1.0, 0.0) + h22 * impedance)
     }
 
-    /// Returns the impedance at the hand with a clamped needle, `h11 - h12 h21 / h22`. `None` if the slave is rigid
+    /// The impedance at the hand with a clamped needle, `h11 - h12 h21 / h22`. `None` if the slave is rigid
     /// (unbounded impedance).
     #[must_use]
     pub fn stiffest(&self) -> Option<Complex64> {
@@ -83,8 +85,8 @@ impl Hybrid {
 
 /// The two-port of a loop.
 ///
-/// The model is in continuous time; each signal of the link passes a hold `(1 - exp(-sT)) / (sT)`. Sampling images are
-/// neglected, so the results are valid well below half the sampling rate. `f_e` is the reading of the force sensor. The
+/// The model is in continuous time; each signal of the link passes a hold `(1 - exp(-sT)) / (sT)`. Without sampling
+/// images, the results are valid well below half the sampling rate. `f_e` is the reading of the force sensor. The
 /// tissue moves the needle off its reference only by `slave.compliance_m_per_n`; without it `h22` is 0.
 #[derive(Debug, Clone)]
 pub struct Ports {
@@ -109,23 +111,22 @@ impl Ports {
         })
     }
 
-    /// Returns the scales of force and position that make the powers of both sides comparable.
+    /// The scales of force and position that make the powers of both sides comparable.
     #[must_use]
     pub fn scales(&self) -> (f64, f64) {
         (self.settings.link.machines.force_scale, self.settings.link.machines.position_scale)
     }
 
-    /// Returns the tissue's impedance `B + K / s` in N·s/m.
+    /// The tissue's impedance `B + K / s` in N·s/m.
     #[must_use]
     pub fn tissue(&self, omega_rad_per_s: f64) -> Complex64 {
         let s = Complex64::new(0.0, omega_rad_per_s);
         Complex64::new(self.settings.damping_n_s_per_m, 0.0) + s.inv() * self.settings.stiffness_n_per_m
     }
 
-    /// Returns the hybrid matrix at a frequency above 0.
+    /// The hybrid matrix at a frequency above 0.
     ///
-    /// `None` if it does not exist: at a pole, or if the hand does not act on the master and there is no force
-    /// controller.
+    /// `None` at a pole, or if the hand does not act on the master and there is no force controller.
     ///
     /// # Errors
     /// [`StabilityError`] if a response cannot be computed.
@@ -172,11 +173,11 @@ impl Ports {
         let from_motion =
             follow * to_slave * (s.inv() * scale + at_slave.velocity + differentiate * at_slave.acceleration);
         let from_hand = follow * to_slave * at_slave.hand_force;
-        let from_tissue = -follow * hold * (read * at_slave.own_force + machines.compliance_m_per_n);
+        let from_tissue = -follow * hold * (read * at_slave.local_force + machines.compliance_m_per_n);
 
-        // The held F_ed = force f_e + own v_h - hand F_h - of_slave x_e
+        // The held F_ed = force f_e + local v_h - hand F_h - of_slave x_e
         let force = to_master * read * (at_master.force * machines.force_scale);
-        let own = hold * (s.inv() * at_master.position + at_master.velocity) * scale;
+        let local = hold * (s.inv() * at_master.position + at_master.velocity) * scale;
         let hand = hold * at_master.hand;
         let of_slave = to_master
             * (s * (at_master.velocity + at_master.drag) + at_master.position + s * differentiate * at_master.inertia);
@@ -201,7 +202,7 @@ impl Ports {
         };
         let drive = motor * pushed.1;
         let on_hand = pushed.0 + drive * of_hand + drive * of_force * (hand + of_slave * from_hand);
-        let on_motion = -inertia - drive * of_force * (own - of_slave * from_motion);
+        let on_motion = -inertia - drive * of_force * (local - of_slave * from_motion);
         let on_tissue = -drive * of_force * (force - of_slave * from_tissue);
         let (h11, h12) = (-on_motion / on_hand, -on_tissue / on_hand);
         let h21 = -s * (from_motion + from_hand * h11);

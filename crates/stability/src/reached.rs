@@ -2,7 +2,7 @@
 //!
 //! Let the response to a unit sample be `h`. If the desired position stays within `U` of a point, the output of a
 //! stable loop stays within `Σ |h_k| U`; if it is no faster than `V`, the output is no faster than `Σ |h_k| V`. The
-//! scenario's motion gives `U` and `V`. The loop never reaches a limit above the bound and remains linear.
+//! scenario's motion gives `U` and `V`. Below a limit the loop remains linear.
 
 use nalgebra::{DMatrix, DVector};
 use trocar_core::settings::KeySource as _;
@@ -17,7 +17,7 @@ const MAX_SAMPLES: u32 = 200_000;
 /// Safety factor for rounding of the sums.
 const MARGIN: f64 = 1.001;
 
-/// Largest magnitudes over all motions of the hand that are at most as far and as fast as the scenario's.
+/// Largest magnitudes over all motions of the hand at most as far and as fast as the scenario's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
     /// The command of the master's motor in N, and its rate in N/s.
@@ -29,9 +29,9 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// Returns the bounds of a scenario's loop, in and out of contact. `None` if the loop is unstable or nonlinear
-    /// apart from its limits: with augmentation, a tissue other than a spring and a damper, an error of the force
-    /// reading, or a live hand.
+    /// Bounds of a scenario's loop, in and out of contact. `None` if the loop is unstable, or nonlinear apart from its
+    /// limits: with augmentation, a tissue other than a spring and a damper, an error of the force reading, or a live
+    /// hand.
     pub(super) fn of(scenario: &Scenario) -> Option<Self> {
         let sensor = &scenario.sensor;
         let is_exact = [sensor.force_noise_std_n, sensor.force_bias_n, sensor.force_resolution_n] == [0.0; 3];
@@ -58,7 +58,6 @@ struct Reach {
 }
 
 impl Reach {
-    /// Returns the reach of a scenario's desired position from the tissue's surface `surface_m` (m, at the master).
     fn of(scenario: &Scenario, surface_m: f64) -> Option<Self> {
         let tick_s = scenario.grid.tick_s();
         let from_surface = |position_m: &f64| (position_m - surface_m).abs();
@@ -77,8 +76,8 @@ impl Reach {
     }
 }
 
-/// Returns `Σ |h_k|` from the desired position to the commands of master and slave and to the tissue force. `None` if
-/// the response does not decay.
+/// `Σ |h_k|` from the desired position to the commands of master and slave and to the tissue force; `None` without
+/// decay.
 fn sums(settings: &LinearLoop) -> Result<Option<[f64; 3]>, StabilityError> {
     let closed = ClosedLoop::new(settings)?;
     let (a, [now, next], _) = closed.matrix()?;
@@ -110,14 +109,14 @@ fn add(sums: &mut [f64; 3], values: &DVector<f64>) {
 }
 
 impl ClosedLoop {
-    /// Returns the motor commands of master and slave before their limits, and the tissue force, as rows over the
-    /// states of [`ClosedLoop::matrix`].
+    /// Motor commands of master and slave before their limits, and the tissue force, as rows over the states of
+    /// [`ClosedLoop::matrix`].
     fn commands(&self, settings: &LinearLoop) -> Result<DMatrix<f64>, StabilityError> {
         let (_, _, at_master) = self.open()?;
         let (n, of_master) = (at_master.len(), self.master.a.nrows());
         let mut master = at_master;
-        for (k, own) in self.master.own.iter().enumerate() {
-            master[k] += own;
+        for (k, local) in self.master.local.iter().enumerate() {
+            master[k] += local;
         }
         // The integral follows the motions of master and arm.
         let integral_gain = settings.master.force_integral_gain;
@@ -127,8 +126,8 @@ impl ClosedLoop {
         let mut tissue = DVector::zeros(n);
         (tissue[of_master], tissue[of_master + 1]) = (settings.stiffness_n_per_m, settings.damping_n_s_per_m);
         let mut reference = self.arrives_at_slave();
-        for (k, own) in self.slave.own.iter().enumerate() {
-            reference[of_master + k] += own;
+        for (k, local) in self.slave.local.iter().enumerate() {
+            reference[of_master + k] += local;
         }
         reference -= &tissue * settings.link.machines.compliance_m_per_n;
         let [to_reference, to_position, to_velocity] = settings.slave.control();

@@ -13,10 +13,9 @@ const ROUNDING: f64 = 1e-15;
 
 /// `H(z) = c (z I - A)⁻¹ (b_now + b_before / z)`; with `b_before` the last sample is an additional state.
 ///
-/// `A` is balanced to tolerate states of different scales, and has Hessenberg form with an input on the first state
-/// only. From the last state on, each row gives the state above it, and the first row the input. This needs only
-/// products of real and complex numbers and one division (Hyman's method; Wilkinson 1965, *The algebraic eigenvalue
-/// problem*).
+/// `A` is balanced for states of different scales, and has Hessenberg form with an input on the first state only. From
+/// the last state on, each row gives the state above it, and the first row the input: products of real and complex
+/// numbers and one division (Hyman's method; Wilkinson 1965, *The algebraic eigenvalue problem*).
 #[derive(Debug, Clone)]
 pub(super) struct Response {
     n: usize,
@@ -63,7 +62,6 @@ impl Response {
         }
     }
 
-    /// Returns the response at `z`; not finite at a pole.
     pub(super) fn at(&self, z: Complex64) -> Complex64 {
         let mut x = [Complex64::new(0.0, 0.0); MAX_STATES];
         let last = self.n - 1;
@@ -80,7 +78,6 @@ impl Response {
         sum * self.input / row(0, &x)
     }
 
-    /// Returns `H'(z) / H(z)` from the derivative of the same recurrence.
     pub(super) fn relative_slope_at(&self, z: Complex64) -> Complex64 {
         let zero = Complex64::new(0.0, 0.0);
         let (mut x, mut slopes) = ([zero; MAX_STATES], [zero; MAX_STATES]);
@@ -109,9 +106,16 @@ mod tests {
         let a = DMatrix::from_row_slice(3, 3, &[0.9, 0.1, 0.0, -0.2, 0.8, 0.05, 0.0, 0.3, 0.5]);
         let (now, c) = (DVector::from_row_slice(&[0.1, 0.4, -0.2]), DVector::from_row_slice(&[1.0, 0.5, 2.0]));
         for before in [None, Some(DVector::from_row_slice(&[0.3, 0.0, 0.1]))] {
-            let own = DVector::zeros(3);
-            let side =
-                Side { a: a.clone(), now: now.clone(), before, c: c.clone(), force: own.clone(), own, desired: None };
+            let local = DVector::zeros(3);
+            let side = Side {
+                a: a.clone(),
+                now: now.clone(),
+                before,
+                c: c.clone(),
+                force: local.clone(),
+                local,
+                desired: None,
+            };
             let response = Response::new(&side);
             for angle in [0.0, 0.3, 2.0] {
                 let z = Complex64::from_polar(1.0, angle);

@@ -16,8 +16,8 @@ const LN_SMALL: f64 = -1.386_294_361_119_890_6;
 /// Largest change of `H` in a segment, relative to its smaller end.
 const RESOLVED: f64 = 0.5;
 
-/// Largest `|ln |L||` at the ends of a segment in which an extremum of `|L|` can lie on the other side of 1. The ends
-/// of a segment differ by a factor of at most 1.5.
+/// Largest `|ln |L||` at the ends of a segment in which an extremum of `|L|` can lie on the other side of 1: the ends
+/// differ by a factor of at most 1.5.
 const LN_NEAR: f64 = 0.7;
 
 /// Narrowest segment in rad.
@@ -60,7 +60,6 @@ impl<'a> Path<'a> {
         Self { closed, radius, ticks, ln_delay: -ticks * radius.ln(), ln_small: LN_SMALL }
     }
 
-    /// Resolves the path down to a magnitude of `L`.
     pub(super) fn down_to(self, magnitude: f64) -> Self {
         Self { ln_small: magnitude.ln(), ..self }
     }
@@ -80,18 +79,10 @@ impl<'a> Path<'a> {
         z * (master + slave)
     }
 
-    /// Calls `each` with the segments from 0 to π, in order.
-    ///
-    /// # Errors
-    /// [`StabilityError::TooFast`].
     pub(super) fn walk(&self, mut each: impl FnMut(Segment)) -> Result<(), StabilityError> {
         self.resolve(|from, to| self.split(from, to, &mut each))
     }
 
-    /// Calls `each` with the points at which `|L| = 1`, in order.
-    ///
-    /// # Errors
-    /// [`StabilityError::TooFast`].
     pub(super) fn unit_crossings(&self, mut each: impl FnMut(Point)) -> Result<(), StabilityError> {
         let mut last = None;
         self.walk(|Segment { from, is_large, .. }| {
@@ -101,10 +92,6 @@ impl<'a> Path<'a> {
         })
     }
 
-    /// Calls `each` with the ends of intervals that resolve `H`, from 0 to π, in order.
-    ///
-    /// # Errors
-    /// [`StabilityError::TooFast`].
     pub(super) fn resolve(&self, mut each: impl FnMut(Point, Point)) -> Result<(), StabilityError> {
         let mut evaluations = 0;
         let mut last: Option<Point> = None;
@@ -157,7 +144,6 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// Returns the minimum or maximum of `|L|` within an interval, if there is one.
     fn extremum(&self, from: &Point, to: &Point, minimum: bool) -> Option<Point> {
         // True before the extremum, by the sign of d ln |L| / dω.
         let approaches = |angle_rad: f64| {
@@ -168,7 +154,6 @@ impl<'a> Path<'a> {
             .then(|| self.bisect(from, to, |point| !approaches(point.angle_rad)))
     }
 
-    /// Bisects the point at which a condition changes; it holds at only one end of the interval.
     pub(super) fn bisect(&self, from: &Point, to: &Point, holds: impl Fn(&Point) -> bool) -> Point {
         let (mut low, mut high) = (*from, *to);
         let at_low = holds(from);
@@ -187,7 +172,7 @@ impl<'a> Path<'a> {
         if from.ln_gain.max(to.ln_gain) < self.ln_small {
             return;
         }
-        // H turns by less than 30° within the interval, so its argument relative to the beginning is unambiguous.
+        // H turns by less than 30° within the interval, so its relative argument is unambiguous.
         let phase = |point: &Point| from.sides.arg() + (point.sides / from.sides).arg() - self.ticks * point.angle_rad;
         let falls = |angle_rad: f64| self.slope(angle_rad).re < self.ticks;
         let at_begin = falls(from.angle_rad);
@@ -221,7 +206,7 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// Returns initial angles in rad, increasing from 0 to π, dense near open-loop poles.
+    /// Initial angles in rad from 0 to π, dense near open-loop poles.
     fn angles(&self) -> Vec<f64> {
         const OFFSETS: [f64; 4] = [0.0, 0.5, 1.6, 6.0];
         let mut angles: Vec<f64> = vec![0.0, PI];
@@ -238,7 +223,7 @@ impl<'a> Path<'a> {
 }
 
 impl ClosedLoop {
-    /// Returns the angles in rad at which `|L| = 1` on the unit circle, each with the argument of `L`.
+    /// Angles in rad at which `|L| = 1` on the unit circle, each with the argument of `L`.
     pub(super) fn unit_crossings(&self) -> Result<Vec<(f64, f64)>, StabilityError> {
         let mut all = vec![];
         Path::new(self, 1.0).unit_crossings(|point| all.push((point.angle_rad, point.gain.arg())))?;

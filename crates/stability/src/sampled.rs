@@ -8,8 +8,8 @@ use trocar_lti::Complex64;
 
 const FREQUENCIES: usize = 4000;
 
-/// The passivity condition of a machine with damping `b` under the force `F = H(z) x`, computed from the sampled
-/// position and held from tick to tick. It is passive at the hand if
+/// The passivity condition of a machine with damping `b` under the force `F = H(z) x` of the sampled position, held
+/// from tick to tick. It is passive at the hand if
 ///
 /// ```text
 /// b > (T / 2) / (1 - cos ωT) · Re[ (1 - exp(-jωT)) H(exp(jωT)) ]    for all 0 <= ω <= π/T
@@ -23,7 +23,7 @@ pub struct SampledWall {
 }
 
 impl SampledWall {
-    /// Returns the minimum damping in N·s/m for a force law that maps `ωT` in rad (above 0) to N/m.
+    /// The minimum damping in N·s/m for a force law that maps `ωT` in rad (above 0) to N/m.
     #[must_use]
     pub fn min_damping_n_s_per_m(&self, law: impl Fn(f64) -> Complex64) -> f64 {
         let share = |k: usize| {
@@ -49,9 +49,9 @@ pub struct SampledBound {
 }
 
 impl SampledBound {
-    /// Returns the bound of a loop. `None` if the condition does not apply: with a force integral (the force then
-    /// depends on more than the sampled position), a controller other than the paper's, samples that arrive between
-    /// ticks, or a motor lag.
+    /// The bound of a loop. `None` if the condition does not apply: with a force integral (the force depends on more
+    /// than the sampled position), a controller other than the paper's, samples that arrive between ticks, or a motor
+    /// lag.
     ///
     /// # Errors
     /// [`StabilityError`] if the loop cannot be built.
@@ -74,7 +74,7 @@ impl SampledBound {
         }))
     }
 
-    /// Returns true if the damping suffices.
+    /// True if the damping suffices.
     #[must_use]
     pub fn is_passive(&self) -> bool {
         self.damping_n_s_per_m > self.min_damping_n_s_per_m

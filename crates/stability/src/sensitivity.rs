@@ -18,8 +18,7 @@ pub struct Sensitivity {
     pub relative: Option<f64>,
 }
 
-/// Returns the sensitivity of each finite limit to each parameter that is not 0, by central differences over a
-/// ten-thousandth of the parameter.
+/// Sensitivity of each finite limit to each nonzero parameter, by central differences over a ten-thousandth of it.
 ///
 /// # Errors
 /// [`StabilityError`] if a limit cannot be computed.

@@ -23,7 +23,6 @@ pub struct ShareMap {
     pub stable: Vec<u32>,
 }
 
-/// Returns a share with its 95 % score interval (Wilson).
 pub(super) fn share_interval(count: usize, of: usize) -> (f64, (f64, f64)) {
     let (n, z2) = (of as f64, CONFIDENCE * CONFIDENCE);
     let share = count as f64 / n;
@@ -58,14 +57,14 @@ impl ShareMap {
         Ok(Self { x, y, of: loops.len(), stable })
     }
 
-    /// Returns the share at a point, with its 95 % interval.
+    /// The share at a point, with its 95 % interval.
     #[must_use]
     pub fn share(&self, column: usize, row: usize) -> (f64, (f64, f64)) {
         share_interval(self.stable[row * self.x.count + column] as usize, self.of)
     }
 }
 
-/// Returns the verdict at each grid point, row by row: a coarse grid first, then the cells that the boundary crosses.
+/// The verdict at each grid point: a coarse grid first, then the cells that the boundary crosses.
 fn verdicts(settings: &LinearLoop, x: &Axis, y: &Axis) -> Result<Vec<bool>, StabilityError> {
     let tester = StabilityTester::new(settings)?;
     let mut known: Vec<Option<bool>> = vec![None; x.count * y.count];

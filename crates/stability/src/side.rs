@@ -8,8 +8,8 @@ use super::{LinearLoop, StabilityError};
 /// `x_{k+1} = A x_k + b_now w_k + b_before w_{k-1}`, `y_k = c x_k`: `w` is the received signal and `y` the sent one,
 /// both at the tick.
 ///
-/// The sent signals are summed before the link, so that each direction carries one number. `b_before` is nonzero if a
-/// sample arrives within a tick.
+/// The sent signals are summed before the link, so each direction carries one number. `b_before` is nonzero if a sample
+/// arrives within a tick.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Side {
     pub(super) a: DMatrix<f64>,
@@ -17,22 +17,20 @@ pub(super) struct Side {
     pub(super) before: Option<DVector<f64>>,
     pub(super) c: DVector<f64>,
     /// The side's contribution to its command: to `F_ed` at the master, to the reference at the slave. `a` contains it.
-    pub(super) own: DVector<f64>,
+    pub(super) local: DVector<f64>,
     /// The measured force scaled to the master, in N; 0 at the master.
     pub(super) force: DVector<f64>,
     /// Effect of the desired position at this tick and the next; `None` for the slave.
     pub(super) desired: Option<(DVector<f64>, DVector<f64>)>,
 }
 
-/// Selects if a side's matrix contains the side's contribution to its command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum OwnPart {
+pub(super) enum LocalCommand {
     Closed,
     /// Excluded, because a supervisor determines the whole command.
     Open,
 }
 
-/// A state matrix of fixed size with a growing number of states.
 struct States {
     a: DMatrix<f64>,
     used: usize,
@@ -48,7 +46,6 @@ impl States {
         self.used - count
     }
 
-    /// Sets state `to` at the next tick to a weighted sum of states.
     fn set(&mut self, to: usize, weights: &DVector<f64>) {
         for (j, &weight) in weights.iter().enumerate() {
             self.a[(to, j)] = weight;
@@ -56,8 +53,8 @@ impl States {
     }
 }
 
-/// Maximum number of states of a side: five or three of the machine, one of the motor, two of the acceleration, two of
-/// the force reading.
+/// Maximum number of states of a side: five or three of the machine, one of the motor, two of the acceleration, two of the force
+/// reading.
 const MAX_STATES: usize = 10;
 
 fn zero() -> DVector<f64> {
@@ -98,14 +95,13 @@ impl Side {
     /// Builds the master with its arm: `w` is the part of `F_ed` that comes from the slave, `y` the master's part of
     /// the slave's reference.
     pub(super) fn master(machines: &Machines, settings: &LinearLoop) -> Result<Self, StabilityError> {
-        Self::master_with(machines, settings, OwnPart::Closed)
+        Self::master_with(machines, settings, LocalCommand::Closed)
     }
 
-    /// Like [`Side::master`], with or without the side's contribution to its command.
     pub(super) fn master_with(
         machines: &Machines,
         settings: &LinearLoop,
-        own: OwnPart,
+        local_command: LocalCommand,
     ) -> Result<Self, StabilityError> {
         let link = &settings.link;
         let (at_master, at_slave) = link.controller.gains(&link.machines)?;
@@ -161,7 +157,7 @@ impl Side {
                 input
             }
         };
-        if own == OwnPart::Closed {
+        if local_command == LocalCommand::Closed {
             states.a += &now * local.transpose();
         }
         let mut sent = &position * scale + &velocity * at_slave.velocity + &hand * at_slave.hand_force;
@@ -175,11 +171,14 @@ impl Side {
 
     /// Builds the slave on its tissue: `w` is the received part of the reference, `y` the sent part of `F_ed`.
     pub(super) fn slave(machines: &Machines, settings: &LinearLoop) -> Result<Self, StabilityError> {
-        Self::slave_with(machines, settings, OwnPart::Closed)
+        Self::slave_with(machines, settings, LocalCommand::Closed)
     }
 
-    /// Like [`Side::slave`], with or without the side's contribution to its command.
-    pub(super) fn slave_with(machines: &Machines, settings: &LinearLoop, own: OwnPart) -> Result<Self, StabilityError> {
+    pub(super) fn slave_with(
+        machines: &Machines,
+        settings: &LinearLoop,
+        local_command: LocalCommand,
+    ) -> Result<Self, StabilityError> {
         let link = &settings.link;
         let (at_master, at_slave) = link.controller.gains(&link.machines)?;
         let step = &machines.slave;
@@ -213,9 +212,9 @@ impl Side {
             }
         };
         let read = measurement(&mut states, &force, settings);
-        let local = &read * -at_slave.own_force;
+        let local = &read * -at_slave.local_force;
         let mut deflection = &force * link.machines.compliance_m_per_n;
-        if own == OwnPart::Closed {
+        if local_command == LocalCommand::Closed {
             deflection -= &local;
         }
         states.a -= &now * deflection.transpose();
@@ -230,7 +229,7 @@ impl Side {
         Ok(Self::of(states, now, split, [sent, local, measured], None))
     }
 
-    /// Returns `A`, `b` and `c`, with the last sample as an additional state if one arrives within a tick.
+    /// `A`, `b` and `c`, with the last sample as an additional state if one arrives within a tick.
     pub(super) fn with_held(&self) -> (DMatrix<f64>, DVector<f64>, DVector<f64>) {
         let states = self.a.nrows();
         let n = states + usize::from(self.before.is_some());
@@ -249,7 +248,7 @@ impl Side {
         states: States,
         whole: DVector<f64>,
         late: Option<DVector<f64>>,
-        [sent, own, force]: [DVector<f64>; 3],
+        [sent, local, force]: [DVector<f64>; 3],
         desired: Option<(DVector<f64>, DVector<f64>)>,
     ) -> Self {
         let n = states.used;
@@ -263,7 +262,7 @@ impl Side {
             now: cut(now),
             before: before.map(cut),
             c: cut(sent),
-            own: cut(own),
+            local: cut(local),
             force: cut(force),
             desired: desired.map(|(now, next)| (cut(now), cut(next))),
         }

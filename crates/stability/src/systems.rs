@@ -46,11 +46,10 @@ fn sorted(mut values: Vec<Complex64>) -> Vec<Complex64> {
     values
 }
 
-/// Returns the zeros of `c (z I - A)^-1 b + d`.
+/// The zeros of `c (z I - A)^-1 b + d`.
 ///
-/// For nonzero `d` they are the eigenvalues of `A - b c / d`. Otherwise let `c A^(r-1) b` be the first nonzero Markov
-/// parameter, for a delay of `r` ticks: the zeros are the eigenvalues of `A - b (c A^r) / (c A^(r-1) b)` without `r`
-/// that are 0.
+/// For nonzero `d` the eigenvalues of `A - b c / d`. Otherwise let `c A^(r-1) b` be the first nonzero Markov parameter,
+/// for a delay of `r` ticks: the eigenvalues of `A - b (c A^r) / (c A^(r-1) b)` without `r` that are 0.
 fn zeros(a: &DMatrix<f64>, b: &DVector<f64>, c: &DVector<f64>, d: f64) -> Result<Vec<Complex64>, StabilityError> {
     let n = a.nrows();
     if d != 0.0 {
@@ -73,7 +72,7 @@ fn zeros(a: &DMatrix<f64>, b: &DVector<f64>, c: &DVector<f64>, d: f64) -> Result
 }
 
 impl LoopSystem {
-    /// Returns the poles, and the zeros from the first input to an output.
+    /// The poles, and the zeros from the first input to an output.
     ///
     /// # Errors
     /// [`StabilityError::Algebra`].
@@ -87,7 +86,7 @@ impl LoopSystem {
         })
     }
 
-    /// Returns the response to a unit step of the first input.
+    /// The response to a unit step of the first input.
     ///
     /// # Errors
     /// [`StabilityError::Algebra`].
@@ -101,8 +100,8 @@ impl ClosedLoop {
         Ok(Discrete::new(self.tick_s())?)
     }
 
-    /// Returns the loop gain `L`, from the slave's signal at the master back to itself. The closed loop has its poles
-    /// where `L = 1`; the usual convention of negative feedback has `-L`.
+    /// The loop gain `L`, from the slave's signal at the master back to itself. The closed loop has its poles where `L
+    /// = 1`; the convention of negative feedback has `-L`.
     ///
     /// # Errors
     /// [`StabilityError`].
@@ -114,7 +113,7 @@ impl ClosedLoop {
         Ok(LoopSystem { system, inputs: vec!["arriving_force_n"], outputs: vec!["returning_force_n"] })
     }
 
-    /// Returns the closed loop from the desired position, linear between ticks, to positions and feedback force.
+    /// The closed loop from the desired position, linear between ticks, to positions and feedback force.
     ///
     /// The state includes the desired position of the next tick, `x = x' + b_next u`, so
     /// `x'+ = A x' + (A b_next + b_now) u`.
@@ -128,8 +127,8 @@ impl ClosedLoop {
         let mut rows = DMatrix::zeros(3, n);
         rows[(0, 0)] = 1.0;
         rows[(1, at_slave)] = 1.0;
-        let own = &self.master.own;
-        let force = DVector::from_fn(n, |k, _| arrives[k] + own.get(k).copied().unwrap_or(0.0));
+        let local = &self.master.local;
+        let force = DVector::from_fn(n, |k, _| arrives[k] + local.get(k).copied().unwrap_or(0.0));
         rows.row_mut(2).copy_from(&force.transpose());
         let b = &a * &next + now;
         let d = &rows * &next;
@@ -142,8 +141,8 @@ impl ClosedLoop {
         })
     }
 
-    /// Returns all poles and zeros of the closed loop (to the feedback force) and of the loop gain. Empty if a long
-    /// delay needs too many states.
+    /// All poles and zeros of the closed loop (to the feedback force) and of the loop gain; empty if a long delay needs
+    /// too many states.
     ///
     /// # Errors
     /// [`StabilityError`].

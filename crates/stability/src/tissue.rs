@@ -23,7 +23,7 @@ pub enum TissueSource {
 }
 
 impl TissueSource {
-    /// Returns the word for this source in files.
+    /// The word for this source in files.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -45,12 +45,12 @@ pub struct TissueRange {
     pub source: TissueSource,
     /// The smallest and the largest stiffness in N/m, at least 0.
     pub stiffness_n_per_m: (f64, f64),
-    /// The damping in N·s/m; 0 unless the tissue is a spring and a damper, because other damping is not modelled.
+    /// The damping in N·s/m; 0 unless the tissue is a spring and a damper.
     pub damping_n_s_per_m: f64,
 }
 
 impl TissueRange {
-    /// Returns a spring and a damper.
+    /// A spring and a damper.
     #[must_use]
     pub fn spring(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Self {
         Self {
@@ -60,14 +60,14 @@ impl TissueRange {
         }
     }
 
-    /// Returns a range without damping.
+    /// A range without damping.
     #[must_use]
     pub fn of_slopes(source: TissueSource, (low, high): (f64, f64)) -> Self {
         Self { source, stiffness_n_per_m: (low.max(0.0), high.max(0.0)), damping_n_s_per_m: 0.0 }
     }
 
-    /// Returns the tissue from a scenario's parameters and recordings. `None` if only a run shows it: for the tissue of
-    /// a unit, and for a tissue that stiffens with depth under a live hand, whose depth is unknown.
+    /// The tissue from a scenario's parameters and recordings. `None` if only a run shows it: for the tissue of a unit,
+    /// and for one that stiffens with depth under a live hand.
     #[must_use]
     pub fn of_parameters(scenario: &Scenario) -> Option<Self> {
         match &scenario.tissue {
@@ -87,19 +87,19 @@ impl TissueRange {
         }
     }
 
-    /// Returns true if the stiffness is a single number.
+    /// True if the stiffness is a single number.
     #[must_use]
     pub fn is_single(&self) -> bool {
         self.stiffness_n_per_m.0 == self.stiffness_n_per_m.1
     }
 
-    /// Returns true if springs in the range model the whole tissue, which then has no ruptures, friction or relaxation.
+    /// True if springs in the range model the whole tissue: no ruptures, friction or relaxation.
     #[must_use]
     pub fn is_whole_tissue(&self) -> bool {
         matches!(self.source, TissueSource::SpringDamper | TissueSource::Model | TissueSource::Stated)
     }
 
-    /// Returns a description of the unmodelled parts of the tissue, if there are any.
+    /// A description of the unmodelled parts of the tissue, if there are any.
     #[must_use]
     pub fn left_out(&self) -> Option<&'static str> {
         Some(match self.source {
@@ -120,7 +120,6 @@ impl TissueRange {
     }
 }
 
-/// Returns the intended depth of the hand below the surface of a model in m; `None` for a live hand.
 fn intended_depth_m(scenario: &Scenario) -> Option<f64> {
     let desired_m = match &scenario.operator {
         OperatorSpec::Recording(positions) => positions.iter().copied().fold(f64::NEG_INFINITY, f64::max),

@@ -1,18 +1,17 @@
 //! Delays that vary from tick to tick within a range, in any order.
 //!
-//! The receiver holds the sample that was sent last among those that have arrived. At tick `k` it has `y_(k-d_k)`,
-//! where `d_k` is between `a` and `b` ticks and `k - d_k` never decreases. Around a constant delay of `m` ticks,
+//! The receiver holds the arrived sample that was sent last. At tick `k` it has `y_(k-d_k)`, where `d_k` is between `a`
+//! and `b` ticks and `k - d_k` never decreases. Around a constant delay of `m` ticks,
 //!
 //! ```text
 //! y_(k-d_k) = y_(k-m) + e_k,      e = Δ u,      u_k = y_k - y_(k-1),      ‖Δ‖ <= g = max(m - a, b - m)
 //! ```
 //! `e_k` is a sum of at most `g` of the `u`, so `|e_k|² <= g Σ |u_i|²`. Because `k - d_k` never decreases, `u_i` is in
-//! the sums between tick `i + m` and the tick at which `k - d_k` reaches `i`: in at most `g` of them. Hence
-//! `Σ |e_k|² <= g² Σ |u_i|²`. (In continuous time: Shustin and Fridman 2007, *On delay-derivative-dependent stability
-//! of systems with fast-varying delays*.)
-//! Stability then follows from small gain, as in Kao and Lincoln 2004, *Simple stability criteria for systems with
-//! time-varying delays* (Automatica 40), who treat one delay with `m = a` and therefore `g = b - a`. Here each
-//! direction has its own `Δ`. With `P = H_master H_slave` and `L = z^-(m1 + m2) P`, the two `Δ` act on
+//! the sums between tick `i + m` and the tick at which `k - d_k` reaches `i`: in at most `g` of them. Hence `Σ |e_k|²
+//! <= g² Σ |u_i|²`. (In continuous time: Shustin and Fridman 2007, *On delay-derivative-dependent stability of systems
+//! with fast-varying delays*.) Stability follows from small gain, as in Kao and Lincoln 2004, *Simple stability
+//! criteria for systems with time-varying delays* (Automatica 40), for one delay with `m = a` and `g = b - a`. Here
+//! each direction has its own `Δ`. With `P = H_master H_slave` and `L = z^-(m1 + m2) P`, the two `Δ` act on
 //!
 //! ```text
 //! M = (1 - z^-1) / (1 - L) [ z^-m2 P   H_master ]        from (e1, e2) to (u1, u2)
@@ -49,7 +48,6 @@ const MAX_BOXES: usize = 100_000;
 /// Number of stiffness intervals, each with its scaling.
 const PIECES: u32 = 4;
 
-/// Maximum jitter in the search for the margin, in ticks.
 const MAX_JITTER_TICKS: u64 = 10_000;
 
 /// The range of one direction's delay in whole ticks.
@@ -62,7 +60,6 @@ pub struct DelayRange {
 }
 
 impl DelayRange {
-    /// Returns the middle of the range, and the largest difference to it.
     fn nominal(self) -> (u64, f64) {
         let middle = self.min_ticks + (self.max_ticks - self.min_ticks) / 2;
         (middle, (self.max_ticks - middle) as f64)
@@ -88,7 +85,7 @@ pub struct VaryingDelays {
 
 impl VaryingDelays {
     /// Analyses the delays of a scenario around the loop's delays. `None` if they are constant or unbounded: with lost
-    /// samples, outages, or a file of delays that ends with a loss.
+    /// samples, outages, or a delay file that ends with a loss.
     ///
     /// # Errors
     /// [`StabilityError`].
@@ -109,8 +106,8 @@ impl VaryingDelays {
 fn ranges(scenario: &Scenario, settings: &LinearLoop) -> Option<[DelayRange; 2]> {
     let irregularity = &scenario.irregularity;
     let jitter = irregularity.jitter_ticks(settings.tick_s);
-    let range = |schedule: &trocar_engine::channel::Schedule, own: u64| {
-        let (min_ticks, max_ticks) = if schedule.has_delays() { schedule.ages()? } else { (own, own) };
+    let range = |schedule: &trocar_engine::channel::Schedule, link_ticks: u64| {
+        let (min_ticks, max_ticks) = if schedule.has_delays() { schedule.ages()? } else { (link_ticks, link_ticks) };
         let is_bounded = irregularity.loss == 0.0 && !schedule.has_outages();
         is_bounded.then_some(DelayRange { min_ticks, max_ticks: max_ticks + jitter })
     };
@@ -119,11 +116,8 @@ fn ranges(scenario: &Scenario, settings: &LinearLoop) -> Option<[DelayRange; 2]>
     (forward.width() + backward.width() > 0).then_some([forward, backward])
 }
 
-/// Returns the largest jitter of both directions in ticks, on top of the loop's delays, with which the loop is proved
-/// stable for every order of the delays, on its tissue. `None` if the loop is unstable or tolerates any jitter.
-///
-/// # Errors
-/// [`StabilityError`].
+/// The largest jitter of both directions in ticks, on top of the loop's delays, with which the loop is proved stable
+/// for every order of the delays, on its tissue; `None` if unstable or unlimited.
 pub(super) fn jitter_margin_ticks(settings: &LinearLoop) -> Result<Option<u64>, StabilityError> {
     let proof = Proof::new(settings)?;
     if !proof.closed.is_stable()? {
@@ -172,7 +166,6 @@ impl Disc {
 }
 
 impl SideOfShare {
-    /// Returns the side that equals `none` at a share of 0 and `all` at 1.
     fn through(none: &Side, all: &Side) -> Self {
         let ((mut a, b, c), (a_all, _, c_all)) = (none.with_held(), all.with_held());
         let (mut a_slope, c_slope) = (a_all - &a, c_all - &c);
@@ -184,7 +177,7 @@ impl SideOfShare {
     }
 
     /// Bounds the responses at points of the unit circle within `reach` of `z` and shares within `spread` of `share`.
-    /// `None` if the box is too large for a bound or contains a pole of the side.
+    /// `None` if the box is too large or contains a pole of the side.
     ///
     /// Let `R = (z I - A)⁻¹`, `E` the change of its inverse, and `ε = ‖E‖ < 1 / ‖R‖`. The response is `(c + κ c') R' b`
     /// with `R' = R - R E R + R E R' E R` and `‖R'‖ <= ‖R‖ / (1 - ε ‖R‖)`: a linear part and a second-order remainder.
@@ -275,10 +268,10 @@ impl Proof {
         })
     }
 
-    /// Returns true if every order of delays is stable at every stiffness up to the loop's.
+    /// True if every order of delays is stable at every stiffness up to the loop's.
     ///
-    /// If the criterion holds, `L` is never 1, so no pole crosses the unit circle as the stiffness changes. The nominal
-    /// loop is therefore stable at all stiffnesses if it is stable at one.
+    /// If the criterion holds, `L` is never 1, so no pole crosses the unit circle as the stiffness changes: the nominal
+    /// loop is stable at all stiffnesses if it is at one.
     fn covers_stiffness(&self, forward: DelayRange, backward: DelayRange) -> Result<bool, StabilityError> {
         let width = 1.0 / f64::from(PIECES);
         for (top, _) in self.tops.iter().rev() {
@@ -289,7 +282,6 @@ impl Proof {
         Ok(true)
     }
 
-    /// Returns true if every order of delays is stable at every share of the stiffness in an interval.
     fn covers(
         &self,
         forward: DelayRange,
@@ -309,7 +301,6 @@ impl Proof {
         Ok(self.holds(&Criterion { scaling, ..criterion }, (0.5 * (low + high), 0.5 * (high - low))))
     }
 
-    /// Returns true if the criterion holds on the whole circle for the shares in an interval.
     fn holds(&self, criterion: &Criterion, share: (f64, f64)) -> bool {
         let half = |k: i32| PI * 0.5_f64.powi(k);
         let first = Region { angle: (0.5 * half(12), 0.5 * half(12)), share };
@@ -363,8 +354,6 @@ impl Proof {
 }
 
 impl Criterion {
-    /// Returns true if the criterion holds for all responses in the discs of master and slave, at angles within `reach`
-    /// of `angle`.
     fn holds(&self, [master, slave]: [&Disc; 2], (angle, reach): (f64, f64)) -> bool {
         let [forward, backward] = self.ticks;
         let [g1, g2] = self.gains;
@@ -389,7 +378,6 @@ impl Criterion {
         high * high * (ways + product_part) < room * room && high * high * of_ways * largest <= room
     }
 
-    /// Returns `g1² + g2² - g1² g2² u²` and `g1 g2`, for `u = |1 - z^-1|`.
     fn gains_of(&self, step: f64) -> [f64; 2] {
         let [g1, g2] = self.gains;
         [g1 + g2 - g1 * g2 * step * step, (g1 * g2).sqrt()]
@@ -400,8 +388,7 @@ impl Criterion {
 const TURN_OF_POINTS: f64 = 0.5;
 const LN_NEGLIGIBLE: f64 = -1.4;
 
-/// Returns the middle of the scalings that satisfy the criterion at the points of a walk along the circle; `None` if
-/// there is none.
+/// The middle of the scalings that satisfy the criterion at the points of a walk along the circle; `None` without one.
 fn scaling(criterion: &Criterion, nominal: &ClosedLoop, slave: &Response) -> Result<Option<f64>, StabilityError> {
     let [g1, g2] = criterion.gains;
     let delay = criterion.ticks[0] + criterion.ticks[1];
@@ -451,7 +438,7 @@ mod tests {
             now: DVector::from_column_slice(now),
             before: None,
             c: DVector::from_column_slice(c),
-            own: nothing.clone(),
+            local: nothing.clone(),
             force: nothing,
             desired: None,
         }

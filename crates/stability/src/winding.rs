@@ -17,18 +17,18 @@ const LN_HUGE: f64 = 40.0;
 const TOUCHES: f64 = 1e-12;
 
 impl ClosedLoop {
-    /// Returns the number of closed-loop poles outside or on a circle.
+    /// The number of closed-loop poles outside or on a circle.
     ///
     /// `1 - L = det(z I - M) / det(z I - M_open)`, with `M_open` the loop without its link. By the argument principle
-    /// the number of poles outside is the open loop's number minus the winding number of `1 - L` along the circle.
+    /// the number of poles outside is the open loop's minus the winding number of `1 - L` along the circle.
     ///
-    /// The phase of the delay is known exactly, so the cost does not depend on the delay. If `|L| < 1`, `1 - L` stays
-    /// in the right half-plane and turns by the difference of its arguments at the ends. If `|L| > 1`, it equals
-    /// `-L (1 - 1/L)` and turns by the phase change of `L` (the sides' minus `N Δω` of the delay) plus the phase change
-    /// of `1 - 1/L`, which stays in the right half-plane.
+    /// The phase of the delay is exact, so the cost does not depend on it. If `|L| < 1`, `1 - L` stays in the right
+    /// half-plane and turns by the difference of its arguments at the ends. If `|L| > 1`, it equals `-L (1 - 1/L)` and
+    /// turns by the phase change of `L` (the sides' minus `N Δω` of the delay) plus that of `1 - 1/L`, which stays in
+    /// the right half-plane.
     ///
-    /// The response does not exist at an open-loop pole on the circle. The radius is then reduced by a few parts in
-    /// 10⁹, which counts such poles as outside.
+    /// The response does not exist at an open-loop pole on the circle. A radius smaller by a few parts in 10⁹ counts
+    /// such poles as outside.
     ///
     /// # Errors
     /// [`StabilityError::TooFast`] if the response of the sides changes too fast to be resolved.
@@ -65,7 +65,6 @@ impl ClosedLoop {
         Ok((outside as f64 - turns).max(0.0) as usize)
     }
 
-    /// Returns the largest magnitude of the loop gain at the points of a walk along the unit circle.
     pub(super) fn max_gain(&self) -> Result<f64, StabilityError> {
         let mut max = 0.0_f64;
         Path::new(self, 1.0).walk(|segment| max = max.max(segment.from.gain.norm()).max(segment.to.gain.norm()))?;

@@ -19,9 +19,9 @@ const SPAN: f64 = 1e3;
 const MIN_STIFFNESS_N_PER_M: f64 = 1e-3;
 
 impl LinearLoop {
-    /// Returns the loop of a scenario at the worst stiffness of a range: the stiffest unstable one if there is any,
-    /// otherwise the one with the smallest gain margin. For varying delays from a file it uses the shortest, because
-    /// jitter is added to the delay ([`VaryingDelays`](super::VaryingDelays)).
+    /// The loop of a scenario at the worst stiffness of a range: the stiffest unstable one, otherwise the one with the
+    /// smallest gain margin. Of varying delays from a file it uses the shortest, because jitter is added to the delay
+    /// ([`VaryingDelays`](super::VaryingDelays)).
     ///
     /// # Errors
     /// [`StabilityError`] if the loop cannot be analysed.
@@ -87,7 +87,7 @@ impl LinearLoop {
         Ok(Self { stiffness_n_per_m: worst.stiffness_n_per_m, ..self })
     }
 
-    /// Returns true if the loop is stable at every stiffness from 0 (no contact) to the stiffest of its tissue.
+    /// True if the loop is stable at every stiffness from 0 (no contact) to the stiffest of its tissue.
     ///
     /// # Errors
     /// [`StabilityError`] if the loop cannot be analysed.

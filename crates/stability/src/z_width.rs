@@ -28,8 +28,8 @@ const STIFFNESS: (f64, f64) = (0.1, 1e7);
 const SCAN: usize = 60;
 const BISECTIONS: usize = 40;
 
-/// The maximum stiffness of walls with one damping, in N/m; all softer walls also have the property. `None` if no wall
-/// has it, infinite if all walls up to 1e7 N/m have it.
+/// The maximum stiffness of walls with one damping, in N/m; all softer walls share the property. `None` if no wall has
+/// it, infinite if all up to 1e7 N/m do.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Walls {
     /// Stable with the scenario's arm.
@@ -72,7 +72,7 @@ fn up_to(holds: impl Fn(f64) -> Result<bool, StabilityError>) -> Result<Option<f
     Ok(Some(below))
 }
 
-/// Returns the matrix of the master with its arm against a virtual wall. The last position is an additional state.
+/// The matrix of the master with its arm against a virtual wall, with the last position as an additional state.
 fn with_virtual_wall(master: &Side, tick_s: f64, stiffness: f64, damping: f64) -> DMatrix<f64> {
     let n = master.a.nrows();
     let mut position = DVector::zeros(n + 1);

@@ -1,7 +1,7 @@
-//! Studies of scenarios: runs, comparisons, detection in recordings, evaluation of detectors, sweeps, comparison of the
-//! stability analysis with simulations, and units for co-simulation.
+//! Studies of scenarios: runs, comparisons, evaluation of detectors, sweeps, comparison of the stability analysis with
+//! simulations, and units for co-simulation.
 //!
-//! It may use every package of the simulator except `trocar-link`. It does not draw or print. The crate `trocar`
+//! It uses every package of the simulator except `trocar-link`, and does not draw or print. The crate `trocar`
 //! re-exports it.
 
 pub mod animation;

@@ -11,7 +11,8 @@ pub(in crate::cli) enum LinkError {
     #[error("{address}: {source}: choose another address or port")]
     Bind { address: String, source: std::io::Error },
     #[error(
-        "{address} is not an address of this machine only: give both sides the same key with --key-file (head -c 32 /dev/urandom > key)"
+        "{address} is not an address of this machine only: give both sides the same key with --key-file (head -c 32 \
+         /dev/urandom > key)"
     )]
     NeedsKey { address: String },
     #[error("{path}: {source}: give a file with the key of both sides")]
@@ -21,11 +22,13 @@ pub(in crate::cli) enum LinkError {
     #[error("--proxy is between two sides on this machine, and {address} is not on it: leave out --proxy")]
     ProxyElsewhere { address: String },
     #[error(
-        "the delays, jitter, loss and outages of [channel] act with --proxy only: add --proxy, or set them to 0 for the delays of the network"
+        "the delays, jitter, loss and outages of [channel] act with --proxy only: add --proxy, or set them to 0 for \
+         the delays of the network"
     )]
     ChannelWithoutProxy,
     #[error(
-        "the tissue is the force of a recording, which another hand made, and does not answer to --pointer: choose a scenario whose tissue.kind is a model, such as layers/skin-augmented"
+        "the tissue replays a recorded force, which does not react to --pointer: choose a scenario whose tissue.kind \
+         is a model, such as layers/skin-augmented"
     )]
     PointerOnRecording,
     #[error("no slave replied at {address} within {wait_s} s: start it, with the same --key-file if there is one")]
@@ -42,7 +45,7 @@ pub(in crate::cli) enum LinkError {
     Log { path: String, source: std::io::Error },
     #[error(transparent)]
     Content(#[from] RemoteLogError),
-    #[error("the link is not its replay, bit for bit")]
+    #[error("the replay differs from the link; the two should agree bit for bit")]
     NotReplayed,
 }
 

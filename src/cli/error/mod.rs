@@ -88,7 +88,8 @@ pub(super) enum CliError {
     #[error(transparent)]
     Unit(UnitError),
     #[error(
-        "{path}: {source}: run `cargo build --release`, which makes the library of units beside trocar, or give its path with --library"
+        "{path}: {source}: run `cargo build --release`, which builds the library of units next to trocar, or give its \
+         path with --library"
     )]
     NoLibrary { path: String, source: std::io::Error },
     #[error(transparent)]
@@ -144,7 +145,6 @@ impl From<CheckError> for CliError {
     }
 }
 
-/// Describes two scenarios of the same name, with the remedy.
 fn same_name_remedy(first: &str, second: &str) -> String {
     if first == second {
         return format!("{first} is given twice; remove one");
@@ -153,7 +153,6 @@ fn same_name_remedy(first: &str, second: &str) -> String {
 }
 
 impl CliError {
-    /// Prints the error on standard error and returns the exit code.
     pub(super) fn report(&self) -> ExitCode {
         self.print(None);
         match self {

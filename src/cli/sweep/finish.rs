@@ -21,14 +21,13 @@ pub(super) struct Whole<'a> {
     /// The manifest of the whole sweep, not yet marked as complete.
     pub(super) manifest: Manifest,
     pub(super) rows: Rows,
-    /// The command line that reproduces the sweep, if a report is requested.
     pub(super) report: Option<String>,
     /// Warnings printed before the sweep ran.
     pub(super) printed: Vec<Warning>,
 }
 
-/// Writes the tables, the findings and the figures, and prints the summary. It writes the manifest last, so that an
-/// interruption loses nothing.
+/// Writes the tables, the findings and the figures, and prints the summary. The manifest is last, so an interruption
+/// loses nothing.
 pub(super) fn finish(
     folder: &Folder,
     whole: Whole<'_>,
@@ -56,8 +55,8 @@ fn write(folder: &Folder, whole: Whole<'_>, output: &OutputArgs, warnings: &Warn
         let found = findings.warnings.clone();
         findings.warnings.splice(0..0, printed);
         let cases = line.is_some().then(|| DrawnCases::of(design, &rows)).transpose()?;
-        let told = SweepReport { design, hash, findings: &findings, cases: cases.as_ref() };
-        let document = told.document();
+        let report = SweepReport { design, hash, findings: &findings, cases: cases.as_ref() };
+        let document = report.document();
         let again = |line: &String| Again {
             command: "trocar sweep",
             files: vec![(SWEEP.to_owned(), canonical.to_owned())],
@@ -99,7 +98,6 @@ fn figures(folder: &Folder) -> String {
     figure::lines(&names)
 }
 
-/// Converts an output error to a sweep error, whose message says that all cases are kept.
 fn kept(error: CliError) -> CliError {
     match error {
         CliError::Output(OutputError { path, source })
@@ -110,7 +108,6 @@ fn kept(error: CliError) -> CliError {
     }
 }
 
-/// Returns the I/O error inside a sweep error, because the caller adds the file name.
 fn plain(error: SweepError) -> io::Error {
     match error {
         SweepError::Io { source, .. } => source,

@@ -39,7 +39,6 @@ Examples:
       --threads 1 --quiet ::: {1..8}
   trocar schema sweep-file            a JSON Schema for editors";
 
-/// Returns the help: an example file, the keys, the metrics, the output files and examples.
 pub(super) fn text() -> String {
     let mut keys = Table::new("keys", "Keys", [("key", "key"), ("meaning", "meaning")]).of_text();
     SWEEP_KEYS.iter().for_each(|(key, meaning)| keys.row([*key, *meaning]));

@@ -56,7 +56,6 @@ pub(super) fn run(args: &MergeArgs) -> Result<(), CliError> {
     warnings.finish()
 }
 
-/// Returns the folders of shards in a folder, or the folder itself if it is a shard.
 fn shards(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
     let is_shard = |path: &Path| {
         let name = path.file_name().unwrap_or_default().to_string_lossy();

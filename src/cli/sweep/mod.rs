@@ -109,12 +109,11 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
     if args.overwrite {
         remove_another(&folder, plan.canonical());
     }
-    // The data of the charts are not stored. A complete sweep without a report therefore runs again, with identical
-    // results.
+    // The data of the charts are not stored, so a complete sweep without a report runs again, with identical results.
     let lacks_report = args.report && !folder.path.join(page::FILE).is_file();
     if is_complete(&folder, plan.canonical())? && !lacks_report {
         if shard.is_whole() {
-            // The last process ended between its last two steps.
+            // The previous process ended before it removed the packs.
             drop_packs(&folder);
         }
         return report(&folder, &args.output, "already complete");
@@ -153,8 +152,8 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
 /// Number of cases per thread that are timed for the estimate.
 const TRIED_PER_THREAD: u64 = 2;
 
-/// Estimates the time in s of all cases. It times evenly spaced cases with their stability metrics, on as many
-/// threads as the sweep.
+/// Estimates the time in s of all cases from evenly spaced cases with their stability metrics, on as many threads as
+/// the sweep.
 fn estimate_s(args: &SweepArgs, plan: &Plan, cases: u64) -> f64 {
     let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
     let (all, tried) = (plan.design.cases(), cases.min(TRIED_PER_THREAD * threads as u64));
@@ -177,7 +176,7 @@ fn estimate_s(args: &SweepArgs, plan: &Plan, cases: u64) -> f64 {
     begin.elapsed().as_secs_f64() * cases as f64 / tried.max(1) as f64
 }
 
-/// Prints the number of cases and an estimate of the time. A sweep of more than an hour requires `--yes`.
+/// Prints the number of cases and an estimate of the time. More than an hour requires `--yes`.
 fn announce(args: &SweepArgs, plan: &Plan, cases: u64) -> Result<(), CliError> {
     // This estimate is an upper bound, because vectorised cases take less time.
     let estimate_s = estimate_s(args, plan, cases);
@@ -195,12 +194,10 @@ fn announce(args: &SweepArgs, plan: &Plan, cases: u64) -> Result<(), CliError> {
     Ok(())
 }
 
-/// Removes the file of the packs, which the tables replace. A failure is harmless.
 fn drop_packs(folder: &Folder) {
     let _ = std::fs::remove_file(folder.path.join(CASES));
 }
 
-/// Runs the missing cases of a part. Returns the number of complete cases.
 fn run_part(args: &SweepArgs, plan: &Plan, part: &Part) -> Result<u64, CliError> {
     let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
     let all = usize::try_from(part.layout().part_cases()).unwrap_or(usize::MAX);
@@ -225,7 +222,7 @@ fn remove_another(folder: &Folder, canonical: &str) {
     }
 }
 
-/// Returns true if a folder contains this sweep, complete. Another sweep in the folder is an error.
+/// True if a folder contains this sweep, complete; another sweep there is an error.
 fn is_complete(folder: &Folder, canonical: &str) -> Result<bool, CliError> {
     let Ok(existing) = std::fs::read_to_string(folder.path.join(SWEEP)) else { return Ok(false) };
     if existing != canonical {

@@ -62,10 +62,10 @@ const trocarControls = (() => {
   const rounded = (value) => Number(value.toPrecision(3));
 
   function element(name, attributes = {}, text = "") {
-    const made = document.createElement(name);
-    for (const [attribute, value] of Object.entries(attributes)) made.setAttribute(attribute, value);
-    if (text) made.textContent = text;
-    return made;
+    const node = document.createElement(name);
+    for (const [attribute, value] of Object.entries(attributes)) node.setAttribute(attribute, value);
+    if (text) node.textContent = text;
+    return node;
   }
 
   /** Returns why a key has no effect with the present values, or an empty text. */
@@ -111,32 +111,32 @@ const trocarControls = (() => {
     }
     box.reason = element("p", { class: "reason", hidden: "" });
     box.error = element("p", { class: "error", role: "alert", hidden: "" });
-    const made = { key, base, value: base, box, keys: front?.keys ?? [key.path], show: () => {} };
+    const control = { key, base, value: base, box, keys: front?.keys ?? [key.path], show: () => {} };
     const give = (value, input) => {
-      made.value = value;
-      mark(made);
-      if (made.keys.length > 1) made.keys.forEach((path) => put(path, value));
+      control.value = value;
+      mark(control);
+      if (control.keys.length > 1) control.keys.forEach((path) => put(path, value));
       followCombined(key.path);
       if (key.kind.type === "choice" || key.kind.type === "flag") updateActive();
       for (const other of controls.values()) if (other.limits?.includes(key.path)) other.show(other.value);
       changed(key.path, input);
     };
     back.addEventListener("click", () => {
-      made.show(made.base);
-      give(made.base);
+      control.show(control.base);
+      give(control.base);
       // The button becomes hidden, so move the focus to the control of this key.
       inputs.firstElementChild.focus();
     });
     if (key.kind.type === "flag") {
       const input = element("input", { type: "checkbox", id, "aria-describedby": meaning.id });
       input.addEventListener("input", () => give(input.checked, performance.now()));
-      made.show = (value) => { input.checked = value === true; };
+      control.show = (value) => { input.checked = value === true; };
       inputs.append(input);
     } else if (key.kind.type === "choice") {
       const input = element("select", { id, "aria-describedby": meaning.id });
       for (const choice of key.kind.choices) input.append(element("option", { value: JSON.stringify(choice) }, String(choice)));
       input.addEventListener("input", () => give(JSON.parse(input.value), performance.now()));
-      made.show = (value) => { input.value = JSON.stringify(value); };
+      control.show = (value) => { input.value = JSON.stringify(value); };
       inputs.append(input);
     } else if (key.kind.type === "numbers") {
       const input = element("input", { type: "text", id, "aria-describedby": meaning.id, placeholder: "1, 2.5, 4" });
@@ -144,18 +144,18 @@ const trocarControls = (() => {
         // If semicolons separate the numbers, commas are decimal commas.
         const numbers = input.value.split(input.value.includes(";") ? /[;\s]+/ : /[,\s]+/).filter(Boolean).map(parsed);
         const isWrong = numbers.some((number) => !Number.isFinite(number));
-        fail(made, isWrong ? "These are not numbers, separated by commas or semicolons." : "");
+        fail(control, isWrong ? "These are not numbers, separated by commas or semicolons." : "");
         if (isWrong) return;
-        if (numbers.length === 0) made.show(made.base);
-        give(numbers.length ? numbers : made.base, performance.now());
+        if (numbers.length === 0) control.show(control.base);
+        give(numbers.length ? numbers : control.base, performance.now());
       });
-      made.show = (value) => { input.value = Array.isArray(value) ? value.join(", ") : ""; };
+      control.show = (value) => { input.value = Array.isArray(value) ? value.join(", ") : ""; };
       inputs.append(input);
     } else {
       const whole = key.kind.type === "whole";
       const per = front?.per ?? 1;
       const unit = front?.unit ?? key.unit ?? "";
-      made.limits = (front?.range ?? RANGES[key.path])?.filter((end) => typeof end === "string");
+      control.limits = (front?.range ?? RANGES[key.path])?.filter((end) => typeof end === "string");
       let sliding = scale(key, typeof base === "number" ? base : NaN, front);
       const shown = (value) => Number((value * per).toPrecision(12));
       const spoken = (value) => `${rounded(value * per)} ${unit}`;
@@ -185,16 +185,16 @@ const trocarControls = (() => {
         const isEmpty = number.value.trim() === "";
         const given = parsed(number.value) / per;
         const isWrong = !isEmpty && !Number.isFinite(given);
-        fail(made, isWrong ? `${number.value} is not a number. Write thousands without a comma, and decimals as 0.05 or 0,05.` : "");
+        fail(control, isWrong ? `${number.value} is not a number. Write thousands without a comma, and decimals as 0.05 or 0,05.` : "");
         if (isWrong) return;
-        const value = isEmpty ? made.base : whole ? Math.round(given) : Number(given.toPrecision(12));
-        made.show(value);
+        const value = isEmpty ? control.base : whole ? Math.round(given) : Number(given.toPrecision(12));
+        control.show(value);
         give(value, performance.now());
       });
-      made.show = (value) => {
+      control.show = (value) => {
         number.value = typeof value === "number" ? shown(value) : "";
         if (slider && typeof value === "number") {
-          sliding = scale(key, made.limits?.length ? value : made.base, front) ?? sliding;
+          sliding = scale(key, control.limits?.length ? value : control.base, front) ?? sliding;
           // A value outside the range, such as 0 on a logarithmic slider, is shown at the end of the slider.
           slider.value = Math.min(STEPS, Math.max(0, sliding.at(value) || 0));
           slider.setAttribute("aria-valuetext", spoken(value));
@@ -203,35 +203,35 @@ const trocarControls = (() => {
       inputs.append(number);
       if (unit || front) inputs.append(element("span", { class: "unit", "aria-hidden": "true" }, unit));
     }
-    made.show(base);
+    control.show(base);
     box.append(name, inputs, meaning, box.reason, box.error);
-    if (made.keys.length > 1) combined.push(made);
-    else controls.set(key.path, made);
+    if (control.keys.length > 1) combined.push(control);
+    else controls.set(key.path, control);
     return box;
   }
 
   /** Shows the value of a key, or of all keys, in the combined control that sets it. */
   function followCombined(path = null) {
-    for (const made of combined) {
-      if (path !== null && !made.keys.includes(path)) continue;
-      const { value } = controls.get(made.keys[0]) ?? made;
-      if (value !== made.value) made.show(value);
-      made.value = value;
-      mark(made);
+    for (const control of combined) {
+      if (path !== null && !control.keys.includes(path)) continue;
+      const { value } = controls.get(control.keys[0]) ?? control;
+      if (value !== control.value) control.show(value);
+      control.value = value;
+      mark(control);
     }
   }
 
   function put(path, value) {
-    const made = controls.get(path);
-    if (!made) return;
-    made.value = value;
-    made.show(value);
-    mark(made);
+    const control = controls.get(path);
+    if (!control) return;
+    control.value = value;
+    control.show(value);
+    mark(control);
   }
 
-  function mark(made) {
-    made.box.classList.toggle("changed", JSON.stringify(made.value) !== JSON.stringify(made.base));
-    fail(made, "");
+  function mark(control) {
+    control.box.classList.toggle("changed", JSON.stringify(control.value) !== JSON.stringify(control.base));
+    fail(control, "");
   }
 
   /** Shows an error at a control; an empty text removes the error. */
@@ -280,17 +280,17 @@ const trocarControls = (() => {
     /** Returns the changed keys and their values. */
     changes() {
       const set = {};
-      for (const [path, made] of controls) {
-        if (made.value !== undefined && JSON.stringify(made.value) !== JSON.stringify(made.base)) set[path] = made.value;
+      for (const [path, control] of controls) {
+        if (control.value !== undefined && JSON.stringify(control.value) !== JSON.stringify(control.base)) set[path] = control.value;
       }
       return set;
     },
     /** Sets these keys to these values, and all other keys to the values of the scenario. */
     give(set) {
-      for (const [path, made] of controls) {
-        made.value = path in set ? set[path] : made.base;
-        made.show(made.value);
-        mark(made);
+      for (const [path, control] of controls) {
+        control.value = path in set ? set[path] : control.base;
+        control.show(control.value);
+        mark(control);
       }
       followCombined();
       updateActive();
@@ -304,13 +304,13 @@ const trocarControls = (() => {
     blame(errors) {
       const isOf = (path) => (error) => error.split(/[^\w.-]+/).some((word) => word.replace(/\.$/, "") === path);
       const others = new Set(errors);
-      const told = new Map();
-      for (const [path, made] of controls) {
-        const own = errors.filter(isOf(path));
-        own.forEach((error) => others.delete(error));
-        told.set(made, [...(told.get(made) ?? []), ...own]);
+      const messages = new Map();
+      for (const [path, control] of controls) {
+        const ofControl = errors.filter(isOf(path));
+        ofControl.forEach((error) => others.delete(error));
+        messages.set(control, [...(messages.get(control) ?? []), ...ofControl]);
       }
-      for (const [made, own] of told) fail(made, [...new Set(own)].join(" "));
+      for (const [control, ofControl] of messages) fail(control, [...new Set(ofControl)].join(" "));
       return [...others];
     },
     /** Shows only the settings that contain all words in their name, key or meaning. */

@@ -31,13 +31,13 @@ const trocarPictures = (() => {
     rows.forEach((row, at) => {
       const line = body.rows[at] ?? body.insertRow();
       row.cells.forEach((cell, index) => {
-        let made = line.children[index];
-        if (!made) {
-          made = document.createElement(index === 0 ? "th" : "td");
-          if (index === 0) made.scope = "row";
-          line.append(made);
+        let node = line.children[index];
+        if (!node) {
+          node = document.createElement(index === 0 ? "th" : "td");
+          if (index === 0) node.scope = "row";
+          line.append(node);
         }
-        if (made.textContent !== cell) made.textContent = cell;
+        if (node.textContent !== cell) node.textContent = cell;
       });
     });
   }

@@ -35,12 +35,12 @@ fn execute(folder: &str) {
 }
 
 #[test]
-fn the_readmes_commands_print_what_it_shows() {
+fn the_commands_of_the_readme_print_what_it_shows() {
     BookPage::read(&file("README.md")).execute();
 }
 
 #[test]
-fn the_readmes_scenario_finds_its_ruptures_with_every_seed() {
+fn the_scenario_of_the_readme_detects_its_ruptures_with_every_seed() {
     let readme = std::fs::read_to_string(file("README.md")).expect("there");
     let block = readme.split("<!-- file: my.toml -->\n```toml\n").nth(1).and_then(|rest| rest.split("```").next());
     let folder = TestFolder::new();
@@ -55,23 +55,23 @@ fn the_readmes_scenario_finds_its_ruptures_with_every_seed() {
 }
 
 #[test]
-fn the_first_pages_commands_print_what_they_show() {
+fn the_commands_of_the_first_pages_print_what_they_show() {
     execute("");
     execute("reference");
 }
 
 #[test]
-fn the_tutorials_commands_print_what_they_show() {
+fn the_commands_of_the_tutorials_print_what_they_show() {
     execute("tutorials");
 }
 
 #[test]
-fn the_concepts_commands_print_what_they_show() {
+fn the_commands_of_the_concepts_print_what_they_show() {
     execute("concepts");
 }
 
 #[test]
-fn the_how_tos_commands_print_what_they_show() {
+fn the_commands_of_the_how_to_pages_print_what_they_show() {
     execute("howto");
 }
 

@@ -193,7 +193,7 @@ fn shortened(shown: &[String], printed: &[&str]) -> Vec<String> {
 }
 
 #[test]
-fn a_line_of_dots_stands_for_any_lines() {
+fn a_line_of_dots_matches_any_lines() {
     let lines = |text: &str| text.split(' ').map(str::to_owned).collect::<Vec<_>>();
     let printed = ["a", "b", "c", "d"];
     for good in ["a b c d", "a … d", "a …", "… d", "a … c …", "…"] {

@@ -45,7 +45,6 @@ pub(super) struct Automaton<L: Lane> {
 }
 
 impl<L: Lane> Automaton<L> {
-    /// Creates an automaton in teleoperation; `blend_s` is the duration of the force's cross-fade.
     pub(super) fn new(settings: &AutomatonSettings, threshold: f64, blend_s: f64, tick_s: f64) -> Self {
         let ticks = |duration_s| L::splat(nearest_ticks(duration_s, tick_s) as f64);
         Self {
@@ -73,7 +72,7 @@ impl<L: Lane> Automaton<L> {
         self.in_teleoperation
     }
 
-    /// Returns the mode for `tick`. `blended` holds the lanes whose position had blended by the tick before.
+    /// The mode for `tick`. `blended` holds the lanes whose position had blended by the tick before.
     #[inline(always)]
     pub(super) fn step(&mut self, tick: u64, alarm: L::Mask, decision: L, blended: L::Mask) -> Modes<L> {
         let now = L::splat(tick as f64);

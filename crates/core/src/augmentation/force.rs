@@ -30,7 +30,7 @@ pub(super) struct ForceFeedback<L, F> {
     augmented: L,
     progress: L,
     weight: L,
-    /// The last tick's force. Not updated in teleoperation, where it equals the measured force.
+    /// The last force; equal to the measured force in teleoperation, and not updated there.
     fed_back: L,
     measured: L,
     mode: Modes<L>,
@@ -53,8 +53,8 @@ impl<L: Lane, F: ForceLaw<L>> ForceFeedback<L, F> {
 
     /// The force in the received mode, and its allowed change, both in N.
     ///
-    /// If a link has lost a change of mode, the force passes through the skipped modes, because it may return to the
-    /// measured force only through the complete cross-fade.
+    /// If a link has lost a change of mode, the force passes through the skipped modes, because only the complete
+    /// cross-fade returns it to the measured force.
     #[inline(always)]
     pub(super) fn update(&mut self, mode: Modes<L>, force: L, velocity: L) -> (L, L) {
         if (self.mode.is_teleoperation() & mode.is_teleoperation()).all() {

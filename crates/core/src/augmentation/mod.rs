@@ -113,9 +113,9 @@ pub struct SlaveCommand<L: Lane> {
 
 /// The supervisor: the automaton and the motion law on the slave's side, the force law on the master's side.
 ///
-/// Over a link the slave's side calls [`decide`](Supervisor::decide), and the master's side calls
-/// [`feedback_force`](Supervisor::feedback_force) with the received mode. Without a link,
-/// [`update`](Supervisor::update) does both.
+/// Over a link the slave's side calls [`decide`](Supervisor::decide), and the master's side
+/// [`feedback_force`](Supervisor::feedback_force) with the received mode. [`update`](Supervisor::update) does both
+/// without a link.
 #[derive(Debug, Clone)]
 pub struct Supervisor<L: Lane, M = HeldReference<L>, F = AnyForceLaw<L>> {
     enabled: L::Mask,
@@ -169,7 +169,7 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
             };
         }
         let before = self.automaton.mode();
-        // Lanes without augmentation can run beside lanes with it: their alarms are reported but have no effect.
+        // Lanes without augmentation may run beside others: their alarms are reported without effect.
         let mode = self.automaton.step(now.tick, now.alarm & self.enabled, now.decision, self.motion.is_blended());
         let modes = ModeChange { before, now: mode };
         self.motion.sense(now.force_n);
@@ -180,8 +180,8 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
         }
     }
 
-    /// On the master's side: computes the feedback force and its largest allowed change from the last tick (both in N),
-    /// from the received mode and the force without augmentation.
+    /// On the master's side: the feedback force and its largest allowed change from the last tick (both in N), from the
+    /// received mode and the unaugmented force.
     #[inline(always)]
     pub fn feedback_force(&mut self, mode: Modes<L>, force_n: L, velocity_m_per_s: L) -> (L, L) {
         self.feedback.update(mode, force_n, velocity_m_per_s)
@@ -193,7 +193,7 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
         self.gives_cue & mode.is_augmented()
     }
 
-    /// Returns true if all lanes are in teleoperation and this alarm changes none of them.
+    /// True if all lanes are in teleoperation and this alarm changes none of them.
     #[inline(always)]
     fn is_quiet_tick(&self, alarm: L::Mask) -> bool {
         (self.automaton.is_teleoperation() & !(self.enabled & alarm)).all()

@@ -139,7 +139,7 @@ impl<L: Lane> ModeChange<L> {
         self.now.is(which) & !self.before.is(which)
     }
 
-    /// Returns true if the mode of any lane has changed.
+    /// True if the mode of any lane has changed.
     #[inline(always)]
     #[must_use]
     pub fn any_changed(&self) -> bool {

@@ -78,8 +78,8 @@ impl<L: Lane, M: MotionLaw<L> + ?Sized> MotionLaw<L> for alloc::boxed::Box<M> {
 
 /// The slave's reference, `x_ref = hand + gap`.
 ///
-/// In teleoperation the gap is 0 or the offset left by a clutch. At the end of the freeze it is set such that the
-/// reference does not jump. A ramp then reduces its magnitude by `speed · tick` at each tick.
+/// In teleoperation the gap is 0 or the offset left by a clutch. At the release it is set such that the reference does
+/// not jump; a ramp then reduces it by `speed · tick` per tick.
 #[derive(Debug, Clone)]
 pub struct HeldReference<L> {
     freeze: Freeze,

@@ -8,12 +8,11 @@ crate::settings! {
     /// When the detector is armed.
     ///
     /// A CUSUM alone raises alarms at the first contact, while the estimator converges, and at every other large error.
-    /// The detector is therefore armed once the needle has been in contact, with `g` at or below the threshold, for
-    /// `settle_s` without a break. Any crossing of the threshold restarts this time. A crossing while armed is a
-    /// rupture if the force falls *below* a predicted *resisting* force (`drop_only`), the needle is not being
-    /// withdrawn (`motion`), and it is deep enough (`minimum_depth_m`).
+    /// The detector is therefore armed only after uninterrupted contact for `settle_s` with `g` at or below the
+    /// threshold. A crossing while armed is a rupture if the force falls *below* a predicted *resisting* force
+    /// (`drop_only`), the needle is not being withdrawn (`motion`), and it is deep enough (`minimum_depth_m`).
     ///
-    /// The price: a rupture within `settle_s` after any other crossing, by a rupture or a spike, is not detected.
+    /// The cost: a rupture within `settle_s` after any other crossing, by a rupture or a spike, is not detected.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ArmingSettings in "detector." {
         /// Duration of quiet contact before the detector is armed.
@@ -188,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drop_is_a_force_below_a_predicted_resisting_force() {
+    fn only_a_force_below_a_predicted_resisting_force_is_a_drop() {
         let is_drop = |residual_n, predicted_force_n, drop_only| {
             let arming = arming(ArmingSettings { drop_only, ..ARMING });
             arming.conditions(&DetectorInput { residual_n, predicted_force_n, ..QUIET }).is_drop

@@ -17,7 +17,7 @@ crate::settings! {
         /// Largest value of g, in the distance's unit.
         ///
         /// Above γ. Without a cap one sample of a 15 N drop sets `g = 225 N²`, which takes 11,000 samples to fall: for
-        /// seconds no rupture is detected. The price: `g` no longer shows the size of the change.
+        /// seconds no rupture is detected. The cost: `g` no longer shows the size of the change.
         cap: f64 [POSITIVE] => "ten thresholds" 10.0 * threshold,
     }
     where cap: |s| s.cap > s.threshold, "above detector.threshold";

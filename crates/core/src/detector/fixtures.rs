@@ -17,7 +17,7 @@ pub(super) fn with_force(force_n: f64) -> DetectorInput<f64> {
     DetectorInput { force_n, ..QUIET }
 }
 
-/// Returns a sample whose force deviates from a predicted 5 N by a residual in N.
+/// A sample whose force deviates from a predicted 5 N by a residual in N.
 pub(super) fn with_residual(residual_n: f64) -> DetectorInput<f64> {
     DetectorInput { force_n: 5.0 + residual_n, predicted_force_n: 5.0, residual_n, ..QUIET }
 }

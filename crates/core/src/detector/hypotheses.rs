@@ -33,7 +33,7 @@ crate::settings! {
 }
 
 impl Hypotheses {
-    /// Returns threshold and drift of a squared quantity: `γ = (σ_1² - σ_0²)/2`, `ν = (σ_1² + σ_0²)/2` (4.6).
+    /// Threshold and drift of a squared quantity (4.6): `γ = (σ_1² - σ_0²)/2`, `ν = (σ_1² + σ_0²)/2`.
     pub(super) fn squared_tuning(&self) -> (f64, f64) {
         let (quiet, changed) = (self.quiet_std_n * self.quiet_std_n, self.rupture_std_n * self.rupture_std_n);
         ((changed - quiet) / 2.0, (changed + quiet) / 2.0)

@@ -47,11 +47,10 @@ impl DetectorSettings {
         }
     }
 
-    /// Checks that `drop_only` and the sign of `rupture_mean_n` agree.
     fn check_direction(&self) -> Result<(), InvalidValue> {
         let mean_n = self.distance.hypotheses.rupture_mean_n;
         let misses_drops = self.distance.kind.is_one_sided() && self.arming.drop_only && mean_n > 0.0;
-        let requirement = "below 0, as detector.drop_only looks for drops";
+        let requirement = "below 0 if detector.drop_only is true";
         require("detector.rupture_mean_n", mean_n, !misses_drops, requirement).map(drop)
     }
 }
@@ -258,7 +257,7 @@ mod tests {
         assert!(alarms(&[-0.5; 50], -0.03).is_empty());
     }
 
-    /// Returns true if a drop of 15 N raises an alarm at a depth (m) and a velocity (m/s).
+    /// True if a drop of 15 N raises an alarm at a depth (m) and a velocity (m/s).
     fn raises_alarm(arming: ArmingSettings, depth_m: f64, velocity: f64) -> bool {
         let settings = DetectorSettings { arming, ..DetectorSettings::default() };
         let mut detector = CusumDetector::new(&settings, 1e-3);
@@ -316,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn page_hinkley_takes_a_constant_offset_for_quiet() {
+    fn page_hinkley_ignores_a_constant_offset() {
         let settings = DetectorSettings::for_kind(DistanceKind::PageHinkley, Hypotheses::default());
         let mut detector = CusumDetector::new(&settings, 1e-3);
         assert!((0..1000).all(|_| !detector.update(&input(-0.5, 0.01)).alarm));

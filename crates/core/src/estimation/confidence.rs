@@ -8,7 +8,7 @@ const MEMORY_S: f64 = 0.1;
 /// Prior standard deviations of K in N/m and of B in N·s/m. Chosen here, wider than the tissues of this project.
 const PRIOR_STD: [f64; 2] = [1e3, 100.0];
 
-/// Smallest variance of the error in N². It keeps the standard errors finite for a perfect prediction.
+/// Smallest variance of the error in N², for finite standard errors.
 const MIN_VARIANCE_N2: f64 = 1e-12;
 
 /// Confidence in an estimate of stiffness and damping.
@@ -45,8 +45,8 @@ impl Trust {
 /// cov θ = A⁻¹ (σ² M₂ + σ⁴ P₀⁻¹) A⁻¹,   excitation = 1 - M₀₁² / (M₀₀ M₁₁)
 /// ```
 /// This is the covariance of weighted least squares with a prior `P₀` and uncorrelated errors of equal variance. `e` is
-/// the prediction error of the estimator, so a wrong model increases the covariance. Errors of a wrong model are
-/// correlated in time, so the true error is then larger. The estimator's memory may differ.
+/// the estimator's prediction error, so a wrong model increases the covariance; since its errors are correlated in
+/// time, the true error is larger still. The estimator's memory may differ.
 ///
 /// Samples out of contact are ignored.
 #[derive(Debug, Clone, PartialEq)]

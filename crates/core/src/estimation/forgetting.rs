@@ -11,10 +11,9 @@ use crate::lane::Lane;
 /// D_k = D_{k-1} + δ (α φ φᵀ - (1-λ) D_{k-1}),   D_0 = 0
 /// F_k = (I/F_0 + D_k)⁻¹
 /// ```
-/// With plain exponential forgetting, `F_k⁻¹ = λ F_{k-1}⁻¹ + α φ φᵀ`, the gain grows by `1/λ` per sample, without
-/// bound, in every direction without excitation. A needle at rest excites only one of two parameters. Here the
-/// information falls back to `1/F_0` instead, so the gain is bounded from both sides: `0 <= D <= max(α φᵀφ) / (1-λ)`
-/// gives
+/// With plain exponential forgetting, `F_k⁻¹ = λ F_{k-1}⁻¹ + α φ φᵀ`, the gain grows without bound, by `1/λ` per
+/// sample, in every direction without excitation. A needle at rest excites only one of two parameters. Here the
+/// information falls back to `1/F_0` instead, which bounds the gain on both sides: `0 <= D <= max(α φᵀφ) / (1-λ)` gives
 ///
 /// ```text
 /// 1 / (1/F_0 + max(α φᵀφ) / (1-λ))  <=  F  <=  F_0,   with α φᵀφ <= 1/β where the weighting is normalised
@@ -39,8 +38,8 @@ impl<L: Lane, const N: usize> Exponential<L, N> {
         }
     }
 
-    /// Updates with a regressor `φ`, the weight `δ` and `1/α`. Returns `F_k φ` and the factor that scales it to the
-    /// share of an error that goes to each parameter.
+    /// Updates with a regressor `φ`, the weight `δ` and `1/α`. Returns `F_k φ` and the factor that scales it to each
+    /// parameter's share of an error.
     #[inline(always)]
     pub(super) fn update(&mut self, regressor: [L; N], delta: L, inverse_weight: L) -> ([L; N], L) {
         let weight = delta / inverse_weight;
@@ -90,7 +89,6 @@ impl<L: Lane, const N: usize> Exponential<L, N> {
     }
 }
 
-/// Returns `φᵀ F φ`, the share of an error that a correction of weight 1 takes before the weighting.
 #[cfg(test)]
 pub(super) fn form<L: Lane, const N: usize>(gain: [[L; N]; N], regressor: [L; N]) -> L {
     dot(core::array::from_fn(|i| dot(gain[i], regressor)), regressor)

@@ -7,12 +7,12 @@ use crate::lane::{Lane, by_index};
 
 /// `y = K p + B v + C s(v)` in contact, with `s(v) = v / (|v| + v_s)`, a smooth sign of the velocity.
 ///
-/// At standstill dry friction takes any value between its two signs, and a sign function would switch with noise. `s`
-/// passes through 0 and needs a division; `tanh` would be a transcendental function. The regressor is `ℓ s(v)`. It has
+/// At standstill dry friction takes any value between its two signs, where a sign function would switch with noise. `s`
+/// passes through 0 at the cost of a division; `tanh` would be a transcendental function. The regressor `ℓ s(v)` has
 /// the size of a depth, so the gain `F_0` and the weighting `β` suit all three.
 ///
-/// At constant speed `s` hardly changes and friction is an offset, which [`super::Rls`] does not have. Only different
-/// depths separate friction from the stiffness, and only different speeds separate it from the damping.
+/// At constant speed friction is nearly an offset, which [`super::Rls`] does not have. Only different depths separate
+/// friction from the stiffness, and only different speeds from the damping.
 #[derive(Debug, Clone)]
 pub struct Friction<L> {
     regression: Regression<L, 3>,

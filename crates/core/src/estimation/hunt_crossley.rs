@@ -6,9 +6,9 @@ use super::settings::RlsSettings;
 use crate::lane::{Lane, Mask};
 
 /// Reference depth `p_r` in m of `p̃ = p / p_r`, at which the power has no effect. It makes `κ` and `n` nearly
-/// independent for needles some centimetres deep; in metres a change of `n` would change `κ` by decades. Chosen here.
+/// independent for needles some centimetres deep; in metres `n` would change `κ` by decades. Chosen here.
 const REFERENCE_DEPTH_M: f64 = 0.01;
-/// Reference velocity `v_r` in m/s, at which damping counts as much as stiffness. Chosen here. At 0.01 m/s, which the
+/// Reference velocity `v_r` in m/s, at which damping counts as much as stiffness. Chosen here: at 0.01 m/s, which the
 /// needle exceeds after a rupture, the errors on the in-vivo-like recording spread several times as far.
 const REFERENCE_VELOCITY_M_PER_S: f64 = 0.05;
 /// Initial value and bounds of the power. Above 1 the tissue stiffens with depth; 1 gives a linear model.
@@ -29,24 +29,23 @@ const POWER_MEMORY_N2: f64 = 20.0;
 /// ```text
 /// ln(y / (p_r (κ + ρ v/v_r))) = n ln p̃
 /// ```
-/// is linear. The logarithm of a force is undefined at or below 0, and gives a millinewton near the surface the weight
-/// of a newton at depth. The second stage therefore weights by the force and linearises the logarithm:
+/// is linear. The logarithm is undefined for forces of at most 0, and weighs a millinewton near the surface like a
+/// newton at depth. The second stage therefore weights by the force and linearises the logarithm:
 ///
 /// ```text
 /// e⁺_k = y_k - φᵀθ_k = ŷ⁺ ln p̃ (n - n_{k-1}),      ŷ⁺ = φᵀθ_k
 /// n_k = n_{k-1} + f b e⁺ / (1 + f b²),    b = ŷ⁺ ln p̃,    f_k = f_{k-1} / (1 + f_{k-1} b²)
 /// ```
-/// `f` is restored to `1/N²` when `Σ b²` reaches 20 N². Errors within the dead zone cause no correction. The input of
-/// the second stage is the error left by the first, so no error is corrected twice. `n` is limited to 0.5 to 4. The
-/// text of Diolaiti et al. was not available: the two stages are from the paper's introduction and the abstract of
-/// Haddadi and Hashtrudi-Zaad (2012, IEEE T-RO 28(3)); their equations are derived here, and their numbers are chosen
-/// here.
+/// `f` is restored to `1/N²` when `Σ b²` reaches 20 N². Errors within the dead zone cause no correction. The second
+/// stage receives the error left by the first, so no error is corrected twice. `n` is limited to 0.5 to 4. The text of
+/// Diolaiti et al. was not available: the stages are from the paper's introduction and the abstract of Haddadi and
+/// Hashtrudi-Zaad (2012, IEEE T-RO 28(3)); their equations are derived and their numbers chosen here.
 ///
 /// Stiffness and damping are reported at the needle's depth: `y / p` of a needle at rest and `dy/dv`, in N/m and N·s/m.
 /// The paper's parameters are `μ = K p^(1-n)` and `λ = B p^-n`.
 ///
-/// A sample in contact takes one `ln` and one `exp` of `libm`, lane by lane, in plain arithmetic without fused
-/// operations: the same bits on every machine. `benches/README.md` states their cost.
+/// A sample in contact takes one `ln` and one `exp` of `libm`, lane by lane, in plain arithmetic: the same bits on
+/// every machine. `benches/README.md` states the cost.
 #[derive(Debug, Clone)]
 pub struct HuntCrossley<L> {
     regression: Regression<L, 2>,

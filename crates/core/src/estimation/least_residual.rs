@@ -10,13 +10,13 @@ use crate::lane::{Lane, by_index};
 /// two.
 ///
 /// Neither model predicts a rupture. One of them predicts other changes, such as a reversal of the needle, which
-/// friction explains, or a force that the third parameter has overfitted. The price is a delay: only the error of the
-/// better model counts. An interacting multiple model (Blom and Bar-Shalom 1988) would weight the two by their
-/// likelihoods, which needs a noise level, a transition matrix and exponentials. The minimum needs none of them. It is
-/// chosen here; no source was found for the detection of ruptures.
+/// friction explains, or a force that the third parameter has overfitted. The cost is a delay: only the error of the
+/// better model counts. An interacting multiple model (Blom and Bar-Shalom 1988) would weight both by their
+/// likelihoods, with a noise level, a transition matrix and exponentials. The minimum, chosen here, needs none of them;
+/// no source was found for the detection of ruptures.
 ///
-/// Stiffness and damping come from the model without friction, so they do not jump between the models; the friction
-/// comes from the other model.
+/// Stiffness and damping always come from the model without friction, so they do not jump; the friction comes from the
+/// other.
 #[derive(Debug, Clone)]
 pub struct LeastResidual<L> {
     without: Linear<L>,

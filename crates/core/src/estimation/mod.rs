@@ -81,7 +81,7 @@ impl RlsSettings {
         }
     }
 
-    /// Returns true if the settings select the paper's estimator.
+    /// True if the settings select the paper's estimator.
     #[must_use]
     pub fn is_baseline(&self) -> bool {
         of_kind!(self.kind(), Part => <Part<f64> as BuiltIn>::IS_BASELINE)

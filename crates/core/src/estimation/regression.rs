@@ -62,7 +62,7 @@ impl<L: Lane, const N: usize> Regression<L, N> {
         RegressionUpdate { predicted_force_n, residual_n, correction }
     }
 
-    /// Sets the regressor of the next force. Without contact the regressor is 0, which changes nothing.
+    /// Sets the regressor of the next force: 0 without contact, which changes nothing.
     #[inline(always)]
     pub(super) fn set_regressor(&mut self, regressor: [L; N]) {
         self.regressor = regressor;
@@ -78,7 +78,7 @@ impl<L: Lane, const N: usize> Regression<L, N> {
         let inverse_weight = one + self.normalisation * squared;
         let (direction, share) = match &mut self.memory {
             Memory::Resetting(memory) => memory.update(self.regressor, delta, squared, inverse_weight),
-            // Without a regressor no new information arrives, so nothing is forgotten.
+            // No regressor, no new information: nothing is forgotten.
             Memory::Exponential(memory) => {
                 let delta = L::select(squared.gt(zero), delta, zero);
                 memory.update(self.regressor, delta, inverse_weight)

@@ -25,8 +25,7 @@ impl<L: Lane, const N: usize> Resetting<L, N> {
     pub(super) fn new(settings: &RlsSettings) -> Self {
         let gain = settings.initial_gain;
         let initial = N as f64 / gain;
-        // The threshold is given for two parameters. Adapted to `N`, it allows the same information between
-        // restorations.
+        // The threshold is for two parameters. Adapted to `N`, it allows the same information between restorations.
         let threshold = settings.reset_threshold + (initial - 2.0 / gain);
         Self {
             initial_gain: L::splat(gain),
@@ -37,8 +36,8 @@ impl<L: Lane, const N: usize> Resetting<L, N> {
         }
     }
 
-    /// Updates with a regressor `φ`, the weight `δ` and `1/α`. Returns `F φ` and the factor that scales it to the share
-    /// of an error that each parameter takes.
+    /// Updates with a regressor `φ`, the weight `δ` and `1/α`. Returns `F φ` and the factor that scales it to each
+    /// parameter's share of an error.
     #[inline(always)]
     pub(super) fn update(&mut self, regressor: [L; N], delta: L, squared: L, inverse_weight: L) -> ([L; N], L) {
         let direction: [L; N] = by_index!(N, |i| dot(self.gain[i], regressor));
@@ -64,7 +63,6 @@ impl<L: Lane, const N: usize> Resetting<L, N> {
     }
 }
 
-/// Returns `aᵀb`, summed from the first component on.
 #[inline(always)]
 pub(super) fn dot<L: Lane, const N: usize>(a: [L; N], b: [L; N]) -> L {
     let mut sum = a[0] * b[0];

@@ -23,18 +23,17 @@ const MIN_DETERMINANT: f64 = 1e-12;
 /// 1/α_k = 1 + β φ_kᵀ φ_k                                        (14)
 /// ```
 /// with `φ_k = (p_k, v_k)` in contact (`p_k > 0`) and 0 outside. The dead zone scales the corrections. Scaling `F`
-/// itself, a possible reading of the text after eq. 15, would end all adaptation at the first small error.
+/// itself, another reading of the text after eq. 15, would end all adaptation at the first small error.
 ///
 /// # Positive definiteness of `F`
-/// With `0 <= δ <= 1` an update adds at most `δ α φφᵀ` to `F⁻¹`, so `tr(F⁻¹) <= x < α_0` between two restorations, and
-/// the eigenvalues of `F` lie between `1/α_0` and `F_0`. Rounding adds up to `n 2⁻⁵¹ F_0` over `n` corrections. If
-/// `F_0 α_0 <= 10⁴` (the default: 102), `F` stays definite for over 10¹¹ corrections without a restoration. With a
-/// longer memory `F` can become indefinite. Each correction then checks `F₀₀ F₁₁ - F₀₁² > 10⁻¹² F₀₀ F₁₁`, and otherwise
-/// restores `F_0`.
+/// With `0 <= δ <= 1` an update adds at most `δ α φφᵀ` to `F⁻¹`, so `tr(F⁻¹) <= x < α_0` between restorations, and the
+/// eigenvalues of `F` lie between `1/α_0` and `F_0`. Rounding adds up to `n 2⁻⁵¹ F_0` over `n` corrections. If `F_0 α_0
+/// <= 10⁴` (default: 102), `F` stays definite for over 10¹¹ corrections. With a longer memory each correction checks
+/// `F₀₀ F₁₁ - F₀₁² > 10⁻¹² F₀₀ F₁₁`, and otherwise restores `F_0`.
 ///
 /// # The order of the fields
-/// The numbers written at one sample are read at the next. The compiler would read two adjacent numbers of equal use as
-/// a pair, and such a read stalls until both writes have left the store buffer. Therefore no such numbers are adjacent.
+/// No two adjacent fields of equal use are both written at one sample and read at the next: the compiler would read
+/// them as a pair, and such a read stalls until both writes have left the store buffer.
 #[derive(Debug, Clone)]
 #[repr(C)]
 pub struct Rls<L> {
@@ -161,9 +160,9 @@ impl<L: Lane> Estimator<L> for Rls<L> {
         let predicted = self.predicted_force;
         let residual = force_n - predicted;
 
-        // Fast path: most samples are within the dead zone, and the branch saves two divisions. Its inputs were
-        // computed at the last tick, because samples outside the dead zone are mispredicted. With several lanes, some
-        // lane is outside so often that the mispredictions cost more than the divisions.
+        // Fast path: most samples are within the dead zone, and the branch saves two divisions. Its inputs date from
+        // the last tick, because samples outside are mispredicted. With several lanes, mispredictions are so frequent
+        // that they cost more than the divisions.
         let outside = residual.abs().gt(self.dead_zone);
         let correction = if L::WIDTH > 1 || outside.any() { self.correct(outside, residual) } else { [zero; 2] };
 

@@ -29,8 +29,8 @@ crate::choice! {
 }
 
 impl Forgetting {
-    /// The default factor. In the long run a correction takes `1 - λ` of an error. The default resetting takes 0.28 on
-    /// average over the ten corrections between two restorations (`κ / (1 + κ k)`, `κ = 10`).
+    /// The default factor. In the long run a correction takes `1 - λ` of an error, where the default resetting takes
+    /// 0.28 on average over ten corrections (`κ / (1 + κ k)`, `κ = 10`).
     pub const DEFAULT_FACTOR: f64 = 0.7;
 }
 
@@ -62,15 +62,13 @@ crate::settings! {
     ///
     /// # Choosing the gain
     /// One update corrects the share `φᵀFφ / (1/α + φᵀFφ)` of an error. With the constant weighting `α = 1`
-    /// (`normalisation = 0`) this share depends on the depth through `F_0 φᵀφ`: settings for a needle centimetres deep
-    /// correct hardly anything a few millimetres deep. With eq. 14 the share is `F_0 φᵀφ / (1 + (β + F_0) φᵀφ)`. Beyond
-    /// the depth `1/√β` it becomes `κ / (1 + κ)` with `κ = F_0 / β`, independent of the depth. The same holds for
-    /// forgetting: each update adds `δ α φᵀφ → δ/β` to `x`, so with `α_0 = tr(F_0⁻¹) + N/β` the gain is restored after
-    /// about `N` full corrections.
+    /// (`normalisation = 0`) this share depends on the depth through `F_0 φᵀφ`: settings for centimetres correct hardly
+    /// anything at a few millimetres. With eq. 14 the share is `F_0 φᵀφ / (1 + (β + F_0) φᵀφ)`. Beyond the depth `1/√β`
+    /// it becomes `κ / (1 + κ)` with `κ = F_0 / β`, independent of the depth. Likewise each update adds `δ α φᵀφ → δ/β`
+    /// to `x`, so with `α_0 = tr(F_0⁻¹) + N/β` the gain is restored after about `N` full corrections.
     ///
     /// [`RlsSettings::normalised`] implements this rule. Its defaults (1 mm, κ = 10, N = 10 updates) suit depths from
-    /// millimetres to decimetres and rates of 1 and 2 kHz. The price: within the first millimetre the estimator adapts
-    /// slowly.
+    /// millimetres to decimetres at 1 and 2 kHz. The cost: slow adaptation within the first millimetre.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct RlsSettings in "estimator." {
         /// Estimated parameters.
@@ -102,9 +100,8 @@ crate::settings! {
 }
 
 impl RlsSettings {
-    /// Creates settings by the rule in the type's documentation. `full_gain_depth_m` is the depth beyond which the gain
-    /// is constant, `gain_ratio` is `κ = F_0/β`, and `memory_updates` is the number of updates between two
-    /// restorations.
+    /// Applies the rule above. `full_gain_depth_m` is the depth beyond which the gain is constant, `gain_ratio` is `κ =
+    /// F_0/β`, and `memory_updates` is the number of updates between restorations.
     #[must_use]
     pub fn normalised(full_gain_depth_m: f64, gain_ratio: f64, memory_updates: f64, dead_zone_n: f64) -> Self {
         let normalisation = 1.0 / (full_gain_depth_m * full_gain_depth_m);

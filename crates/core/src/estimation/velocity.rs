@@ -5,9 +5,9 @@ use crate::lane::Lane;
 
 /// A Kalman filter for a position that moves with white acceleration, after Bélanger (1992).
 ///
-/// State `(p, v)`, transition `p += T v`, acceleration of standard deviation `a` held over each tick, position read in
-/// steps of `q` (a uniform error of variance `q²/12`). The gain is the steady state of the Riccati equation, which
-/// keeps the work per tick small:
+/// State `(p, v)`, transition `p += T v`, acceleration of standard deviation `a` held over each tick, position in steps
+/// of `q` (a uniform error of variance `q²/12`). The gain is the steady state of the Riccati equation, for little work
+/// per tick:
 ///
 /// ```text
 /// p⁻ = p + T v,   p = p⁻ + l₀ (y - p⁻),   v = v + l₁ (y - p⁻)
@@ -33,7 +33,7 @@ impl<L: Lane> VelocityFilter<L> {
         positive("sensor.acceleration_std_m_per_s2", acceleration_m_per_s2)?;
         let gain = steady_gain(tick_s, resolution_m * resolution_m / 12.0, acceleration_m_per_s2);
         let usable = gain.iter().all(|gain| gain.is_finite());
-        require("sensor.position_resolution_m", resolution_m, usable, "a step that an encoder can have")?;
+        require("sensor.position_resolution_m", resolution_m, usable, "a step that is realistic for an encoder")?;
         Ok(Self {
             tick_s: L::splat(tick_s),
             gain: gain.map(L::splat),

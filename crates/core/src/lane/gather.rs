@@ -98,7 +98,7 @@ pub fn gather_mask<L: Lane>(all: [bool; LANES]) -> L::Mask {
 }
 
 #[cfg(feature = "alloc")]
-/// Returns true if all lists are equal. A shared list is not compared with itself.
+/// True if all lists are equal. A shared list is not compared with itself.
 pub fn same_list<T: PartialEq>(all: [&Arc<[T]>; LANES]) -> bool {
     all.iter().all(|one| Arc::ptr_eq(one, all[0]) || one == &all[0])
 }

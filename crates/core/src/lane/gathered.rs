@@ -14,8 +14,8 @@ macro_rules! of_each {
     };
 }
 /// Implements `Gather` for a struct from its numbers, its masks (`bool` over `f64`), the fields that must be equal
-/// (`same`), and the enums of which the tick uses only the variant (`kinds`). With `stored`, also implements `Stored`;
-/// the variants then follow from the settings.
+/// (`same`), and the enums of which the tick uses only the variant (`kinds`). With `stored` it also implements
+/// `Stored`; the settings determine the variants.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! gather {
@@ -56,8 +56,8 @@ macro_rules! gather {
     };
 }
 
-/// Combines the fields of eight values of one variant into the same variant. Returns `None` from the enclosing function
-/// if the variants differ.
+/// Combines the fields of eight values of one variant. Returns `None` from the enclosing function if the variants
+/// differ.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! of_one_variant {
@@ -74,8 +74,8 @@ macro_rules! of_one_variant {
     };
 }
 
-/// Implements `Gather` for an enum whose variants have one field each. All values must be the same variant. With
-/// `stored`, also implements `Stored`; the variant then follows from the settings.
+/// Implements `Gather` for an enum whose variants have one field each; the variants must agree. With `stored` it also
+/// implements `Stored`; the settings determine the variant.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! gather_variants {
@@ -120,8 +120,8 @@ macro_rules! gather_nothing {
     };
 }
 
-/// Builds an array of lanes, or of another type given its zero, by a loop over the index. `array::from_fn` and its
-/// closure are separate functions, compiled without the instruction set of the run and often not inlined.
+/// Builds an array of lanes, or of another type from its zero, by a loop. The closure of `array::from_fn` would be
+/// compiled without the run's instruction set, and often not inlined.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! by_index {

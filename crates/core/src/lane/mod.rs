@@ -1,7 +1,7 @@
 //! The number type of a tick: one scenario (`f64`) or several in parallel lanes.
 //!
-//! Everything inside the tick is written once over [`Lane`]. Its operations give the same bits on every machine: there
-//! is no fused multiply-add, no reassociation and no transcendental function.
+//! Everything inside the tick is written once over [`Lane`], with the same bits on every machine: no fused
+//! multiply-add, no reassociation, no transcendental function.
 
 mod gather;
 mod gathered;
@@ -25,11 +25,11 @@ use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> + Send + Sync {
     /// The same truth value in every lane.
     fn splat(value: bool) -> Self;
-    /// Returns true if it holds in at least one lane.
+    /// True if it holds in at least one lane.
     fn any(self) -> bool;
-    /// Returns true if it holds in every lane.
+    /// True if it holds in every lane.
     fn all(self) -> bool;
-    /// Returns true if it holds in lane `index`.
+    /// True if it holds in lane `index`.
     fn lane(self, index: usize) -> bool;
 }
 
@@ -108,8 +108,8 @@ pub trait Lane:
 
     /// Rounds to the nearest multiple of a step, halves to even, given the step and its inverse.
     ///
-    /// Exact for magnitudes below 2⁵¹ steps; larger magnitudes are returned unchanged. Adding and subtracting 1.5·2⁵²
-    /// rounds to an integer by additions alone, so the result is the same on every machine and at every width.
+    /// Exact for magnitudes below 2⁵¹ steps; larger magnitudes are unchanged. Adding and subtracting 1.5·2⁵² rounds to
+    /// an integer by additions alone, with the same result on every machine and at every width.
     #[inline(always)]
     fn round_to(self, step: Self, inverse_step: Self) -> Self {
         let shift = Self::splat(6_755_399_441_055_744.0);

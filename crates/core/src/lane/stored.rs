@@ -31,8 +31,8 @@ pub trait Stored {
     where
         Self: Clone,
     {
-        let is_own = state.len() == self.state().len();
-        require("the size of a state", state.len() as f64, is_own, "as large as for the same settings")?;
+        let has_equal_size = state.len() == self.state().len();
+        require("the size of a state", state.len() as f64, has_equal_size, "as large as for the same settings")?;
         let mut values = state.iter();
         self.numbers(&mut |number| *number = *values.next().expect("as many values as numbers"));
         Ok(())

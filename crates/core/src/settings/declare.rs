@@ -344,8 +344,8 @@ macro_rules! settings {
 ///
 /// generates the enum, `DEFAULT` (the kind after `=`) and `Default`, `WORDS`, `word`, `validate`, `read`, its key
 /// `KEY`, the keys of its kinds `KIND_KEYS`, and `KEYS` with all of them. A kind is empty, or holds fields as in
-/// [`settings!`](crate::settings!), or other settings in parentheses. Its keys act for it alone, or for all kinds that
-/// have them. `no const` generates only `Default`. `ALL` lists the kinds if all of them are empty.
+/// [`settings!`](crate::settings!), or other settings in parentheses. Its keys act for the kinds that have them. `no
+/// const` generates only `Default`. `ALL` lists the kinds if all are empty.
 #[macro_export]
 macro_rules! choice {
     (

@@ -115,7 +115,7 @@ impl ActsFor {
         Self { also: Some((key, word)), ..self }
     }
 
-    /// Returns the conditions, one per choice. All of them must hold.
+    /// The conditions, one per choice. All of them must hold.
     pub fn conditions(self) -> impl Iterator<Item = Self> {
         let also = self.also.map(|(key, word)| Self::new(key, &[word]));
         core::iter::once(Self { also: None, ..self }).chain(also)
@@ -268,7 +268,7 @@ pub trait KeySource {
     /// The number of a key without a default.
     fn optional_number(&self, key: &str) -> Option<f64>;
 
-    /// Returns the number of a key. If it is not given, sets it to the derived number.
+    /// The number of a key. If it is not given, sets it to the derived number.
     fn number_or(&mut self, key: &'static str, derived: impl FnOnce() -> f64) -> f64;
 
     /// The whole number of a key.
@@ -371,7 +371,7 @@ pub const fn count_distinct(groups: &[&[Key]]) -> usize {
     count
 }
 
-/// Returns the `COUNT` different keys of all groups. A key in several groups acts for the kinds of all of them.
+/// The `COUNT` different keys of all groups. A key in several groups acts for the kinds of all of them.
 #[must_use]
 pub const fn distinct<const COUNT: usize>(groups: &[&[Key]]) -> [Key; COUNT] {
     let mut all = [Key::new("", Kind::Flag, Fallback::Unset, ""); COUNT];
@@ -397,7 +397,6 @@ pub const fn distinct<const COUNT: usize>(groups: &[&[Key]]) -> [Key; COUNT] {
     all
 }
 
-/// Returns true if one of the first `before` groups has a key.
 const fn is_in(path: &str, groups: &[&[Key]], before: usize) -> bool {
     let mut group = 0;
     while group < before {

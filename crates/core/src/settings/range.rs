@@ -6,8 +6,8 @@ use crate::error::{InvalidValue, finite, non_negative, positive, require};
 
 /// A bounded range of numbers.
 ///
-/// Numbers of a scenario file must lie within the bounds. Settings built by a program must only satisfy the meaning of
-/// the range ([`Range::check`]).
+/// Numbers of a scenario file must lie within the bounds; settings built by a program only within the meaning of the
+/// range ([`Range::check`]).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
     low: f64,
@@ -28,8 +28,8 @@ enum Meaning {
     Within(&'static str),
 }
 
-/// Largest magnitude of a number, and the inverse of the smallest positive one. Squares and products of such numbers
-/// stay finite, and matrix exponentials keep their digits.
+/// Largest magnitude of a number, and the inverse of the smallest positive one. Squares and products stay finite, and
+/// matrix exponentials keep their digits.
 const MAX_MAGNITUDE: f64 = 1e12;
 
 impl Range {
@@ -73,7 +73,7 @@ impl Range {
         self.high
     }
 
-    /// Returns true if a number lies within the bounds.
+    /// True if a number lies within the bounds.
     #[must_use]
     pub fn contains(&self, value: f64) -> bool {
         let above = if self.low_is_open { value > self.low } else { value >= self.low };

@@ -22,8 +22,8 @@ const MIN_DEAD_ZONE_N: f64 = 1e-3;
 
 const BLOCK_S: f64 = 0.1;
 const MIN_BLOCKS: usize = 5;
-/// A quantile of the blocks' root mean square gives `σ_0`: this share in the first pass, with ruptures, and then
-/// without.
+/// A quantile of the blocks' root mean square gives `σ_0`: this share in the first pass, with ruptures, and in the
+/// second, without.
 const FIRST_SHARE: f64 = 0.75;
 const QUIET_SHARE: f64 = 0.9;
 
@@ -35,11 +35,11 @@ const AFTER_RUPTURE_S: f64 = 0.3;
 const GUARD: f64 = 2.0;
 const CAP_THRESHOLDS: f64 = 10.0;
 const VELOCITY_STDS: f64 = 3.0;
-/// Minimum withdrawal speed: a needle pushed by hand recoils at about 0.7 mm/s when the slave's controller settles.
+/// Minimum withdrawal speed: a hand-held needle recoils at about 0.7 mm/s when the slave settles.
 const MIN_WITHDRAWAL_M_PER_S: f64 = 1e-3;
 
-/// Probes: their spacing and number, their distances from the ends, ruptures and the contact, the minimum force, and
-/// the share of the force that remains.
+/// Probes: spacing and number; distances from the ends, ruptures and the contact; minimum force; remaining share of the
+/// force.
 const PROBE_EVERY_S: f64 = 0.1;
 const MAX_PROBES: usize = 40;
 const MIN_PROBES: usize = 5;
@@ -116,20 +116,20 @@ impl<'a> CandidateBench<'a> {
         })
     }
 
-    pub(super) fn calibrate(&self, told: &dyn Fn(usize, usize)) -> Result<Calibration, CalibrationError> {
+    pub(super) fn calibrate(&self, report: &dyn Fn(usize, usize)) -> Result<Calibration, CalibrationError> {
         let steps = 2 * MEMORIES.len();
         let candidate = |(step, &memory): (usize, &f64)| {
-            told(step, steps);
+            report(step, steps);
             self.candidate(memory)
         };
         let tried: Vec<(Candidate, Quiet)> = MEMORIES.iter().enumerate().map(candidate).collect();
         let probes = self.probes(&tried[0].1.ruptures);
         let probed = |(step, (candidate, quiet)): (usize, (Candidate, Quiet))| {
-            told(MEMORIES.len() + step, steps);
+            report(MEMORIES.len() + step, steps);
             (self.probed(candidate, &probes), quiet)
         };
         let mut tried: Vec<(Candidate, Quiet)> = tried.into_iter().enumerate().map(probed).collect();
-        told(steps, steps);
+        report(steps, steps);
         let best = tried.iter().enumerate().skip(1).fold(0, |best, (index, (candidate, _))| {
             if score(candidate) > score(&tried[best].0) + 1e-9 { index } else { best }
         });
@@ -202,7 +202,6 @@ impl<'a> CandidateBench<'a> {
         (candidate, quiet)
     }
 
-    /// Returns the quiet parts of the residual, with a standard deviation of at least `min_n`.
     fn quiet_of(&self, residuals: Residuals, min_n: f64) -> Quiet {
         let count = residuals.residual_n.len();
         let first = residuals.depth_m.iter().position(|&depth_m| depth_m > 0.0).unwrap_or(count);
@@ -241,8 +240,7 @@ impl<'a> CandidateBench<'a> {
         Quiet { std_n: std_n.max(min_n), blocks, usable, ruptures, residuals }
     }
 
-    /// Returns the quantile `share` of the root mean square of the usable blocks, and the number of blocks; `None` for
-    /// too few blocks.
+    /// The quantile `share` of the root mean square of the usable blocks, and their number; `None` for too few.
     fn block_std(&self, residuals: &Residuals, usable: &[bool], share: f64) -> Option<(f64, usize)> {
         let length = self.signal.samples_in(BLOCK_S, 10);
         let blocks = residuals.residual_n.chunks_exact(length).zip(usable.chunks_exact(length));
@@ -254,7 +252,7 @@ impl<'a> CandidateBench<'a> {
         if count < MIN_BLOCKS { None } else { Some((quantile(mean_squares, share)?.sqrt(), count)) }
     }
 
-    /// Returns the samples of the probes: in contact, inserting, under load, and away from ruptures and the ends.
+    /// The samples of the probes: in contact, inserting, under load, away from ruptures and ends.
     fn probes(&self, ruptures: &[usize]) -> Vec<usize> {
         let signal = &self.signal;
         let samples_in = |time_s: f64| signal.samples_in(time_s, 1);

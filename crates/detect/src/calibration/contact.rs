@@ -16,7 +16,7 @@ pub enum ContactRule {
     /// The force below the contact is noise.
     FirstForce,
     /// The needle is loaded throughout. The line of force over position, up to the maximum force, is extrapolated to
-    /// zero force.
+    /// zero.
     Extrapolated,
     /// The force does not grow with position. The contact is 5 mm below the lowest position, where the estimator's gain
     /// is full.
@@ -28,16 +28,14 @@ const NOISE_STDS: f64 = 6.0;
 const MIN_FORCE_N: f64 = 0.05;
 /// Maximum share of samples before the contact, from the lowest position onwards, whose force exceeds the noise.
 const STRAY_SHARE: f64 = 0.02;
-/// The share (one in this many) and the minimum number of samples at the lowest positions that decide whether the
-/// needle is free there.
+/// Share (one in this many) and minimum number of the samples at the lowest positions, which decide whether the needle
+/// is free there.
 const LOWEST_SHARE: usize = 20;
 const MIN_LOWEST: usize = 20;
-/// Without a contact every sample must count with the full gain, which the estimator reaches some distance below the
-/// contact.
+/// Without a contact every sample must count with the full gain, which begins some distance below the contact.
 const BELOW_LOWEST_M: f64 = 5e-3;
 
-/// Returns the contact in m and its rule, from positions (m), forces (N) and the standard deviation of the force noise
-/// (N).
+/// The contact in m and its rule, from positions (m), forces (N) and the noise of the force (N).
 #[must_use]
 pub(super) fn contact(position_m: &[f64], force_n: &[f64], noise_n: f64) -> (f64, ContactRule) {
     let mut samples: Vec<(f64, f64)> = with_capacity(position_m.len());
@@ -76,8 +74,7 @@ pub(super) fn contact(position_m: &[f64], force_n: &[f64], noise_n: f64) -> (f64
     }
 }
 
-/// Returns the position of zero force on the least-squares line of force over position; `None` unless the force grows
-/// with position.
+/// The zero of the least-squares line of force over position; `None` unless the force grows.
 fn zero_force_position_m(samples: &[(f64, f64)]) -> Option<f64> {
     let count = samples.len() as f64;
     let mean = |part: fn(&(f64, f64)) -> f64| samples.iter().map(part).sum::<f64>() / count;

@@ -17,7 +17,7 @@ use trocar_metrics::Unit;
 
 const MAX_LISTED: usize = 6;
 
-/// The folder of the figures, within the folder of the recording, where a detection has figures of the same names.
+/// Folder of the figures within the recording's folder, where a detection has figures of the same names.
 const FIGURES: &str = "calibration/";
 
 /// A calibration on a recording, and the detection in the whole recording with the calibrated settings.
@@ -50,7 +50,7 @@ impl<'a> CalibrationStudy<'a> {
 impl Study for CalibrationStudy<'_> {
     fn document(&self) -> Document<'_> {
         let mut document = self.calibration.document(self.name);
-        // Missed ruptures depend on the labels. The other warnings of the detection with the new settings are kept.
+        // Missed ruptures depend on the labels, so their warnings are dropped.
         let found = self.report.warnings.iter().filter(|warning| warning.code != Code::MissedRupture);
         document.warnings.extend(found.cloned());
         let mut alarms = Section::new("alarms", "Alarms");
@@ -82,8 +82,7 @@ fn alarms_line(report: &DetectionReport) -> String {
 }
 
 impl Calibration {
-    /// Returns the document of a calibration on the recording `name`: the measured quantities, the candidate memories
-    /// and the chosen settings.
+    /// The document of a calibration on the recording `name`.
     #[must_use]
     pub fn document(&self, name: &str) -> Document<'static> {
         let settings = self.rounded_settings();
@@ -109,8 +108,8 @@ impl Calibration {
         }
     }
 
-    /// Returns the chosen settings as they are shown and written. Computed numbers have four significant digits, more
-    /// than a few seconds of a recording determine. A given contact position is not rounded.
+    /// The settings as shown and written: computed numbers with four significant digits, more than a few seconds of a
+    /// recording determine; a given contact position unrounded.
     #[must_use]
     pub fn rounded_settings(&self) -> Candidate {
         let four = |value: &mut f64| *value = rounded(*value, 4);
@@ -133,7 +132,7 @@ impl Calibration {
         chosen
     }
 
-    /// Returns the `[estimator]` and `[detector]` tables as TOML.
+    /// The `[estimator]` and `[detector]` tables as TOML.
     #[must_use]
     pub fn toml(&self) -> String {
         let Candidate { contact_m, estimator, detector, .. } = self.rounded_settings();
@@ -195,12 +194,13 @@ impl Calibration {
 
     fn doubts(&self) -> impl Iterator<Item = Section> {
         let short = (self.quiet_blocks == 0).then_some(
-            "The recording has too little quiet contact. σ_0 is set to the noise σ_n and may be too small. Use a longer part \
-             of the recording (--first-s).",
+            "The recording has too little quiet contact. σ_0 is set to the noise σ_n and may be too small. Use a \
+             longer part of the recording (--first-s).",
         );
         let coloured = self.whiteness.is_some_and(|test| test.is_rejected()).then_some(
-            "The threshold gives the wanted interval for a white Gaussian residual. The quiet residual is not, so that no interval is \
-             predicted; the recording alone gives a bound. The threshold is at least twice the largest harmless excursion.",
+            "The threshold gives the wanted interval for a white Gaussian residual. The quiet residual is not white, \
+             so no interval is predicted; the recording alone gives a bound. The threshold is at least twice the \
+             largest harmless excursion.",
         );
         let section = |(id, text): (&'static str, Option<&str>)| {
             let mut section = Section::new(id, "Assumptions");
@@ -412,7 +412,7 @@ fn probability(p: f64) -> String {
     if p < 1e-4 { "p < 0.0001".into() } else { format!("p = {p:.4}") }
 }
 
-/// Returns the document of predicted and simulated run lengths.
+/// The document of predicted and simulated run lengths.
 #[must_use]
 pub fn run_lengths_document(lengths: &[RunLength]) -> Document<'static> {
     let columns = [

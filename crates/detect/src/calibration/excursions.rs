@@ -7,7 +7,7 @@ use trocar_base::interrupt;
 /// Cap of the decision in thresholds. It prevents one rupture from hiding the next.
 const CAP_THRESHOLDS: f64 = 20.0;
 
-/// A rupture is recognised by the force some 15 ms before it and the minimum within 100 ms after it, each a median.
+/// A rupture is recognised by the force 15 ms before it and the minimum within 100 ms after it, each a median.
 const BEFORE_S: f64 = 20e-3;
 const AFTER_S: f64 = 100e-3;
 const MEDIAN_S: f64 = 5e-3;
@@ -28,9 +28,8 @@ pub(super) struct Excursion {
     pub(super) peak_at: usize,
 }
 
-/// Returns the excursions of a CUSUM on squared residuals with a drift and a threshold in N², without arming.
-/// Excursions that cannot raise an alarm (no drop, out of contact, or withdrawing faster than `withdrawal_m_per_s`) are
-/// omitted.
+/// The excursions of a CUSUM on squared residuals with a drift and a threshold in N², without arming. Excursions that
+/// cannot raise an alarm (no drop, out of contact, or withdrawing faster than `withdrawal_m_per_s`) are omitted.
 pub(super) fn excursions(
     signal: &Signal<'_>,
     residuals: &Residuals,
@@ -64,8 +63,8 @@ pub(super) fn excursions(
     found
 }
 
-/// Returns true if the force drops permanently at a sample: within 100 ms by a quarter, by 0.5 N and well beyond the
-/// noise, while the needle is not withdrawn. A detector cannot use this rule, which needs later samples.
+/// True if the force drops permanently at a sample: within 100 ms by a quarter, by 0.5 N and well beyond the noise,
+/// while the needle is not withdrawn. A detector cannot use this rule, which needs later samples.
 pub(super) fn is_rupture(signal: &Signal<'_>, crossing: usize, noise_n: f64) -> bool {
     let Signal { position_m, force_n, .. } = *signal;
     let back = signal.samples_in(BEFORE_S, 5);

@@ -3,21 +3,20 @@
 //!
 //! # The rule
 //! 1. *Noise* `σ_n` of the force: from second differences (`spread`). The dead zone `N_0` is `2 σ_n`, at least the
-//!    force resolution and 1 mN. With `3 σ_n` the estimator's bias within the dead zone exceeds the noise.
+//!    force resolution and 1 mN. With `3 σ_n` the bias within the dead zone exceeds the noise.
 //! 2. *Contact*, unless given: the position at which the force begins, or the zero of the line of force over position
 //!    (`contact`).
 //! 3. *Quiet standard deviation* `σ_0`: the root mean square of the residual, including its bias, that nine tenths of
-//!    the usable blocks of 0.1 s do not exceed. Usable blocks are in contact, settled and without a rupture. A rupture
-//!    is recognised afterwards: the decision crosses the threshold, and the force falls by a quarter within 0.1 s while
-//!    the needle is not withdrawn (`excursions`). The user can give a quiet segment instead.
-//! 4. *Drift* `ν`: the value at which the likelihood ratio of eq. 23 changes its sign for `σ_1² = 100 σ_0²`, the
-//!    paper's ratio (4.6): `ν = σ_0² ln(r) r / (r - 1)`. The paper sets the drift halfway between the variances, which
-//!    is ten times higher.
-//! 5. *Threshold* `γ`: gives the wanted average run length to a false alarm ([`run_length`]). It is at least twice the
-//!    largest harmless excursion of the decision in the segment, because a real residual is not white.
+//!    the usable blocks of 0.1 s do not exceed. Usable blocks are in contact, settled and without a rupture: a crossing
+//!    of the threshold at which the force falls by a quarter within 0.1 s while the needle is not withdrawn
+//!    (`excursions`). The user can give a quiet segment instead.
+//! 4. *Drift* `ν`: where the likelihood ratio of eq. 23 changes its sign for `σ_1² = 100 σ_0²`, the paper's ratio
+//!    (4.6): `ν = σ_0² ln(r) r / (r - 1)`. The paper's drift, halfway between the variances, is ten times higher.
+//! 5. *Threshold* `γ`: gives the wanted average run length to a false alarm ([`run_length`]), and is at least twice the
+//!    largest harmless excursion in the segment, because a real residual is not white.
 //! 6. *Memory* of the estimator, in corrections: the value that best separates the slowest rupture from the fastest
-//!    harmless change. Both are added to the recording at up to forty samples (`probe`). A detected rupture scores 1,
-//!    an alarm at a harmless change -3. The default of 10 is kept unless another value scores higher.
+//!    harmless change, both added to the recording at up to forty samples (`probe`). A detected rupture scores 1, an
+//!    alarm at a harmless change -3. The default of 10 is kept unless another value scores higher.
 //! 7. *Withdrawal speed*, above which no sample counts: three standard deviations of the velocity noise, at least 1
 //!    mm/s.
 //!
@@ -50,8 +49,8 @@ use trocar_core::error::InvalidValue;
 use trocar_core::estimation::{RlsSettings, VelocityFilter};
 use trocar_scenario::DetectionSpec;
 
-/// Without a warning, the share of detected slowest ruptures is at least the first, and the share of harmless changes
-/// with an alarm at most the second.
+/// Without a warning, the share of detected slowest ruptures is at least the first, and that of harmless changes with
+/// an alarm at most the second.
 const MIN_FOUND: f64 = 0.5;
 const MAX_HARMLESS: f64 = 0.2;
 
@@ -107,31 +106,30 @@ pub struct Calibration {
     pub candidates: Vec<Candidate>,
     /// Index of the chosen candidate.
     pub chosen: usize,
-    /// Predicted time between false alarms on white noise of `σ_0`, in s; `None` if the quiet residual is missing, or
-    /// not white and Gaussian.
+    /// Predicted time between false alarms on white noise of `σ_0`, in s; `None` unless the quiet residual is white and
+    /// Gaussian.
     pub false_alarm_s: Option<f64>,
     /// Time of quiet contact without an alarm with the chosen settings, in the evaluated part, in s.
     pub quiet_s: f64,
 }
 
-/// If this number of false alarms is expected, the probability of none is 5 %: `-ln 0.05`.
+/// Expected number of false alarms for which none has a probability of 5 %: `-ln 0.05`.
 const NONE_EXPECTED: f64 = 2.995_732_273_553_991;
 
 impl Calibration {
-    /// Returns the lower bound of the time between false alarms in s, with 95 % confidence, from the quiet time without
-    /// an alarm.
+    /// Lower bound of the time between false alarms in s, with 95 % confidence, from the quiet time without an alarm.
     #[must_use]
     pub fn least_false_alarm_s(&self) -> f64 {
         self.quiet_s / NONE_EXPECTED
     }
 
-    /// Returns the chosen settings.
+    /// The chosen settings.
     #[must_use]
     pub fn settings(&self) -> &Candidate {
         &self.candidates[self.chosen]
     }
 
-    /// Returns the warnings about the chosen settings.
+    /// The warnings about the chosen settings.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let Candidate { found_share, harmless_share, .. } = self.settings();
@@ -199,18 +197,18 @@ pub enum CalibrationError {
 /// # Errors
 /// [`CalibrationError`].
 pub fn calibrate(spec: &DetectionSpec, request: &CalibrationRequest) -> Result<Calibration, CalibrationError> {
-    calibrate_told(spec, request, &|_, _| ())
+    calibrate_with_progress(spec, request, &|_, _| ())
 }
 
-/// [`calibrate`] with progress: `told` receives the numbers of complete steps and of all steps, which take about
-/// equally long.
+/// [`calibrate`] with progress: `report` receives the numbers of complete and of all steps, which take about equally
+/// long.
 ///
 /// # Errors
 /// [`CalibrationError`].
-pub fn calibrate_told(
+pub fn calibrate_with_progress(
     spec: &DetectionSpec,
     request: &CalibrationRequest,
-    told: &dyn Fn(usize, usize),
+    report: &dyn Fn(usize, usize),
 ) -> Result<Calibration, CalibrationError> {
     request.validate()?;
     let recording = &spec.recording.recording;
@@ -240,5 +238,5 @@ pub fn calibrate_told(
         velocity_m_per_s: &velocity_m_per_s[..count],
         force_n: &force_n[..count],
     };
-    CandidateBench::new(signal, spec, request)?.calibrate(told)
+    CandidateBench::new(signal, spec, request)?.calibrate(report)
 }

@@ -36,7 +36,7 @@ impl Default for CalibrationRequest {
 }
 
 impl CalibrationRequest {
-    /// Returns the drift for a quiet variance of 1, at which the likelihood ratio of eq. 23 changes its sign.
+    /// The drift for a quiet variance of 1, at which the likelihood ratio of eq. 23 changes its sign.
     #[must_use]
     pub fn drift(&self) -> f64 {
         let ratio = self.variance_ratio;

@@ -8,9 +8,9 @@
 //! ```
 //!
 //! where `F` and `f` are distribution and density of `s`. The Markov chain of Brook and Evans (1972) takes `L` as
-//! constant on each state, which is inaccurate for a χ² density, infinite at 0. Here `L` is continuous and linear
-//! between nodes, and the products with `f` are integrated exactly. Knoth (2006, *Computational Statistics & Data
-//! Analysis* 51) does the same with other elements for the CUSUM of a variance.
+//! constant on each state, which is inaccurate for a χ² density, infinite at 0. Here `L` is linear between nodes, and
+//! the products with `f` are integrated exactly, as in Knoth (2006, *Computational Statistics & Data Analysis* 51) with
+//! other elements for the CUSUM of a variance.
 //!
 //! Decisions and drifts are in units of the noise's variance, run lengths in samples.
 
@@ -40,7 +40,7 @@ const RUNS_PER_STREAM: u64 = 32;
 
 impl RunLength {
     /// Determines the threshold for a wanted run length, predicts its run length, and simulates `alarms` runs (a
-    /// multiple of 32) in parallel. `done` is called after every 32 runs.
+    /// multiple of 32) in parallel. `done` is called after every 32.
     #[must_use]
     pub fn check(drift: f64, wanted: f64, alarms: u64, done: impl Fn() + Sync) -> Self {
         let threshold = threshold_for(drift, wanted);
@@ -69,7 +69,7 @@ pub const LONGEST: f64 = 1e12;
 /// Run lengths for which a threshold can be found, in samples.
 pub const WANTED: std::ops::RangeInclusive<f64> = 2.0..=1e10;
 
-/// Returns the distribution function of `x²` at `u`, and the mean of `x²` over `x² <= u`.
+/// The distribution function of `x²` at `u`, and the mean of `x²` over `x² <= u`.
 fn chi_square(u: f64) -> (f64, f64) {
     if u <= 0.0 {
         return (0.0, 0.0);
@@ -78,20 +78,19 @@ fn chi_square(u: f64) -> (f64, f64) {
     (distribution, distribution - (2.0 * u / std::f64::consts::PI).sqrt() * (-u / 2.0).exp())
 }
 
-/// Returns the average run length in samples for a drift `ν > 0` and a threshold `γ > 0`, at most [`LONGEST`].
+/// The average run length in samples for a drift `ν > 0` and a threshold `γ > 0`, at most [`LONGEST`].
 #[must_use]
 pub fn average_run_length(drift: f64, threshold: f64) -> f64 {
     let elements = (threshold * NODES_PER_UNIT).ceil().clamp(NODES.0, NODES.1) as usize;
     on_elements(drift, threshold, elements)
 }
 
-/// Computes [`average_run_length`] with a given number of elements.
 fn on_elements(drift: f64, threshold: f64, elements: usize) -> f64 {
     let width = threshold / elements as f64;
     let mut equations = DMatrix::<f64>::identity(elements + 1, elements + 1);
     for row in 0..=elements {
         let from = row as f64 * width;
-        // The s for which the next decision is at a node, and the distribution and moment below it.
+        // The s for which the next decision is at a node; the distribution and moment below it.
         let at = |node: usize| chi_square(node as f64 * width - from + drift);
         let mut lower = at(0);
         equations[(row, 0)] -= lower.0;
@@ -112,7 +111,7 @@ fn on_elements(drift: f64, threshold: f64, elements: usize) -> f64 {
     }
 }
 
-/// Returns the threshold for an average run length of `samples` (within [`WANTED`]), with a relative error of 1e-4.
+/// The threshold for an average run length of `samples` (within [`WANTED`]), with a relative error of 1e-4.
 #[must_use]
 pub fn threshold_for(drift: f64, samples: f64) -> f64 {
     let (mut low, mut high) = (1e-3_f64, 1.0_f64);
@@ -132,8 +131,8 @@ pub fn threshold_for(drift: f64, samples: f64) -> f64 {
     high
 }
 
-/// Returns the total number of samples of `alarms` runs on simulated noise. Divided by `alarms` it is the average run
-/// length. The same seed gives the same count.
+/// Total number of samples of `alarms` runs on simulated noise; divided by `alarms`, the average run length. The same
+/// seed gives the same count.
 #[must_use]
 pub fn simulate(drift: f64, threshold: f64, alarms: u64, seed: u64) -> u64 {
     let mut noise = ChaCha8Rng::seed_from_u64(seed);

@@ -14,7 +14,6 @@ pub(super) struct Signal<'a> {
 }
 
 impl Signal<'_> {
-    /// Returns the number of samples in a time, at least `min`.
     pub(super) fn samples_in(&self, time_s: f64, min: usize) -> usize {
         ((time_s / self.interval_s) as usize).max(min)
     }
@@ -51,7 +50,6 @@ impl Residuals {
         residuals
     }
 
-    /// Returns true if the force at a sample is below a predicted resisting force.
     pub(super) fn is_drop(&self, sample: usize) -> bool {
         self.residual_n[sample] < 0.0 && self.predicted_n[sample] > 0.0
     }

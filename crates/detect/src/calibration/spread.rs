@@ -5,10 +5,8 @@ use trocar_base::large_pages::with_capacity;
 use trocar_base::quantiles::quantile_of;
 
 const NOISE_BLOCK: usize = 50;
-/// The quantile of the blocks' noise that is returned.
 const NOISE_SHARE: f64 = 0.75;
 
-/// Returns the quantile `share` (0 to 1), linear between the values; `None` without values.
 #[must_use]
 pub(super) fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     trocar_base::interrupt::check();
@@ -25,11 +23,11 @@ pub(super) fn root_mean_square(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
-/// Returns the standard deviation of the white noise of a signal; 0 for fewer than three samples.
+/// Standard deviation of the white noise of a signal; 0 for fewer than three samples.
 ///
 /// The second difference of white noise has six times its variance, and cancels components that are smooth over three
-/// samples. The result is a quantile over blocks of 50 samples, because an encoder is quiet at rest and a rupture is
-/// not noise: three quarters of the blocks do not exceed it.
+/// samples. An encoder is quiet at rest and a rupture is not noise, so the result is the value that three quarters of
+/// the blocks of 50 samples do not exceed.
 #[must_use]
 pub(crate) fn noise_std(signal: &[f64]) -> f64 {
     let mut second = with_capacity(signal.len());
@@ -42,8 +40,7 @@ pub(crate) fn noise_std(signal: &[f64]) -> f64 {
     quantile(blocks, NOISE_SHARE).unwrap_or_else(|| root_mean_square(&second))
 }
 
-/// Returns the smallest step between two different samples, the resolution of the signal or of its digits; 0 for a
-/// constant.
+/// The smallest step between two samples: the resolution of the signal or of its digits; 0 for a constant.
 #[must_use]
 pub(super) fn min_step(signal: &[f64]) -> f64 {
     let steps = signal.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 1e-9);

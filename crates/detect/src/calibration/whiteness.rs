@@ -30,7 +30,7 @@ pub struct Whiteness {
 const REJECTED: f64 = 0.01;
 
 impl Whiteness {
-    /// Returns true if either test rejects a white Gaussian residual.
+    /// True if either test rejects a white Gaussian residual.
     #[must_use]
     pub fn is_rejected(&self) -> bool {
         self.ljung_box_p < REJECTED || self.jarque_bera_p < REJECTED
@@ -71,8 +71,8 @@ impl Whiteness {
     }
 }
 
-/// Returns the probability that a χ² variable with an even number of degrees of freedom exceeds `x`: `e^{-x/2}
-/// Σ_{k<n/2} (x/2)^k / k!`.
+/// Probability that a χ² variable with an even number of degrees of freedom exceeds `x`: `e^{-x/2} Σ_{k<n/2} (x/2)^k /
+/// k!`.
 fn chi_square_tail(x: f64, degrees: usize) -> f64 {
     let half = x / 2.0;
     let mut term = (-half).exp();

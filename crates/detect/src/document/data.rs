@@ -37,8 +37,8 @@ pub fn column_values<'a>(column: ColumnValues<impl Into<Cow<'a, [f64]>>, impl In
     }
 }
 
-/// Returns the alarms of recordings (`found`, `false`, or `alarm` without labels) and the missed ruptures (`missed`),
-/// in order of time within each recording.
+/// The alarms of recordings (`found`, `false`, or `alarm` without labels) and the missed ruptures (`missed`), ordered
+/// by time within each recording.
 pub(super) fn events<'a>(recordings: impl IntoIterator<Item = (&'a str, &'a DetectionReport)>) -> DataTable<'a> {
     let of = |(file, report): (&'a str, &'a DetectionReport)| {
         Event::all(report).into_iter().map(move |event| (file, report, event))

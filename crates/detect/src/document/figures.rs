@@ -6,7 +6,6 @@ use trocar_document::Document;
 use trocar_figures::{ESTIMATION_FIGURES, EstimationView, TimelineRow};
 
 impl Samples {
-    /// Adds the figures `estimation`, `parameters`, `decision` and `residual` of a detection, in a folder.
     pub(crate) fn draw<'a>(
         &'a self,
         document: &mut Document<'a>,
@@ -37,7 +36,6 @@ impl Samples {
     }
 }
 
-/// Returns a recording on a timeline, with its first sample at `from_s` (s).
 pub(super) fn row<'a>(name: &'a str, report: &DetectionReport, from_s: f64) -> TimelineRow<'a> {
     let of = |sample: usize| from_s + sample as f64 * report.interval_s;
     let at = |time_s: f64| from_s + (time_s - report.start_s);

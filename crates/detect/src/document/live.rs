@@ -4,8 +4,8 @@ use crate::LiveSummary;
 use trocar_document::{counted, show, significant};
 use trocar_metrics::Unit;
 
-/// Returns the summary of a live stream. `rows` counts the rows below the header, `malformed` the unreadable ones, and
-/// `ended` names the cause of the end.
+/// The summary of a live stream. `rows` counts the rows below the header, `malformed` the unreadable ones; `ended`
+/// names the cause of the end.
 #[must_use]
 pub fn live_text(summary: &LiveSummary, rows: u64, malformed: u64, ended: &str) -> String {
     let seconds = |value: f64| format!("{} s", significant(value));

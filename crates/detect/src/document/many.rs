@@ -49,7 +49,6 @@ pub struct DetectionsFile<'a> {
     phases: Vec<PhaseStatistics>,
 }
 
-/// One recording of many.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Recording<'a> {
     /// The path of the file as the user gave it.

@@ -28,12 +28,12 @@ const MAX_WINDOWS: usize = 6;
 /// Maximum number of alarms whose times the first sentence contains.
 const MAX_TIMES: usize = 5;
 
-const MEANINGS: &str = "The residual e is the measured minus the estimated force. σ is its standard deviation. The robust σ is 1.4826 \
-     times its median absolute deviation, which ruptures hardly change. K and B are the means of the \
-     estimated stiffness and damping, s.e. is the mean of their standard error: a B within two of them of 0, as in a hold, is not \
-     known. The phase is free without contact; the mean speed of the needle distinguishes insertion, hold and withdrawal. Precision is the \
-     share of alarms that match a rupture, recall is the share of ruptures with a matching alarm, and F1 is their harmonic mean. \
-     A delay is the time from a rupture to its alarm.";
+const MEANINGS: &str = "The residual e is the measured minus the estimated force. σ is its standard deviation. The \
+     robust σ is 1.4826 times its median absolute deviation, which ruptures hardly change. K and B are the means of \
+     the estimated stiffness and damping, s.e. is the mean of their standard error: a B within two standard errors of \
+     0, as in a hold, is not known. The phase is free without contact; the mean speed of the needle distinguishes \
+     insertion, hold and withdrawal. Precision is the share of alarms that match a rupture, recall is the share of \
+     ruptures with a matching alarm, and F1 is their harmonic mean. A delay is the time from a rupture to its alarm.";
 
 /// A detection in a recording.
 #[derive(Debug)]
@@ -95,7 +95,7 @@ pub fn add_timeline(document: &mut Document<'_>, name: &str, report: &DetectionR
     document.figure("timeline", trocar_figures::timeline(&[figures::row(name, report, report.start_s)]));
 }
 
-/// Returns the document of a detection, without its samples and figures.
+/// The document of a detection, without its samples and figures.
 #[must_use]
 pub fn report_document(name: &str, report: &DetectionReport, values: &Values) -> Document<'static> {
     let (detector, threshold, unit) = report.detector;
@@ -144,7 +144,6 @@ pub fn report_document(name: &str, report: &DetectionReport, values: &Values) ->
     }
 }
 
-/// Returns the times of the first alarms, as in ` at 2.006 s and 5.1 s`; empty without an alarm.
 fn alarm_times(report: &DetectionReport) -> String {
     let times: Vec<String> =
         report.alarms.iter().take(MAX_TIMES).map(|alarm| format!("{:.3} s", alarm.time_s)).collect();
@@ -175,8 +174,8 @@ fn signals(report: &DetectionReport) -> [Section; 2] {
     let windows = alarms.map(|(index, alarm)| window(format!("alarm {}", index + 1), alarm.time_s)).collect();
     signals.figures(["timeline", "estimation", "parameters", "decision"], windows);
     signals.text(
-        "Long records are reduced to the minimum and maximum of short intervals; nearly every sample around ruptures and \
-         alarms is kept. detection.csv has every sample.",
+        "Long records are reduced to the minimum and maximum of short intervals; nearly every sample around ruptures \
+         and alarms is kept. detection.csv has every sample.",
     );
     let mut residual = Section::new("residual", "Distribution of the residual").shown(Shown::InReports);
     residual.figure("residual");

@@ -7,7 +7,7 @@ use trocar_document::{Cell, Document, Section, Table, Verdict, command_line, cou
 use trocar_recording::{Quantity, Roles, Signal};
 use trocar_scenario::parse_quantity;
 
-/// Returns the signals of a file with their roles, and the command that detects ruptures in it.
+/// The signals of a file with their roles, and the command that detects ruptures in it.
 #[must_use]
 pub fn signals_document(file: &str, signals: &[Signal]) -> Document<'static> {
     let mut section = Section::new("signals", "Signals");
@@ -32,7 +32,6 @@ pub fn signals_document(file: &str, signals: &[Signal]) -> Document<'static> {
     }
 }
 
-/// Returns the sampling rate of a signal in Hz, from the first time signal with as many samples.
 fn rate_hz(signal: &Signal, signals: &[Signal]) -> Option<f64> {
     let is_time = |other: &&Signal| other.role == Some(Quantity::Time) && other.samples == signal.samples;
     let time = signals.iter().find(is_time)?;
@@ -41,8 +40,7 @@ fn rate_hz(signal: &Signal, signals: &[Signal]) -> Option<f64> {
     (duration_s > 0.0).then(|| (signal.samples - 1) as f64 / duration_s)
 }
 
-/// Returns the command that detects in a file, with the first signal of each role; a capital word stands for a missing
-/// signal.
+/// The command that detects in a file, with the first signal of each role; a capital word stands for a missing signal.
 fn command(file: &str, signals: &[Signal]) -> String {
     let roles = Roles::of(signals);
     let mut words = vec!["detect".to_owned(), file.to_owned()];
@@ -83,7 +81,7 @@ fn choices(signals: &[Signal]) -> Vec<String> {
     let roles = Roles::of(signals);
     let of = |quantity: Quantity| match roles.candidates[quantity as usize].as_slice() {
         [] if quantity != Quantity::Velocity => Some(format!(
-            "{0}: no name or unit shows it; choose a signal for {1}",
+            "{0}: no signal has a matching name or unit; choose one for {1}",
             quantity.name(),
             quantity.name().to_uppercase()
         )),

@@ -25,7 +25,6 @@ pub(super) fn residual(report: &DetectionReport) -> Table {
     table
 }
 
-/// Returns the alarms, each with its matched rupture, and the missed ruptures of recordings, in order of time.
 pub(super) fn events(recordings: &[(Option<&str>, &DetectionReport)]) -> Table {
     let is_named = recordings.iter().any(|(name, _)| name.is_some());
     let columns = [

@@ -89,14 +89,14 @@ pub struct LiveSummary {
 /// Estimator and detector on a stream, in constant memory.
 ///
 /// # Time
-/// Estimator and detector need evenly spaced samples, so the stream is divided into ticks. Their interval is
-/// `interval_s` if given, or the time between the first two samples.
+/// Estimator and detector need evenly spaced samples, so the stream is divided into ticks of `interval_s`, or of the
+/// time between the first two samples.
 ///
 /// - A step of up to 1.5 intervals is one tick.
 /// - A longer step, of up to ten intervals, has lost samples, which are interpolated linearly, as in a file.
-/// - After a longer step, and after the clock was set back, filter, estimator and detector restart. The clock counts as
-///   set back after ten consecutive rows that ascend but are earlier than the last sample. After a restart the detector
-///   raises no alarm until the contact has been quiet for its `settle_s`.
+/// - After a longer step, and after the clock was set back (ten consecutive rows that ascend but are earlier than the
+///   last sample), filter, estimator and detector restart. The detector then raises no alarm until the contact has been
+///   quiet for its `settle_s`.
 /// - A sample that is not later than the last one is omitted.
 ///
 /// Evenly spaced samples give the same results, bit for bit, as [`detect`](super::detect) with the same interval.
@@ -107,8 +107,7 @@ pub struct LiveDetector {
     interval_s: Option<f64>,
     chain: Option<DetectionChain>,
     last: Option<LiveSample>,
-    /// Time of the last row that was not later than the last sample, and the number of consecutive ascending rows of
-    /// this kind.
+    /// Time of the last row that was not later than the last sample, and number of such consecutive ascending rows.
     behind: (f64, u32),
     in_contact: u64,
     residual: ResidualSums,
@@ -116,7 +115,7 @@ pub struct LiveDetector {
 }
 
 impl LiveDetector {
-    /// Returns a detector for ticks of `interval_s` (s), or of the interval of the first two samples.
+    /// A detector for ticks of `interval_s` (s), or of the interval of the first two samples.
     ///
     /// # Errors
     /// [`InvalidValue`] if the interval or the position step is not a positive finite number.
@@ -201,13 +200,13 @@ impl LiveDetector {
         Ok(None)
     }
 
-    /// Returns the interval of the ticks in s; `None` before it is known.
+    /// The interval of the ticks in s; `None` before it is known.
     #[must_use]
     pub fn interval_s(&self) -> Option<f64> {
         self.interval_s
     }
 
-    /// Returns the results so far.
+    /// The results so far.
     #[must_use]
     pub fn summary(&self) -> LiveSummary {
         let interval_s = self.interval_s.unwrap_or(0.0);

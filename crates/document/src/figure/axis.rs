@@ -26,14 +26,14 @@ pub struct Axis {
 pub type Ticks = Vec<(f64, String)>;
 
 impl Axis {
-    /// Returns an axis with exactly these limits. With 0 ticks it has no labels.
+    /// An axis with exactly these limits. With 0 ticks it has no labels.
     #[must_use]
     pub fn exact(range: (f64, f64), max_ticks: usize) -> Self {
         let (low, high) = sane(range);
         Self { low, high, log: false, max_ticks, names: vec![] }
     }
 
-    /// Returns a vertical axis with a line for each name, at the positions 0, -1, -2, … from the top down.
+    /// A vertical axis with a line for each name, at the positions 0, -1, -2, … from the top down.
     #[must_use]
     pub fn of_names(names: impl IntoIterator<Item = String>) -> Self {
         let names: Vec<String> = names.into_iter().collect();
@@ -41,7 +41,7 @@ impl Axis {
         Self { names, ..Self::exact((low, 0.5), 0) }
     }
 
-    /// Returns an axis with a margin around the data. The upper margin is larger for the marks of alarms.
+    /// An axis with a margin around the data. The upper margin is larger for the marks of alarms.
     #[must_use]
     pub fn padded(range: (f64, f64), max_ticks: usize) -> Self {
         let (low, high) = sane(range);
@@ -49,33 +49,33 @@ impl Axis {
         Self::exact((low - margin, high + 2.2 * margin), max_ticks)
     }
 
-    /// Returns an axis from 0, for quantities that cannot be negative.
+    /// An axis from 0, for quantities that cannot be negative.
     #[must_use]
     pub fn from_zero(high: f64, max_ticks: usize) -> Self {
         let high = if high.is_finite() && high > 0.0 { high } else { 1.0 };
         Self::exact((0.0, 1.14 * high), max_ticks)
     }
 
-    /// Returns a logarithmic axis over a positive `range`.
+    /// A logarithmic axis over a positive `range`.
     #[must_use]
     pub fn log10(range: (f64, f64)) -> Self {
         let (low, high) = sane((range.0.max(1e-300).log10(), range.1.max(1e-300).log10()));
         Self { low, high, log: true, max_ticks: X_TICKS, names: vec![] }
     }
 
-    /// Returns a linear or logarithmic axis over a range of values.
+    /// A linear or logarithmic axis over a range of values.
     #[must_use]
     pub fn over(range: (f64, f64), is_log: bool, max_ticks: usize) -> Self {
         if is_log { Self::log10(range) } else { Self::exact(range, max_ticks) }
     }
 
-    /// Returns the ticks without regard to the space for labels.
+    /// The ticks without regard to the space for labels.
     #[must_use]
     pub fn all_ticks(&self) -> Ticks {
         self.ticks(|_| true)
     }
 
-    /// Returns a position limited to the axis.
+    /// A position limited to the axis.
     #[must_use]
     pub fn within(&self, place: f64) -> f64 {
         place.max(self.low).min(self.high)
@@ -109,8 +109,8 @@ impl Axis {
         (0..=count).map(|k| (first + k as f64) * step).map(|tick| (tick, self.label(tick, step))).collect()
     }
 
-    /// Returns the possible ticks of a logarithmic axis, the densest first. Below three powers of ten they include 2
-    /// and 5 times each power.
+    /// The possible ticks of a logarithmic axis, the densest first. Below three powers of ten they include 2 and 5
+    /// times each power.
     fn powers(&self) -> Vec<Ticks> {
         let of_step = |step: i32| -> Ticks {
             let (first, last) =
@@ -153,7 +153,7 @@ fn plain(tick: f64) -> String {
     }
 }
 
-/// Returns the minimum and maximum of the finite values.
+/// The minimum and maximum of the finite values.
 pub fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
     values.into_iter().filter(|v| v.abs() <= MAX_MAGNITUDE).fold(None, |range, v| match range {
         None => Some((v, v)),
@@ -161,8 +161,7 @@ pub fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
     })
 }
 
-/// Returns the quantiles at `1 - level` and `level` of the finite values, so that a few outliers do not determine the
-/// axis.
+/// The quantiles at `1 - level` and `level` of the finite values, against outliers.
 pub fn quantile_extent(values: impl IntoIterator<Item = f64>, level: f64) -> Option<(f64, f64)> {
     let mut kept: Vec<f64> = values.into_iter().filter(|v| v.abs() <= MAX_MAGNITUDE).collect();
     let last = kept.len().checked_sub(1)?;
@@ -173,7 +172,7 @@ pub fn quantile_extent(values: impl IntoIterator<Item = f64>, level: f64) -> Opt
     Some((low, high))
 }
 
-/// Returns the smallest range that contains both ranges.
+/// The smallest range that contains both ranges.
 pub fn union(a: Option<(f64, f64)>, b: Option<(f64, f64)>) -> Option<(f64, f64)> {
     match (a, b) {
         (Some(a), Some(b)) => Some((a.0.min(b.0), a.1.max(b.1))),
@@ -181,7 +180,6 @@ pub fn union(a: Option<(f64, f64)>, b: Option<(f64, f64)>) -> Option<(f64, f64)>
     }
 }
 
-/// Returns finite, increasing limits that are wide enough for distinct numbers.
 fn sane((low, high): (f64, f64)) -> (f64, f64) {
     if !(low.is_finite() && high.is_finite()) {
         return (0.0, 1.0);
@@ -196,7 +194,6 @@ fn sane((low, high): (f64, f64)) -> (f64, f64) {
     (low - half, high + half)
 }
 
-/// Returns the smallest of 1, 2, 2.5, 5, 10 times a power of ten that is at least `raw`.
 fn nice_step(raw: f64) -> f64 {
     let power = 10_f64.powi(raw.log10().floor() as i32);
     [1.0, 2.0, 2.5, 5.0].into_iter().map(|m| m * power).find(|&step| step >= raw * (1.0 - 1e-9)).unwrap_or(10.0 * power)
@@ -252,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn ticks_are_round_and_inside() {
+    fn ticks_are_round_numbers_within_the_axis() {
         assert_eq!(labels(&Axis::exact((5.12, 7.12), X_TICKS)), ["5.5", "6.0", "6.5", "7.0"]);
         assert_eq!(labels(&Axis::padded((-2.5, 5.7), Y_TICKS)), ["−2", "0", "2", "4", "6"]);
         assert_eq!(labels(&Axis::exact((0.0, 1.0), 0)), [""; 0]);

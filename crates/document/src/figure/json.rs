@@ -34,8 +34,7 @@ impl Writer<'_> {
         json!({ "kind": kind, "style": style, "text": text })
     }
 
-    /// Returns a line with its name in the legend. The only line of a panel has the name of the axis; others without an
-    /// entry have no name.
+    /// A line with its name in the legend. The only line of a panel has the name of the axis; others may have none.
     fn line(&mut self, panel: &Panel<'_>, points: Vec<Point>, stroke: &Stroke) -> Json {
         let is_of = |sample: &Sample| matches!(sample, Sample::Line(of) | Sample::Dot(of) if of == stroke);
         let entry = panel.legend.iter().chain(self.legend).find(|(sample, _)| is_of(sample));
@@ -92,7 +91,6 @@ fn axis(axis: &Axis, caption: &str) -> Json {
     json!({ "low": axis.low, "high": axis.high, "log": axis.log, "ticks": axis.all_ticks(), "caption": caption })
 }
 
-/// Returns the intervals (s) around the first events that a page shows in more detail.
 fn detailed(events: &Events) -> Vec<(f64, f64)> {
     const BEFORE_S: f64 = 0.1;
     const AFTER_S: f64 = 0.6;
@@ -102,10 +100,10 @@ fn detailed(events: &Events) -> Vec<(f64, f64)> {
 }
 
 impl Figure<'_> {
-    /// Returns the figure as data: `name`, `legend`, and `rows` of `panels` with their axes, lines, fills, levels,
-    /// notes and events. Each tick of an axis has its position and label. Positions are in the coordinates of the axes:
-    /// exponents of ten for a logarithmic axis. A line with one point is a dot; `null` is a gap. Long lines are reduced
-    /// to the minima and maxima of 5000 intervals.
+    /// The figure as data: `name`, `legend`, and `rows` of `panels` with their axes, lines, fills, levels, notes and
+    /// events. Each tick of an axis has its position and label. Positions are in axis coordinates: exponents of ten on
+    /// a logarithmic axis. A line with one point is a dot; `null` is a gap. Long lines are reduced to the minima and
+    /// maxima of 5000 intervals.
     #[must_use]
     pub fn description(&self) -> Json {
         let mut points = |points: Vec<Point>| {
@@ -126,7 +124,7 @@ impl Figure<'_> {
     }
 
     /// Like `for_page`, with the points in `bytes` as little-endian 32-bit floats. A line then has the index of its
-    /// first x in `bytes` and its number of points; all x come before y.
+    /// first x and its number of points; all x come before y.
     pub fn for_frame(&self, intervals: usize, bytes: &mut Vec<u8>) -> Json {
         let mut points = |points: Vec<Point>| {
             let start = bytes.len() / size_of::<f32>();

@@ -43,7 +43,7 @@ pub struct Row<'a> {
 }
 
 impl<'a> Row<'a> {
-    /// Returns a row of one panel without a title.
+    /// A row of one panel without a title.
     #[must_use]
     pub fn of(height: f64, panel: Panel<'a>) -> Self {
         Self { title: None, height, panels: vec![panel] }
@@ -70,8 +70,7 @@ pub enum Sample {
 /// One entry of a legend.
 pub type Entry = (Sample, String);
 
-/// A signal over the horizontal axis, in increasing order of x. Values are multiplied by `scale` (1000 for
-/// millimetres).
+/// A signal over increasing x. Values are multiplied by `scale` (1000 for millimetres).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series<'a> {
     /// Positions on the horizontal axis, in its coordinate.
@@ -85,7 +84,7 @@ pub struct Series<'a> {
 }
 
 impl<'a> Series<'a> {
-    /// Returns a series with a scale of 1.
+    /// A series with a scale of 1.
     pub fn new(x: impl Into<Cow<'a, [f64]>>, y: impl Into<Cow<'a, [f64]>>, stroke: Stroke) -> Self {
         Self { x: x.into(), y: y.into(), scale: 1.0, stroke }
     }
@@ -167,8 +166,8 @@ impl<'a> Panel<'a> {
         Self::new(time, "Time (s)", y, y_caption)
     }
 
-    /// Returns the visible samples of a series in axis coordinates. They are reduced to the extremes of intervals,
-    /// which are shorter within `detailed` (s).
+    /// The visible samples of a series in axis coordinates, reduced to the extremes of intervals, which are shorter
+    /// within `detailed` (s).
     pub fn samples<'t>(
         &'t self,
         series: &'t Series<'_>,
@@ -182,8 +181,7 @@ impl<'a> Panel<'a> {
     }
 }
 
-/// Returns the samples of the increasing column `x` within `axis`, and one beyond each end for lines that cross the
-/// edges.
+/// The samples of the increasing column `x` within `axis`, and one beyond each end for lines that cross the edges.
 fn shown(x: &[f64], axis: &Axis) -> Range<usize> {
     let end = (x.partition_point(|&x| x <= axis.high) + 1).min(x.len());
     let start = x[..end].partition_point(|&x| x < axis.low).saturating_sub(1);

@@ -26,7 +26,7 @@ impl Shade {
     pub const ALL: [Self; 7] =
         [Self::Frozen, Self::Held, Self::Event, Self::Reengaging, Self::Insertion, Self::Hold, Self::Withdrawal];
 
-    /// Returns the name.
+    /// The name.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -40,7 +40,7 @@ impl Shade {
         }
     }
 
-    /// Returns the colour on white paper.
+    /// The colour on white paper.
     #[must_use]
     pub fn color(self) -> Color {
         match self {
@@ -54,7 +54,7 @@ impl Shade {
         }
     }
 
-    /// Returns the colour as CSS for a page.
+    /// The colour as CSS for a page.
     #[must_use]
     pub fn css(self) -> String {
         self.color().css()

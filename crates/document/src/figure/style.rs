@@ -1,7 +1,7 @@
 //! Sizes, colours and line styles, in points (1/72 in).
 //!
 //! The colours are by Okabe and Ito, distinguishable for the common forms of colour blindness. Lines also differ in
-//! width and dashes, for print without colour. A colour has one meaning in all figures:
+//! width and dashes, for print in grey. A colour has one meaning in all figures:
 //!
 //! | colour | meaning |
 //! |---|---|
@@ -15,8 +15,7 @@
 //! | grey, pale | an event without a hold |
 //! | grey | ruptures, guides |
 //!
-//! If a figure compares more than two lines of one kind, for example detectors, [`LINES`] continues with the other
-//! colours.
+//! With more than two lines of one kind, for example detectors, [`LINES`] continues with the other colours.
 
 /// A colour as red, green and blue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,14 +36,13 @@ pub const NAMES: [(&str, Color); 10] = [
 ];
 
 impl Color {
-    /// Returns the colour in hexadecimal digits.
+    /// The colour in hexadecimal digits.
     #[must_use]
     pub fn hex(self) -> String {
         format!("#{:02x}{:02x}{:02x}", self.0, self.1, self.2)
     }
 
-    /// Returns the colour as CSS for a page: the theme's colour with the coverage. Colours without a name are the same
-    /// in every theme.
+    /// The colour as CSS for a page. Colours without a name are the same in every theme.
     #[must_use]
     pub fn css(self) -> String {
         if let Some((name, _)) = NAMES.iter().find(|(_, color)| *color == self) {
@@ -57,7 +55,7 @@ impl Color {
         NAMES[2..].iter().find_map(pale).unwrap_or_else(|| self.hex())
     }
 
-    /// Returns the colour on white paper with a coverage of 0 to 1.
+    /// The colour on white paper with a coverage of 0 to 1.
     #[must_use]
     pub const fn pale(self, coverage: f64) -> Self {
         const fn mix(channel: u8, coverage: f64) -> u8 {
@@ -100,13 +98,13 @@ pub struct Stroke {
 }
 
 impl Stroke {
-    /// Returns a solid line.
+    /// A solid line.
     #[must_use]
     pub const fn solid(color: Color, width: f64) -> Self {
         Self { color, width, dashes: &[] }
     }
 
-    /// Returns a dashed line.
+    /// A dashed line.
     #[must_use]
     pub const fn dashed(color: Color, width: f64, dashes: &'static [f64]) -> Self {
         Self { color, width, dashes }
@@ -152,8 +150,8 @@ pub const LINES: [Stroke; 12] = [
     Stroke::solid(BLACK, 0.5),
 ];
 
-/// Returns the styles of runs in the same axes. The first classical and the first augmented run have fixed styles; the
-/// other runs follow in the order of [`LINES`].
+/// Styles of runs in the same axes. The first classical and the first augmented run have fixed styles; the others
+/// follow in the order of [`LINES`].
 pub fn of_runs(is_augmented: impl IntoIterator<Item = bool>) -> Vec<Stroke> {
     let mut seen = [false; 2];
     let mut others = LINES[2..].iter().cycle();

@@ -10,7 +10,6 @@ use trocar_core::error::{InvalidValue, require};
 use trocar_core::lane::Lane;
 use trocar_core::time::nearest_ticks;
 
-/// Longest jitter in ticks.
 const MAX_JITTER_TICKS: u64 = 100_000;
 
 trocar_core::settings! {
@@ -44,7 +43,7 @@ impl Irregularity {
         nearest_ticks(self.jitter_s, tick_s).min(MAX_JITTER_TICKS)
     }
 
-    /// Returns true if every sample arrives with the same delay.
+    /// True if every sample arrives with the same delay.
     #[must_use]
     pub fn is_none(&self) -> bool {
         self.jitter_s == 0.0 && self.loss == 0.0
@@ -58,8 +57,8 @@ struct Sent<L, const N: usize> {
     sample: [L; N],
 }
 
-/// One direction of an irregular link. Of the samples that have arrived, the receiver holds the one sent last; a sample
-/// that arrives after a later one is dropped.
+/// One direction of an irregular link. The receiver holds the arrived sample that was sent last; a sample that arrives
+/// after a later one is dropped.
 #[derive(Debug, Clone)]
 pub(super) struct Irregular<L, const N: usize> {
     /// The sample that arrives at each future tick; if several arrive, the one sent last.
@@ -83,17 +82,15 @@ impl Draws {
         Self { jitter_choices: (jitter_ticks + 1) as f64, loss: irregularity.loss }
     }
 
-    /// Draws the extra delay of the next sample in ticks; `None` if it is lost.
     #[inline(always)]
     fn extra_ticks(&self, rng: &mut ChaCha8Rng) -> Option<u64> {
-        // Both numbers are always drawn, so that one setting does not change the random numbers of the other.
+        // Both are always drawn, so each setting leaves the other's random numbers unchanged.
         let (loss_draw, jitter_draw) = (rng.random::<f64>(), rng.random::<f64>());
         (loss_draw >= self.loss).then_some((jitter_draw * self.jitter_choices) as u64)
     }
 }
 
-/// The delays of one direction, tick by tick, equal to the delays of the first lane of a [`Delay`](super::Delay) with
-/// the same settings.
+/// The delays of one direction, equal to those of the first lane of a [`Delay`](super::Delay) with the same settings.
 #[derive(Debug, Clone)]
 pub struct SampleDelays {
     tick: u64,
@@ -144,7 +141,6 @@ fn random_stream(seed: u64, stream: u64) -> ChaCha8Rng {
 const NEVER: f64 = -1.0;
 
 impl<L: Lane, const N: usize> Irregular<L, N> {
-    /// Creates a link on ticks of `tick_s`; lane `i` uses stream `first_stream + i` of `seed`.
     pub(super) fn new(
         (irregularity, schedule): (&Irregularity, &Schedule),
         (delay_ticks, tick_s): (u64, f64),
@@ -170,7 +166,6 @@ impl<L: Lane, const N: usize> Irregular<L, N> {
         self.arriving.len() as u64 - 1
     }
 
-    /// Sends a sample and returns the sample that the receiver holds.
     pub(super) fn exchange(&mut self, sample: [L; N]) -> Arrival<L, N> {
         let places = self.arriving.len() as u64;
         let stamp = self.tick as f64;

@@ -1,5 +1,5 @@
-//! The link between the sides. Each direction delays its samples by whole ticks; the plants handle the remaining
-//! fraction of a tick.
+//! The link between the sides. Each direction delays its samples by whole ticks; the plants handle the fraction of a
+//! tick.
 
 mod irregular;
 mod schedule;
@@ -40,7 +40,7 @@ impl DelaySettings {
         [("channel.forward_delay_s", self.forward_delay_s), ("channel.backward_delay_s", self.backward_delay_s)]
     }
 
-    /// Returns true if a key is the delay of one way.
+    /// True if a key is the delay of one way.
     #[must_use]
     pub fn is_one_way(key: &str) -> bool {
         matches!(key, "channel.forward_delay_s" | "channel.backward_delay_s")
@@ -63,7 +63,7 @@ pub struct Delay<L: Lane, const N: usize> {
     line: Box<[[L; N]]>,
     next: usize,
     /// Delay of each lane in ticks, if the lanes differ: from 1 to the length of the line.
-    own_ticks: Option<Box<[usize]>>,
+    lane_ticks: Option<Box<[usize]>>,
     irregular: Option<Box<Irregular<L, N>>>,
 }
 
@@ -72,7 +72,7 @@ impl<L: Lane, const N: usize> Delay<L, N> {
     #[must_use]
     pub fn new(ticks: u64, initial: [L; N]) -> Self {
         let line = vec![initial; ticks.min(MAX_DELAY_TICKS) as usize].into_boxed_slice();
-        Self { line, next: 0, own_ticks: None, irregular: None }
+        Self { line, next: 0, lane_ticks: None, irregular: None }
     }
 
     /// Adds random and scheduled delays and losses for ticks of `tick_s`. `random` is `(seed, first_stream)`; lane `i`
@@ -92,7 +92,7 @@ impl<L: Lane, const N: usize> Delay<L, N> {
         self
     }
 
-    /// Returns true if a sample arrives at the tick that sends it.
+    /// True if a sample arrives at the tick that sends it.
     #[must_use]
     pub fn is_immediate(&self) -> bool {
         self.line.is_empty() && self.irregular.is_none()
@@ -111,9 +111,9 @@ impl<L: Lane, const N: usize> Delay<L, N> {
             return link.exchange(sample);
         }
         let is_fresh = L::Mask::splat(true);
-        if let Some(own_ticks) = &self.own_ticks {
+        if let Some(lane_ticks) = &self.lane_ticks {
             let length = self.line.len();
-            let place = |lane: usize| (self.next + length - own_ticks[lane]) % length;
+            let place = |lane: usize| (self.next + length - lane_ticks[lane]) % length;
             let places: [usize; MAX_LANES] = std::array::from_fn(|lane| if lane < L::WIDTH { place(lane) } else { 0 });
             let sent = |i: usize| L::from_lanes(|lane| self.line[places[lane]][i].lane(lane));
             let arrived = std::array::from_fn(sent);
@@ -134,7 +134,7 @@ impl<L: Lane, const N: usize> Delay<L, N> {
 impl<const N: usize> trocar_core::lane::Gather for Delay<f64, N> {
     type Of<L: Lane> = Delay<L, N>;
 
-    /// Lanes may have different delays of at least one tick; the line is then as long as the longest delay.
+    /// The line is as long as the longest delay; different delays are at least one tick.
     fn gather<L: Lane>(all: [&Self; trocar_core::lane::LANES]) -> Option<Delay<L, N>> {
         use trocar_core::lane::Gather;
         let lengths = trocar_core::lane::of_each!(all, |one| one.line.len());
@@ -144,13 +144,13 @@ impl<const N: usize> trocar_core::lane::Gather for Delay<f64, N> {
         }
         if lengths == [lengths[0]; trocar_core::lane::LANES] {
             let line = Gather::gather(trocar_core::lane::of_each!(all, |one| &one.line))?;
-            return Some(Delay { line, next: 0, own_ticks: None, irregular });
+            return Some(Delay { line, next: 0, lane_ticks: None, irregular });
         }
         // Nothing has been sent yet, so every entry of a line is the initial sample.
         let initial: [L; N] = Gather::gather(trocar_core::lane::of_each!(all, |one| one.line.first()?))?;
         let longest = lengths.into_iter().max().unwrap_or(0);
         let line = vec![initial; longest].into_boxed_slice();
-        irregular.is_none().then(|| Delay { line, next: 0, own_ticks: Some(Box::new(lengths)), irregular: None })
+        irregular.is_none().then(|| Delay { line, next: 0, lane_ticks: Some(Box::new(lengths)), irregular: None })
     }
 }
 

@@ -16,34 +16,33 @@ impl Schedule {
     /// The delay of a sample that never arrives.
     pub const LOST: u32 = u32::MAX;
 
-    /// Creates a schedule. `delays` holds the delay in whole ticks of the sample of each tick (limited to
-    /// [`MAX_DELAY_TICKS`]), or [`Schedule::LOST`]. The last delay applies to all later samples; without delays every
-    /// sample has the link's delay. Samples sent in an outage are lost. Outages must be ascending and must not overlap.
+    /// Creates a schedule. `delays` holds for each tick the delay in whole ticks of its sample (limited to
+    /// [`MAX_DELAY_TICKS`]), or [`Schedule::LOST`]. The last delay applies to all later samples; without delays the
+    /// link's delay does. Samples sent in an outage are lost. Outages must ascend without overlap.
     #[must_use]
     pub fn new(delays: Arc<[u32]>, outages: Arc<[Range<u64>]>) -> Self {
         Self { delays, outages }
     }
 
-    /// Returns true if the schedule has no effect.
+    /// True if the schedule has no effect.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.delays.is_empty() && self.outages.is_empty()
     }
 
-    /// Returns true if the schedule contains delays.
+    /// True if the schedule contains delays.
     #[must_use]
     pub fn has_delays(&self) -> bool {
         !self.delays.is_empty()
     }
 
-    /// Returns true if the schedule contains outages.
+    /// True if the schedule contains outages.
     #[must_use]
     pub fn has_outages(&self) -> bool {
         !self.outages.is_empty()
     }
 
-    /// Extends the schedule to tick `until` by repeating the delays of the ticks `from` to `to`. Outages are not
-    /// repeated.
+    /// Extends the schedule to tick `until` by repeating the delays of the ticks `from` to `to`, without outages.
     #[must_use]
     pub fn repeating(&self, from: u64, to: u64, until: u64) -> Self {
         let Some(&last) = self.delays.last().filter(|_| from < to) else { return self.clone() };
@@ -54,9 +53,9 @@ impl Schedule {
         Self { delays: (0..until.max(to)).map(delay).collect(), outages: self.outages.clone() }
     }
 
-    /// Minimum and maximum age in ticks of the sample that the receiver holds, from the first arrival on: of the
-    /// samples that have arrived, the one sent last. `None` without scheduled delays, and if the age is unbounded,
-    /// because the last sample and all later samples are lost.
+    /// Minimum and maximum age in ticks of the sample that the receiver holds, from the first arrival on. Of the samples
+    /// that have arrived, it holds the one sent last. `None` without scheduled delays, or if all samples from some tick
+    /// on are lost.
     #[must_use]
     pub fn ages(&self) -> Option<(u64, u64)> {
         let last = arriving(*self.delays.last()?)?;
@@ -81,9 +80,8 @@ impl Schedule {
         Some(range)
     }
 
-    /// The longest delay in ticks; the link's delay `own` without scheduled delays.
-    pub(super) fn longest(&self, own: u64) -> u64 {
-        self.delays.iter().filter_map(|&delay| arriving(delay)).max().unwrap_or(own)
+    pub(super) fn longest(&self, link_ticks: u64) -> u64 {
+        self.delays.iter().filter_map(|&delay| arriving(delay)).max().unwrap_or(link_ticks)
     }
 }
 
@@ -104,9 +102,9 @@ impl Running {
         Self { schedule, outage: 0 }
     }
 
-    /// Returns the delay in ticks of the sample sent at `tick`, `None` if it is lost. `own` is the link's delay. `tick`
-    /// must not decrease from call to call.
-    pub(super) fn delay(&mut self, tick: u64, own: u64) -> Option<u64> {
+    /// The delay in ticks of the sample sent at `tick`, which must not decrease; `None` if it is lost. `link_ticks`
+    /// applies without scheduled delays.
+    pub(super) fn delay(&mut self, tick: u64, link_ticks: u64) -> Option<u64> {
         let Schedule { delays, outages } = &self.schedule;
         while outages.get(self.outage).is_some_and(|outage| outage.end <= tick) {
             self.outage += 1;
@@ -114,7 +112,7 @@ impl Running {
         if outages.get(self.outage).is_some_and(|outage| outage.start <= tick) {
             return None;
         }
-        delays.get(tick as usize).or(delays.last()).map_or(Some(own), |&delay| arriving(delay))
+        delays.get(tick as usize).or(delays.last()).map_or(Some(link_ticks), |&delay| arriving(delay))
     }
 }
 

@@ -13,10 +13,10 @@ pub enum BuiltInOr<B, D: ?Sized> {
     /// A built-in part.
     BuiltIn(B),
     /// A user-defined part.
-    Own(Box<D>),
+    UserDefined(Box<D>),
 }
 
-trocar_core::variants!(each of BuiltInOr { BuiltIn, Own });
+trocar_core::variants!(each of BuiltInOr { BuiltIn, UserDefined });
 
 /// Implements a trait by delegation to the contained part.
 macro_rules! by_the_part_that_is_there {

@@ -1,8 +1,7 @@
 //! Eight lanes in the registers of an instruction set.
 //!
-//! Every operation equals the operation of `f64`, lane by lane: no fused multiply-add, no reassociation, `min` and
-//! `max` with the same order of arguments. The results are therefore identical, bit for bit, to the results of a single
-//! run.
+//! Every operation equals that of `f64`, lane by lane: no fused multiply-add, no reassociation, `min` and `max` with
+//! the same order of arguments. The bits equal those of a single run.
 
 use core::fmt::{self, Debug, Formatter};
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};

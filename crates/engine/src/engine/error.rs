@@ -21,7 +21,7 @@ pub enum EngineError {
 
 /// A user-defined part returned a number that is not finite.
 #[derive(Debug, Clone, PartialEq, Error)]
-#[error("the {roles} of your own returned a number that is not finite at {time_s} s (tick {tick})")]
+#[error("the user-defined {roles} returned a number that is not finite at {time_s} s (tick {tick})")]
 pub struct InvalidPart {
     /// The role of the part; several roles if any of them can be the cause.
     pub roles: String,

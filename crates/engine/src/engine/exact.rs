@@ -41,8 +41,7 @@ impl<L: Lane> Coefficient<L> for Shared {
 ///
 /// A tick reads mostly the matrices. If all lanes have the same machines, the entries are [`Shared`], an eighth of the
 /// size. The alignment keeps each vector within a cache line. The field order separates the states: adjacent states
-/// would be written and read as one vector, with other bounds than at the tick before, and the reads would stall on the
-/// store buffer.
+/// would be written and read as vectors with other bounds, and the reads would stall on the store buffer.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
 pub struct ExactPlants<L, C = L> {
@@ -122,8 +121,7 @@ impl<L: Lane> ExactPlants<L> {
     }
 }
 
-/// Returns `Σ_j columns[j] · inputs[j]` as two sums, over even and odd `j`, added at the end: half the latency, in a
-/// fixed order.
+/// `Σ_j columns[j] · inputs[j]` as two sums, over even and odd `j`: half the latency, in a fixed order.
 #[inline(always)]
 pub(super) fn combine<L: Lane, C: Coefficient<L>, const ROWS: usize, const COLUMNS: usize>(
     columns: &[[C; ROWS]; COLUMNS],
@@ -179,7 +177,6 @@ impl<L: Lane, C: Coefficient<L>> Plants<L> for ExactPlants<L, C> {
 }
 
 impl ExactPlants<f64> {
-    /// Combines eight plants with the same machines; `None` if they differ in any bit.
     fn gather_alike<L: Lane>(all: [&Self; LANES]) -> Option<ExactPlants<L, Shared>> {
         fn same<const ROWS: usize, const COLUMNS: usize>(
             a: &[[f64; ROWS]; COLUMNS],
@@ -203,8 +200,8 @@ impl ExactPlants<f64> {
     }
 }
 
-/// The plants of eight cases. One type covers both kinds, so an engine is compiled once: the branch in each tick costs
-/// less than a second copy of every run.
+/// The plants of eight cases. One type for both kinds, so an engine is compiled once: a branch per tick costs less than
+/// a second copy of every run.
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant, reason = "the machines of eight cases each are eight times as large")]
 pub enum GatheredPlants<L> {

@@ -23,7 +23,7 @@ impl InstructionSet {
     /// All instruction sets, the widest first.
     pub const ALL: [Self; 3] = [Self::Avx512, Self::Avx2, Self::Baseline];
 
-    /// Returns true if this machine supports the instruction set.
+    /// True if this machine supports the instruction set.
     #[must_use]
     pub fn is_available(self) -> bool {
         #[cfg(target_arch = "x86_64")]
@@ -63,7 +63,6 @@ pub(super) fn run<P: Plants<W::Lane>, W: Wiring, O: Observer<W::Lane>>(
     run_portably(engine, observer)
 }
 
-/// Runs an engine in the registers that every machine has, with a dynamically called observer.
 #[inline(never)]
 pub(super) fn run_portably<P: Plants<W::Lane>, W: Wiring>(
     engine: &mut Engine<P, W>,

@@ -41,8 +41,8 @@ struct Equations {
     held_slave_control: f64,
 }
 
-/// The equations with motors that follow the held commands with a lag. A separate type, so that the two extra states do
-/// not affect the integrator's step size without a lag.
+/// The equations with motors that follow the held commands with a lag. A separate type, so the two extra states do not
+/// affect the integrator's step size without a lag.
 struct Lagged<'a>(&'a Equations);
 
 impl Equations {
@@ -179,8 +179,8 @@ impl IntegratedPlants {
         Self { equations, tick_s, state, actual: [0.0; 2], arrivals: [0.0; 2], received: reference_m }
     }
 
-    /// Lets the feedback force and the reference arrive within each tick, at fractions from 0 to 1; until then the
-    /// previous values are held. Requires continuous control, because sampled control reads at the tick.
+    /// Lets feedback force and reference arrive within each tick, at fractions from 0 to 1; until then the previous
+    /// values are held. Requires continuous control: sampled control reads at the tick.
     #[must_use]
     pub fn split(mut self, feedback_share: f64, reference_share: f64) -> Self {
         self.arrivals = [feedback_share, reference_share];
@@ -219,8 +219,8 @@ impl IntegratedPlants {
         Ok(())
     }
 
-    /// Adds range limits, rate limits and lags to the motors of plants at rest. Requires sampled control, because
-    /// continuous control ignores limits.
+    /// Adds range limits, rate limits and lags to the motors of plants at rest. Requires sampled control: continuous
+    /// control ignores limits.
     #[must_use]
     pub fn limited(mut self, limits: &ActuatorLimits) -> Self {
         let equations = &mut self.equations;
@@ -232,7 +232,6 @@ impl IntegratedPlants {
     }
 }
 
-/// The command of a motor over the next tick, limited to `±range`, with its change limited to `rate · tick_s`.
 fn limited(wanted: f64, last: f64, range: f64, rate: Option<f64>, tick_s: f64) -> f64 {
     let within = wanted.clamp(-range, range);
     let Some(rate) = rate else { return within };
@@ -278,7 +277,7 @@ impl Plants<f64> for IntegratedPlants {
         self.state[8] = desired;
         self.equations.desired_velocity = (next - desired) / self.tick_s;
         let [feedback_share, reference_share] = self.arrivals;
-        // The last reference is held until the new one arrives; the deflection of the present tick acts throughout.
+        // The last reference is held until the new one arrives; this tick's deflection acts throughout.
         self.equations.reference = self.received - deflection;
         let mut past = 0.0;
         for share in [feedback_share.min(reference_share), feedback_share.max(reference_share)] {

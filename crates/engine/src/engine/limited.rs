@@ -1,8 +1,7 @@
 //! The plants with motors of limited range and rate and with a lag, with an exact step.
 //!
-//! Both controllers run on the tick and hold their commands, so the machines between ticks are linear despite the
-//! limits. Each is stepped by its matrix exponential, from the limited command and the motor's output at the start of
-//! the tick.
+//! Both controllers hold their commands over a tick, so the machines between ticks are linear despite the limits. Each
+//! is stepped by its matrix exponential, from the limited command and the motor's initial output.
 
 use super::exact::combine;
 use super::motor::Motor;
@@ -17,11 +16,10 @@ use trocar_core::lane::Lane;
 const MOTIONS: usize = MASTER_STATES - 1;
 /// The motions, `x_d` now and next, the command of `U_m`, and a zero column for an even number.
 const MASTER_COLUMNS: usize = MOTIONS + 4;
-/// The slave's states and the command of `U_s`.
 const SLAVE_COLUMNS: usize = SLAVE_STATES + 1;
 
-/// Both plants with sampled controllers, whose outputs are clipped to a range and to a change per tick, and motors that
-/// follow them with a lag τ.
+/// Both plants with sampled controllers, whose outputs are clipped in range and in change per tick, and motors that
+/// follow with a lag τ.
 ///
 /// ```text
 /// W_m = F_ed + K_i I,                     C_m = the last C_m, moved towards clip(W_m) by at most rate · T
@@ -29,9 +27,8 @@ const SLAVE_COLUMNS: usize = SLAVE_STATES + 1;
 /// U(t) = C + (U_0 - C) exp(-t/τ) over the tick
 /// I += T (F_ed - F_h) unless C_m differs from W_m and this would increase the difference
 /// ```
-/// Conditional integration stops the integral while it could only wind up, so the master leaves the limit as soon as
-/// the error changes sign. It needs no extra gain and has no effect below the limits. A lag is not a limit and does not
-/// stop the integral.
+/// Conditional integration stops the integral while it could only wind up, so the master leaves the limit once the
+/// error changes sign. It needs no extra gain and has no effect below the limits. A lag does not stop the integral.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
 pub struct LimitedPlants<L> {

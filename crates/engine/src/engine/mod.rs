@@ -12,8 +12,8 @@
 //! 7. both plants to tick `k + 1`
 //!
 //! [`Parts::tick`] implements this list; [`MasterSide`] and [`SlaveSide`] implement the steps of one side. The
-//! combination of parts is the engine's wiring. It is chosen once, when a scenario is built ([`Wired`]), and the tick
-//! is compiled for each wiring.
+//! combination of parts, the engine's wiring, is chosen once for a scenario ([`Wired`]), and the tick is compiled for
+//! each wiring.
 
 mod built_in_or;
 mod column;
@@ -26,7 +26,6 @@ mod integrated;
 mod limited;
 mod motor;
 mod observer;
-mod own;
 mod parts;
 mod plants;
 mod port_energies;
@@ -36,6 +35,7 @@ mod signals;
 mod split;
 mod trace;
 mod trust;
+mod user_defined;
 mod wired;
 
 pub use built_in_or::BuiltInOr;
@@ -48,7 +48,6 @@ pub use instruction_set::{InSet, InstructionSet, Wide};
 pub use integrated::IntegratedPlants;
 pub use limited::LimitedPlants;
 pub use observer::{Additional, EventObserver, Observer};
-pub use own::{OwnEngine, OwnParts, OwnPlants, OwnWiring};
 pub use parts::{Parts, Wiring};
 pub use plants::{IntegrationError, MasterOutput, Plants, SlaveOutput};
 pub use port_energies::PortEnergies;
@@ -58,6 +57,7 @@ pub use signals::{SelectedSignals, Signals};
 pub use split::FractionalDelayPlants;
 pub use trace::{COLUMNS, TRACE_COLUMNS, Trace, TraceRecorder};
 pub use trust::{TRUST_COLUMNS, TrustColumns};
+pub use user_defined::{UserDefinedEngine, UserDefinedParts, UserDefinedPlants, UserDefinedWiring};
 pub use wired::{Any, AnyChain, AnyDetector, PaperChain, Wired};
 
 use std::ops::ControlFlow;

@@ -22,8 +22,8 @@ struct Lag<L, const N: usize> {
 }
 
 impl<L: Lane, const N: usize> Motor<L, N> {
-    /// Creates a motor settled at the command `at_rest`, with a range and a maximum change per tick (infinite without a
-    /// limit), for the first `N` states of its side.
+    /// Creates a motor settled at `at_rest`, with a range and a maximum change per tick (infinite: no limit), for the
+    /// first `N` states of its side.
     pub(super) fn new<const STATES: usize>(
         (range, change): (f64, f64),
         step: &MotorStep<STATES>,
@@ -39,7 +39,6 @@ impl<L: Lane, const N: usize> Motor<L, N> {
         Self { range: L::splat(range), change: L::splat(change), command, lag }
     }
 
-    /// Limits the wanted command for the next tick.
     #[inline(always)]
     pub(super) fn command(&mut self, wanted: L) -> L {
         let within = wanted.clamp(-self.range, self.range);
@@ -47,7 +46,7 @@ impl<L: Lane, const N: usize> Motor<L, N> {
         self.command
     }
 
-    /// Adds the effect of the motor's output at the start of the tick to the states at its end, and steps the output.
+    /// Adds the effect of the motor's initial output to the states at the end of the tick, and steps the output.
     #[inline(always)]
     pub(super) fn follow(&mut self, states: [L; N]) -> [L; N] {
         let Some(lag) = &mut self.lag else { return states };

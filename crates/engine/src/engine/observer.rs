@@ -8,7 +8,7 @@ pub trait Observer<L: Lane> {
     /// Receives the signals of a tick, in order from tick 0.
     fn observe(&mut self, signals: &Signals<L>);
 
-    /// Returns true if the run may end at this tick.
+    /// True if the run may end at this tick.
     #[inline(always)]
     fn is_done(&self) -> bool {
         false
@@ -33,7 +33,7 @@ impl<L: Lane, O: Observer<L> + ?Sized> Observer<L> for &mut O {
     }
 }
 
-/// Receives the [`SelectedSignals`] of each tick. Called dynamically, so that the tick is compiled once for all of them.
+/// Receives the [`SelectedSignals`] of each tick. Called dynamically, so the tick is compiled once.
 pub trait EventObserver<L: Lane> {
     /// See [`Observer::observe`].
     fn observe(&mut self, selected: &SelectedSignals<L>);
@@ -55,8 +55,7 @@ impl<L: Lane> Observer<L> for Additional<'_, L> {
     }
 }
 
-/// Two observers. When the first is done, for example because the run has diverged, the second does not receive that
-/// tick.
+/// When the first observer is done, for example because the run has diverged, the second does not receive that tick.
 impl<L: Lane, A: Observer<L>, B: Observer<L>> Observer<L> for (A, B) {
     #[inline(always)]
     fn observe(&mut self, signals: &Signals<L>) {

@@ -73,8 +73,8 @@ pub(super) fn of_master<L: Lane>(master: &MasterOutput<L>) -> AtMaster<L> {
     }
 }
 
-/// The steps of a tick that belong to one side. Neither side reads values that the other side changes in the same step,
-/// so each side can run in its own process ([`MasterSide`](super::MasterSide), [`SlaveSide`](super::SlaveSide)).
+/// The steps of one side. Neither side reads values that the other changes in the same step, so each can run in its own
+/// process ([`MasterSide`](super::MasterSide), [`SlaveSide`](super::SlaveSide)).
 impl<L, O, T, S, E, D, K, M, F> Parts<L, O, T, S, E, D, K, M, F>
 where
     L: Lane,
@@ -128,7 +128,6 @@ where
         FedBack { commanded_n, allowed_step_n, force_n: self.link.limit(commanded_n, at_master) }
     }
 
-    /// State of the operator at the tick of the desired position `desired_m`.
     #[inline(always)]
     pub(super) fn desired(&self, desired_m: L) -> Desired<L> {
         Desired {

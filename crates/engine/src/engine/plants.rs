@@ -35,7 +35,7 @@ pub trait Plants<L> {
     fn slave(&self) -> SlaveOutput<L>;
     /// Steps to the next tick. The desired position is linear from `desired` to `desired_next` (m); the feedback force
     /// (N) and the slave's reference (m) are held. The tissue deflects the slave from its reference by `deflection` (m)
-    /// for the whole tick, also if the reference arrives within it.
+    /// for the whole tick.
     ///
     /// # Errors
     /// [`IntegrationError`] if a numerical integrator fails.

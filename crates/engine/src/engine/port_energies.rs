@@ -10,7 +10,7 @@ use super::Signals;
 /// reference   Σ f_e Δx_ref   the reference moves at the ticks
 /// needle      ∫ f_e dx_e     by the trapezoidal rule: exact for a force that is linear in the position over a tick
 /// ```
-/// The sums use displacements, so that an error of the velocity does not accumulate over a closed path.
+/// Sums of displacements, so an error of the velocity does not accumulate over a closed path.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PortEnergies {
     /// Work of the hand on the master.

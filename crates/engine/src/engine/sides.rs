@@ -1,6 +1,6 @@
 //! The two sides of an insertion, each stepped alone, as in two processes.
 //!
-//! A side runs its steps of the tick of [`Parts`](super::Parts). With the other side's messages at the same ticks, its
+//! A side runs its steps of [`Parts`](super::Parts)' tick. With the other side's messages at the same ticks, its
 //! signals are the same bits. Each side contains all parts and both machines, but uses only its own.
 
 use super::parts::of_master;
@@ -40,7 +40,7 @@ impl MasterSide {
         self.tick
     }
 
-    /// Returns true if all ticks of the run are done.
+    /// True if all ticks of the run are done.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.tick >= self.engine.grid.ticks()
@@ -110,7 +110,7 @@ impl SlaveSide {
         self.tick
     }
 
-    /// Returns true if all ticks of the run are done.
+    /// True if all ticks of the run are done.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.tick >= self.engine.grid.ticks()

@@ -64,7 +64,7 @@ pub struct Signals<L: Lane> {
     pub allowed_force_step_n: L,
 }
 
-/// A few of the [`Signals`] of a tick. Few, because every signal that an observer may receive stays live in every tick.
+/// A few of the [`Signals`] of a tick, because each one stays live throughout the tick.
 #[derive(Debug, Clone, Copy)]
 pub struct SelectedSignals<L: Lane> {
     /// The tick's number.
@@ -101,7 +101,7 @@ impl<L: Lane> SelectedSignals<L> {
     }
 }
 
-/// Positions of the operator at a tick in m, and whether a change of the felt force is noticed.
+/// Positions of the operator at a tick in m; true if a change of the felt force is noticed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Desired<L: Lane> {
     pub(super) position_m: L,

@@ -6,8 +6,8 @@ use trocar_base::large_pages::with_capacity;
 use trocar_base::rows::AT_ONCE;
 use trocar_core::time::TickGrid;
 
-/// Records a run in a trace, which is complete when the recorder is dropped. It appends blocks of ticks, which is
-/// faster than the trace itself as an observer.
+/// Records a run in a trace, complete when the recorder is dropped. Appends blocks of ticks, faster than the trace as
+/// an observer.
 pub struct TraceRecorder<'a> {
     trace: &'a mut Trace,
     ticks: Ticks,
@@ -193,8 +193,8 @@ impl Trace {
         self
     }
 
-    /// Confidence in the estimates, tick by tick, computed from the other columns; `None` without the contact position.
-    /// It uses the depth of the needle itself, not of the position sensor.
+    /// Confidence in the estimates per tick, computed from the other columns; `None` without the contact position. Uses
+    /// the depth of the needle, not of the position sensor.
     #[must_use]
     pub fn trust(&self) -> Option<TrustColumns> {
         let motion = (&*self.slave_position_m, &*self.slave_velocity_m_per_s);
@@ -209,7 +209,7 @@ impl Trace {
         self.time_s.len()
     }
 
-    /// Returns true if there are no ticks.
+    /// True if there are no ticks.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.time_s.is_empty()

@@ -49,8 +49,8 @@ impl<L: Lane, P: Plants<L>> Wired<L, P> {
         each!(self, engine => instruction_set::run_portably(engine, observer))
     }
 
-    /// [`Wired::run`], compiled for the observer and, if available, for wider registers: the same bits, faster, but one
-    /// more copy of the tick per wiring to build.
+    /// [`Wired::run`], compiled for the observer and, if available, for wider registers: the same bits, faster, for one
+    /// more copy of the tick per wiring.
     ///
     /// # Errors
     /// See [`Engine::run`].

@@ -2,11 +2,11 @@
 
 use core::sync::atomic::{AtomicU64, Ordering};
 
-/// Rate at which the hand approaches its aim, in 1/s. Aims are set 60 times a second, and the hand must not jump
-/// between them.
+/// Rate at which the hand approaches its aim, in 1/s. Aims are set 60 times a second; the hand must not jump between
+/// them.
 const APPROACH_PER_S: f64 = 60.0;
 
-/// Maximum speed of the hand in m/s, the speed of a stab. It prevents an impact when the pointer jumps.
+/// Maximum speed of the hand in m/s, that of a stab. Prevents an impact when the pointer jumps.
 const MAX_SPEED_M_PER_S: f64 = 0.5;
 
 /// Position and aim of a hand in m, shared by the run and the code that moves the hand.

@@ -51,12 +51,11 @@ pub enum Motion<L> {
 /// A user-defined operator implements this trait for `f64`; [`HumanOperator`] and [`Replay`] implement it for any
 /// number of lanes.
 pub trait Operator<L: Lane> {
-    /// Returns the desired position at `tick` in m; `felt_n` is the felt force at the tick before. Called once per tick
-    /// from 0.
+    /// The desired position at `tick` in m; `felt_n` is the felt force at the tick before. Called once per tick from 0.
     fn desired_position_m(&mut self, tick: u64, felt_n: L) -> L;
 
     /// The intended position in m at the tick of the last desired position `desired_m`: without involuntary motion such
-    /// as a tremor.
+    /// as tremor.
     #[inline(always)]
     fn intended_position_m(&self, desired_m: L) -> L {
         desired_m
@@ -238,8 +237,8 @@ impl<L: Lane> HumanOperator<L> {
 }
 
 impl HumanOperator<f64> {
-    /// Rests at the desired position of `tick`, which is the last one given. Stretch reflexes and grip continue,
-    /// because they respond to the master's motion and belong to the loop.
+    /// Rests at the desired position of `tick`, the last one given. Stretch reflexes and grip, which belong to the
+    /// loop, continue.
     pub fn rest(&mut self, tick: u64) {
         let displacement_m = self.tremor.take().and_then(|all| all.get(tick as usize).copied());
         self.intended_m += displacement_m.unwrap_or(0.0);

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-/// A movement from `start_m` to `end_m` in `movement_s` (above 0) with minimum jerk, then rest: one position per tick
-/// for `ticks` ticks of `tick_s`.
+/// Minimum jerk from `start_m` to `end_m` in `movement_s` (above 0), then rest: one position per tick for `ticks` ticks
+/// of `tick_s`.
 ///
 /// `x = start + (end - start) (10 τ³ - 15 τ⁴ + 6 τ⁵)`, `τ = t / movement` (Flash and Hogan 1985).
 #[must_use]
@@ -15,11 +15,11 @@ pub fn minimum_jerk(start_m: f64, end_m: f64, movement_s: f64, tick_s: f64, tick
     (0..ticks).map(position).collect()
 }
 
-/// An insertion from `start_m` to `end_m` in equal pushes that take `movement_s` in total, a rest of `hold_s`, a
-/// withdrawal in one movement of `withdrawal_s`, then rest: one position per tick.
+/// Equal pushes from `start_m` to `end_m` that take `movement_s` in total, a rest of `hold_s`, a withdrawal in
+/// `withdrawal_s`, then rest: one position per tick.
 ///
-/// Each push and the withdrawal are minimum-jerk movements. The pushes are chosen here: the speed rises and falls, as
-/// in manual insertions.
+/// Each push and the withdrawal are minimum-jerk movements. The pushes are chosen here: in manual insertions, too, the
+/// speed rises and falls.
 #[must_use]
 pub fn insertion_extraction(
     (start_m, end_m): (f64, f64),

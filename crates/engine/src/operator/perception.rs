@@ -82,7 +82,6 @@ impl Perception {
 }
 
 impl PerceptionSettings {
-    /// Draws reaction times in ticks of `tick_s`: normally distributed, not below the minimum.
     pub(super) fn reaction_ticks<const N: usize>(&self, seed: u64, stream: u64, tick_s: f64) -> [f64; N] {
         let mut rng = rng(seed ^ 1, stream);
         std::array::from_fn(|_| {
@@ -114,10 +113,9 @@ fn rng(seed: u64, stream: u64) -> ChaCha8Rng {
 /// x = (L - S) / (h w (L₀ + F_a))         evidence in units of the noise
 /// noticed:  x >= c + z,  z normal with mean 0 and standard deviation 1
 /// ```
-/// `h` is the largest share of a sudden drop that `L - S` reaches. A sudden drop by `ΔF` therefore gives a largest `x`
-/// of `ΔF / w (F + F_a)` and is noticed with the probability `(1 - λ) Φ(x - c)`. `L₀` is the memory when the change
-/// began. `z` is drawn once per interval, and kept while a change is in progress; with the probability `λ` it is
-/// infinite (a lapse).
+/// `h` is the largest share of a sudden drop that `L - S` reaches. A sudden drop by `ΔF` gives a largest `x` of `ΔF / w
+/// (F + F_a)` and is noticed with the probability `(1 - λ) Φ(x - c)`. `L₀` is the memory when the change began. `z` is
+/// drawn once per interval and kept during a change; with the probability `λ` it is infinite (a lapse).
 #[derive(Debug, Clone)]
 pub(super) struct Noticing<L: Lane> {
     keep_integrated: L,
@@ -140,7 +138,6 @@ pub(super) struct Noticing<L: Lane> {
 }
 
 impl<L: Lane> Noticing<L> {
-    /// Creates the state before the first tick; lane `i` uses stream `first_stream + i` of the seed.
     pub(super) fn new(settings: &PerceptionSettings, seed: u64, first_stream: u64, tick_s: f64) -> Self {
         let mut criteria = [L::zero(); DRAWN];
         for lane in 0..L::WIDTH {
@@ -174,7 +171,7 @@ impl<L: Lane> Noticing<L> {
     }
 
     /// Processes the felt force (N) and the cue at a tick. Returns the lanes whose evidence reaches the criterion.
-    /// While an operator withdraws, a falling force is expected and is no evidence.
+    /// While an operator withdraws, a falling force is expected and no evidence.
     #[inline(always)]
     pub(super) fn step(&mut self, now: L, felt: L, cue: L::Mask, withdraws: L::Mask) -> L::Mask {
         let (zero, one) = (L::zero(), L::splat(1.0));

@@ -71,7 +71,7 @@ trocar_core::settings! {
 }
 
 impl ReflexSettings {
-    /// Returns true if the operator reacts at all.
+    /// True if the operator reacts at all.
     #[must_use]
     pub fn reacts(&self) -> bool {
         self.reflex != Reflex::None
@@ -92,8 +92,8 @@ impl ReflexSettings {
 /// level_k = F_h + exp(-T/τ) (level_{k-1} - F_h)
 /// noticed:  F_h < (1 - w) level_{k-1},  level_{k-1} >= minimum force,  no reaction pending
 /// ```
-/// One reaction time after the drop is noticed, the motion pauses; after the pause it continues. No other drop is
-/// noticed until the end of the pause. A psychometric decision replaces this rule and its reaction time.
+/// One reaction time after the drop is noticed, the motion pauses. No other drop is noticed until the end of the pause.
+/// A psychometric decision replaces this rule and its reaction time.
 #[derive(Debug, Clone)]
 pub(super) struct Reaction<L: Lane> {
     keep: L,
@@ -119,7 +119,6 @@ pub(super) struct Reaction<L: Lane> {
 }
 
 impl<L: Lane> Reaction<L> {
-    /// Creates the state before the first tick; lane `i` uses stream `first_stream + i` of the seed.
     pub(super) fn new(
         settings: &ReflexSettings,
         perception: &Perception,
@@ -169,8 +168,8 @@ impl<L: Lane> Reaction<L> {
         }
     }
 
-    /// Processes the felt force at the tick before `tick`. Returns the time of the motion at `tick` in ticks, and the
-    /// withdrawn distance in m.
+    /// The time of the motion at `tick` in ticks, and the withdrawn distance in m, for the force felt at the
+    /// tick before.
     #[inline(always)]
     pub(super) fn step(&mut self, tick: u64, felt: L, withdraws: L::Mask) -> (L, L) {
         let (zero, one, never) = (L::zero(), L::splat(1.0), L::splat(f64::INFINITY));

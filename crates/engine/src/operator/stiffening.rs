@@ -21,7 +21,7 @@ trocar_core::settings! {
 }
 
 impl StiffeningSettings {
-    /// Returns true if the grip stiffens.
+    /// True if the grip stiffens.
     #[must_use]
     pub fn acts(&self) -> bool {
         self.per_n > 0.0 && self.limit > 0.0
@@ -29,7 +29,7 @@ impl StiffeningSettings {
 }
 
 /// State of the grip. `σ` follows `min(limit, rate |F_h|)` with its time constant, and the position towards which the
-/// arm pulls shifts by `σ (x_intended - x_h)`. A master at rest then meets `1 + σ` times the arm's static stiffness.
+/// arm pulls shifts by `σ (x_intended - x_h)`: a resting master meets `1 + σ` times the arm's static stiffness.
 #[derive(Debug, Clone)]
 pub(super) struct Stiffening<L> {
     per_n: L,
@@ -50,7 +50,6 @@ impl<L: Lane> Stiffening<L> {
         })
     }
 
-    /// Processes the felt force (N) and the stretch (m) of a tick. Returns the shift at the next tick in m.
     #[inline(always)]
     pub(super) fn step(&mut self, felt: L, stretch_m: L) -> L {
         let wanted = (self.per_n * felt.abs()).min(self.limit);

@@ -30,15 +30,15 @@ trocar_core::settings! {
 }
 
 impl StretchSettings {
-    /// Returns true if there is a reflex.
+    /// True if there is a reflex.
     #[must_use]
     pub fn acts(&self) -> bool {
         self.short_gain_n_s_per_m > 0.0 || self.long_gain_n_per_m > 0.0
     }
 }
 
-/// State of the reflexes. They act through the arm, by a shift of the position towards which it pulls. A shift `u`
-/// changes the force on a master at rest by `K u`, with the arm's static stiffness `K`.
+/// State of the reflexes, which shift the position towards which the arm pulls. A shift `u` changes the force on a
+/// master at rest by `K u`, with the arm's static stiffness `K`.
 ///
 /// ```text
 /// e = x_h - x_intended
@@ -59,7 +59,6 @@ pub(super) struct Stretch<L> {
 }
 
 impl<L: Lane> Stretch<L> {
-    /// Creates the reflexes of an arm of the static stiffness `stiffness_n_per_m`; `None` without a reflex.
     pub(super) fn new(settings: &StretchSettings, stiffness_n_per_m: f64, tick_s: f64) -> Option<Self> {
         // An arm without stiffness cannot pull.
         if !settings.acts() || stiffness_n_per_m <= 0.0 {
@@ -86,7 +85,6 @@ impl<L: Lane> Stretch<L> {
         self.history_m[(self.at + length - ticks) % length]
     }
 
-    /// Processes the stretch of a tick (m). Returns the shift at the next tick in m.
     #[inline(always)]
     pub(super) fn step(&mut self, stretch_m: L) -> L {
         self.at = (self.at + 1) % self.history_m.len();

@@ -12,7 +12,7 @@ use trocar_core::lane::Lane;
 
 const SINES: usize = 8;
 
-/// Time over which the tremor grows from 0, in s. A motion therefore starts at its intended position.
+/// Time over which the tremor grows from 0, in s, so a motion starts at its intended position.
 const GROWTH_S: f64 = 0.25;
 
 /// Separates the tremor's random numbers from other random numbers with the same seed.
@@ -81,8 +81,7 @@ impl TremorSettings {
     }
 }
 
-/// The sines of a tremor. Each is a vector that rotates by a fixed angle per tick, which needs no transcendental
-/// function.
+/// The sines of a tremor, each a vector that rotates by a fixed angle per tick: no transcendental function.
 struct SineSum {
     size_m: f64,
     /// Cosine and sine of the phase, and of the angle per tick.

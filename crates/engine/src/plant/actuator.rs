@@ -15,13 +15,13 @@ trocar_core::settings! {
     /// between ticks, so no exact step would exist.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ActuatorLimits in "actuator." {
-        /// Maximum force U_m of the master's motor, in both directions; no limit when not given.
+        /// Maximum force U_m of the master's motor, in both directions; no limit by default.
         master_force_n: Option<f64> at "actuator.master_force_limit_n" [POSITIVE],
-        /// Maximum command U_s to the slave, in both directions, in the command's unit; no limit when not given.
+        /// Maximum command U_s to the slave, in both directions, in the command's unit; no limit by default.
         slave_command: Option<f64> at "actuator.slave_command_limit" [POSITIVE],
-        /// Maximum rate of the commanded force of the master's motor; no limit when not given.
+        /// Maximum rate of the commanded force of the master's motor; no limit by default.
         master_force_rate_n_per_s: Option<f64> at "actuator.master_force_rate_limit_n_per_s" [POSITIVE],
-        /// Maximum rate of the command to the slave, in the command's unit per s; no limit when not given.
+        /// Maximum rate of the command to the slave, in the command's unit per s; no limit by default.
         slave_command_rate_per_s: Option<f64> at "actuator.slave_command_rate_limit_per_s" [POSITIVE],
         /// Time constant of the first-order lag of the master's motor; 0: no lag.
         master_lag_s: f64 [NON_NEGATIVE] = 0.0,
@@ -34,7 +34,7 @@ impl ActuatorLimits {
     /// Ideal motors.
     pub const NONE: Self = Self::DEFAULT;
 
-    /// Returns true if there is no limit and no lag.
+    /// True if there is no limit and no lag.
     #[must_use]
     pub fn are_none(&self) -> bool {
         *self == Self::NONE
@@ -65,7 +65,7 @@ impl ActuatorLimits {
     }
 }
 
-/// The step of a motor that follows its held command with a lag, and its effect on the states of its side.
+/// A motor that follows its held command with a lag, and its effect on the states of its side over a tick.
 ///
 /// `x += from_actual · U_0 + from_command · U_cmd`, then `U_0 ← kept · U_0 + gained · U_cmd`.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,8 +81,6 @@ pub struct MotorStep<const STATES: usize> {
 }
 
 impl<const STATES: usize> MotorStep<STATES> {
-    /// Computes the step of the motor at input `input` of a side without its controller, padded by 0 beyond the side's
-    /// states.
     pub(super) fn new(
         (side, system): (&'static str, &StateSpace<Continuous>),
         input: usize,

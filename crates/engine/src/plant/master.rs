@@ -226,8 +226,8 @@ impl MasterStep {
         Ok(step)
     }
 
-    /// Computes the step of the machine without its controller. `feedback` is then the effect of a held `U_m`, and the
-    /// force integral does not change.
+    /// The step of the machine without its controller. `feedback` is the effect of a held `U_m`; the force integral
+    /// does not change.
     ///
     /// # Errors
     /// See [`MasterStep::new`].
@@ -235,8 +235,8 @@ impl MasterStep {
         Self::open(master, arm, ControlTiming::Sampled, tick_s)
     }
 
-    /// Computes the step of the machine's motor over a tick with a lag of `lag_s` (at least 0). Without a lag it equals
-    /// the `feedback` of [`MasterStep::of_machine`].
+    /// The step of the machine's motor with a lag of `lag_s` (at least 0). Without a lag it equals the `feedback` of
+    /// [`MasterStep::of_machine`].
     ///
     /// # Errors
     /// See [`MasterStep::new`].
@@ -251,7 +251,6 @@ impl MasterStep {
         MotorStep::new(("master", &system), MOTOR_FORCE, tick_s, lag_s)
     }
 
-    /// Computes the step without closing the loop of a sampled controller.
     fn open(
         master: &MasterParameters,
         arm: &ArmParameters,
@@ -280,7 +279,7 @@ impl MasterStep {
         })
     }
 
-    /// Adds the held `U_m = F_ed + K_i I` and the sum `I += T (F_ed - F_h)` to the step of the machine alone.
+    /// Adds the held `U_m = F_ed + K_i I` and the sum `I += T (F_ed - F_h)` to the step of the machine.
     fn close_sampled_loop(&mut self, integral_gain: f64, tick_s: f64) {
         const INTEGRAL: usize = MASTER_STATES - 1;
         for i in 0..INTEGRAL {

@@ -1,8 +1,8 @@
 //! The machines: the master with the operator's arm, and the slave, each with its controller (eq. 28-35).
 //!
 //! Each side is built from the paper's transfer functions by interconnection, then stepped exactly over a tick. Where
-//! the authors cannot have simulated the printed appendix, a plausible reading is the default and the printed one
-//! remains selectable.
+//! the authors cannot have simulated the printed appendix, a plausible reading is the default; the printed one remains
+//! selectable.
 
 mod actuator;
 mod master;

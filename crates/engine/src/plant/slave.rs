@@ -47,7 +47,7 @@ impl SlaveParameters {
         realise_with_derivative(&function).map_err(on("slave"))
     }
 
-    /// The command `U_s` of a slow motion per m/s and per m/s²: the first terms of `U_s / X_e` in powers of `s`.
+    /// The command `U_s` of a slow motion per m/s and per m/s²: the first terms of `U_s / X_e` in `s`.
     ///
     /// # Errors
     /// [`PlantError`] as in [`slave_system`], and for a numerator whose last coefficient is 0, which allows no slow
@@ -130,8 +130,8 @@ impl SlaveStep {
         Ok(step)
     }
 
-    /// Computes the step of the machine without its controller. `reference` is then the effect of a held `U_s`; `rest`
-    /// includes the controller.
+    /// The step of the machine without its controller. `reference` is the effect of a held `U_s`; `rest` includes the
+    /// controller.
     ///
     /// # Errors
     /// See [`SlaveStep::new`].
@@ -139,8 +139,8 @@ impl SlaveStep {
         Self::open(slave, ControlTiming::Sampled, tick_s)
     }
 
-    /// Computes the step of the machine's motor over a tick with a lag of `lag_s` (at least 0). Without a lag it equals
-    /// the `reference` of [`SlaveStep::of_machine`].
+    /// The step of the machine's motor with a lag of `lag_s` (at least 0). Without a lag it equals the `reference` of
+    /// [`SlaveStep::of_machine`].
     ///
     /// # Errors
     /// See [`SlaveStep::new`].
@@ -149,7 +149,6 @@ impl SlaveStep {
         MotorStep::new(("slave", &system), 0, tick_s, lag_s)
     }
 
-    /// Computes the step without closing the loop of a sampled controller.
     fn open(slave: &SlaveParameters, timing: ControlTiming, tick_s: f64) -> Result<Self, PlantError> {
         let system = slave_system(slave, timing)?;
         let step = exact_step(&system, tick_s, &[InputHold::Held]).map_err(on("slave"))?;

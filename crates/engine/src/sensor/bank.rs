@@ -6,12 +6,11 @@ use std::sync::Arc;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Standard normal numbers of streams that were drawn before. A sweep runs every seed at all of its points, and drawing
-/// a number costs as much as a tick.
+/// Standard normal numbers drawn before. A sweep runs every seed at all points, and drawing a number costs as much as a
+/// tick.
 #[derive(Debug)]
 pub struct NoiseBank {
     kept: HashMap<Stream, Drawn>,
-    /// Number of numbers for which there is still room.
     room: usize,
 }
 
@@ -28,7 +27,6 @@ impl NoiseBank {
         Self { kept: HashMap::new(), room: max_numbers }
     }
 
-    /// Returns the next `count` numbers of a generator, if they are stored or there is room for them.
     pub(super) fn numbers(&mut self, rng: &ChaCha8Rng, count: usize) -> Option<Drawn> {
         let stream = (rng.get_seed(), rng.get_stream(), count);
         if let Some(drawn) = self.kept.get(&stream) {

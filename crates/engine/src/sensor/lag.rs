@@ -8,8 +8,8 @@ use trocar_core::lane::Lane;
 /// y_k = a y_{k-1} + b_0 u_{k-1} + b_1 u_k
 /// a = exp(-T/τ),  q = (1 - a) τ/T,  b_0 = q - a,  b_1 = 1 - q
 /// ```
-/// A force between ticks is closer to a line than to a step. A large bandwidth then approaches a sensor without lag,
-/// whereas a held input would leave a delay of one tick. Initially settled.
+/// A force between ticks is closer to a line than to a step: a large bandwidth approaches a sensor without lag, where a
+/// held input would leave a delay of one tick. Initially settled.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lag<L> {
     keep: L,
@@ -20,11 +20,10 @@ pub(super) struct Lag<L> {
 }
 
 impl<L: Lane> Lag<L> {
-    /// Creates the lag of `bandwidth_hz` (above 0) for ticks of `tick_s`, settled at `input`.
     pub(super) fn new(bandwidth_hz: f64, tick_s: f64, input: f64) -> Self {
         let ticks = std::f64::consts::TAU * bandwidth_hz * tick_s;
         let keep = libm::exp(-ticks);
-        // Below the smallest normal number the output is constant, and the mean of the exponential over the tick is 1.
+        // Below the smallest normal number the output is constant.
         let mean = if ticks > f64::MIN_POSITIVE { -libm::expm1(-ticks) / ticks } else { 1.0 };
         Self {
             keep: L::splat(keep),

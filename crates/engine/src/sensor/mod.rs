@@ -5,9 +5,9 @@
 //! ```text
 //! y = clip(quantise(lag(f + bias) + noise))
 //! ```
-//! The bias belongs to the transducer (mounting, drift): it passes through the lag and has settled before a run begins.
-//! The noise belongs to the amplifier and is white at any bandwidth. The converter limits its codes to its range, so
-//! clipping is last and no reading exceeds the range.
+//! The bias belongs to the transducer (mounting, drift): it passes through the lag and has settled before a run. The
+//! noise belongs to the amplifier and is white at any bandwidth. The converter limits its codes to its range, so
+//! clipping comes last.
 
 mod bank;
 mod lag;
@@ -35,7 +35,7 @@ trocar_core::settings! {
         force_noise_std_n: f64 [NON_NEGATIVE] = 0.0,
         /// Step of the force reading; 0: no quantisation.
         force_resolution_n: f64 [NON_NEGATIVE] = 0.0,
-        /// Maximum force reading, in both directions: readings beyond it are clipped; no limit when not given.
+        /// Maximum force reading, in both directions: readings beyond it are clipped; no limit by default.
         force_range_n: Option<f64> [POSITIVE],
         /// Places the sensor at the tip, so that it does not measure the friction on the shaft.
         at_tip: bool = false,
@@ -49,14 +49,14 @@ trocar_core::settings! {
 }
 
 impl SensorSettings {
-    /// Returns true if the force reading is ideal.
+    /// True if the force reading is ideal.
     #[must_use]
     pub fn reads_force_exactly(&self) -> bool {
         let Self { force_bias_n, force_bandwidth_hz, force_noise_std_n, force_resolution_n, force_range_n, .. } = *self;
         [force_bias_n, force_bandwidth_hz, force_noise_std_n, force_resolution_n] == [0.0; 4] && force_range_n.is_none()
     }
 
-    /// Returns true if the position reading is ideal.
+    /// True if the position reading is ideal.
     #[must_use]
     pub fn reads_position_exactly(&self) -> bool {
         self.position_resolution_m == 0.0
@@ -86,7 +86,7 @@ pub trait Sensor<L: Lane> {
     /// Measures a force (N), a position (m) and a velocity (m/s). Called once per tick.
     fn read(&mut self, force_n: L, position_m: L, velocity_m_per_s: L) -> Measurement<L>;
 
-    /// Returns true if the measured force excludes the friction on the shaft.
+    /// True if the measured force excludes the friction on the shaft.
     #[inline(always)]
     fn excludes_shaft(&self) -> bool {
         false
@@ -129,7 +129,7 @@ impl trocar_core::lane::Gather for PerfectSensor {
 }
 
 /// Reads the force with all configured imperfections, and position and velocity exactly. Lane `i` draws its noise from
-/// stream `first_stream + i` of the seed, independent of the other lanes.
+/// stream `first_stream + i` of the seed.
 #[derive(Debug, Clone)]
 pub struct ForceSensor<L> {
     bias_n: Option<L>,
@@ -381,11 +381,11 @@ mod tests {
     fn a_silenced_sensor_reads_without_noise_and_a_bank_changes_nothing() {
         let settings = SensorSettings { force_noise_std_n: 0.1, force_bias_n: 0.25, ..Default::default() };
         let new = || AnySensor::<f64>::new(&settings, TICK_S, (3, 1)).expect("valid");
-        let (mut own, mut shared, mut silenced) = (new(), new(), new());
+        let (mut separate, mut shared, mut silenced) = (new(), new(), new());
         shared.share_noise(&mut NoiseBank::new(1000), 500);
         silenced.silence();
         for _ in 0..500 {
-            assert_eq!(own.read(1.0, 0.0, 0.0).force_n, shared.read(1.0, 0.0, 0.0).force_n);
+            assert_eq!(separate.read(1.0, 0.0, 0.0).force_n, shared.read(1.0, 0.0, 0.0).force_n);
             assert_eq!(silenced.read(1.0, 0.0, 0.0).force_n, 1.25);
         }
     }

@@ -14,8 +14,8 @@ const BLOCK: usize = 64;
 
 /// Standard normal numbers. Lane `i` uses stream `first_stream + i` of a seed, independent of the other lanes.
 ///
-/// They are drawn in blocks, so most ticks only read the next number, without the generator's code and state. The
-/// numbers are the same as when drawn one by one.
+/// Drawn in blocks, so most ticks only read the next number, without the generator's code and state. The numbers are
+/// the same.
 #[derive(Debug, Clone)]
 pub(super) struct WhiteNoise<L> {
     streams: Box<[Stream]>,
@@ -26,7 +26,7 @@ pub(super) struct WhiteNoise<L> {
 #[derive(Debug, Clone)]
 struct Stream {
     rng: ChaCha8Rng,
-    /// Numbers from a bank in whole blocks, which precede the generator's numbers, and how many of them are used.
+    /// Numbers from a bank in whole blocks, which precede the generator's numbers, and how many are used.
     drawn: Option<(Arc<[f64]>, usize)>,
 }
 
@@ -40,7 +40,6 @@ impl<L: Lane> WhiteNoise<L> {
         Self { streams: (0..L::WIDTH).map(stream).collect(), block: Box::new([L::zero(); BLOCK]), next: BLOCK }
     }
 
-    /// Takes the first `count` numbers from a bank that has them or has room.
     pub(super) fn take_from(&mut self, bank: &mut NoiseBank, count: u64) {
         let whole_blocks = usize::try_from(count).ok().and_then(|count| count.checked_next_multiple_of(BLOCK));
         for stream in &mut self.streams {
@@ -65,8 +64,7 @@ impl<L: Lane> WhiteNoise<L> {
     }
 }
 
-/// Draws the next block. A free function without access to the sensor, so that the tick need not reload the sensor's
-/// state after the call.
+/// Draws the next block. A free function without access to the sensor, so the tick need not reload the sensor's state.
 #[cold]
 #[inline]
 fn refill<L: Lane>(streams: &mut [Stream], block: &mut [L; BLOCK]) {
@@ -116,16 +114,16 @@ mod tests {
     }
 
     #[test]
-    fn a_bank_changes_no_number() {
+    fn a_noise_bank_does_not_change_the_numbers() {
         let mut bank = NoiseBank::new(10 * BLOCK);
         for seed in [7, 8, 7, 9, 8] {
             // The third seed finds no room. All streams continue after the bank's numbers.
-            let mut own = WhiteNoise::<f64>::new(seed, 3);
-            let mut shared = own.clone();
+            let mut separate = WhiteNoise::<f64>::new(seed, 3);
+            let mut shared = separate.clone();
             shared.take_from(&mut bank, 5 * BLOCK as u64 - 3);
             assert_eq!(shared.streams[0].drawn.is_some(), seed != 9, "seed {seed}");
             for k in 0..7 * BLOCK {
-                assert_eq!(shared.draw(), own.draw(), "seed {seed}, number {k}");
+                assert_eq!(shared.draw(), separate.draw(), "seed {seed}, number {k}");
             }
         }
     }

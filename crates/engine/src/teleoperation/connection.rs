@@ -39,11 +39,11 @@ pub struct LinkReport {
     /// Energy from the needle into the tissue in J, `∫ f_e dx_e`, from the measured force.
     pub slave_port_j: f64,
     /// Maximum of `E_s - E_m` in J, with the slave's energy scaled to the master: the largest energy that both ports
-    /// have delivered beyond the received energy.
+    /// have delivered beyond what they received.
     pub generated_j: f64,
     /// Bound in J that the passivity scheme promises for the generated energy; `None` without a promise.
     pub promised_j: Option<f64>,
-    /// Distance in m by which the slave is deeper than the master, on the slave's scale; otherwise 0.
+    /// Distance in m by which the slave is deeper than the master, on the slave's scale; else 0.
     pub left_behind_m: f64,
     /// Energy that the passivity scheme dissipated at the master, in J.
     pub master_dissipated_j: f64,

@@ -5,7 +5,7 @@ use trocar_core::augmentation::Modes;
 use trocar_core::lane::Lane;
 
 /// Transmits scaled position and force in the same tick. Identical, bit for bit, to a [`Link`](super::Link) that
-/// [`is_direct`](super::Link::is_direct), but stateless.
+/// [`is_direct`](super::Link::is_direct), without state.
 #[derive(Debug, Clone, Copy)]
 pub struct DirectLink<L> {
     pub(super) position_scale: L,

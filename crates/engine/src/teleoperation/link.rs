@@ -20,7 +20,7 @@ pub type FromSlave<L> = Delay<L, 5>;
 pub type PayloadLine<L> = Delay<L, PAYLOAD>;
 
 /// The lines of both directions. A payload arrives with its sample, so both lines of a direction have the same delays
-/// and losses. Without a scheme the payload lines are unused.
+/// and losses. Unused without a scheme.
 #[derive(Debug, Clone)]
 pub struct Lines<L: Lane> {
     /// From the master to the slave.
@@ -173,7 +173,7 @@ impl<L: Lane, A, P> Link<L, A, P> {
         }
     }
 
-    /// Returns true if positions and forces arrive without delay and unchanged.
+    /// True if positions and forces arrive without delay and unchanged.
     #[must_use]
     pub fn is_direct(&self) -> bool {
         self.is_plain && self.lines.forward.is_immediate() && self.lines.backward.is_immediate()
@@ -187,7 +187,6 @@ impl<L: Lane, A, P> Link<L, A, P> {
 }
 
 impl<L: Lane, A, P> Link<L, A, P> {
-    /// The slave's port, without the work since the last tick.
     #[inline(always)]
     fn port_of(&self, slave: &AtSlave<L>) -> SlavePort<L> {
         SlavePort {
@@ -200,8 +199,8 @@ impl<L: Lane, A, P> Link<L, A, P> {
     }
 }
 
-/// The steps of each side at a tick. A side reads and changes only its own state, so each can run in its own process,
-/// with a link of which it uses one side. [`Connection`] runs both, with the lines between them.
+/// The steps of each side at a tick. A side reads and changes only its own state, so each can run in its own process.
+/// [`Connection`] runs both, with the lines between them.
 impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Link<L, A, P> {
     /// Master: returns its message.
     #[inline(always)]
@@ -228,7 +227,7 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Link<L, A, P> {
         self.positions.update(target_m, received.is_fresh, None)
     }
 
-    /// Slave, after its reference: returns its message in `mode`.
+    /// On the slave's side, after the reference: the message of the slave in `mode`.
     #[inline(always)]
     pub fn slave_sends(&mut self, mode: Modes<L>, slave: &AtSlave<L>) -> ToMaster<L> {
         let payload = self.scheme.slave_sends();
@@ -262,7 +261,7 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Link<L, A, P> {
         self.master_port.energy_j
     }
 
-    /// Energy of the slave's port so far, from the measured force, scaled to the master, in J: `∫ f_e dx_e`.
+    /// Energy of the slave's port so far, scaled to the master, in J: `∫ f_e dx_e`.
     #[must_use]
     pub fn slave_energy_j(&self) -> L {
         self.energy_scale * self.slave_port.energy_j

@@ -35,7 +35,6 @@ trocar_core::settings! {
 }
 
 impl RecoverySettings {
-    /// The settings for forces, which keep no offset.
     pub(super) fn of_forces(&self) -> Self {
         let policy = if self.policy == Recovery::Hold { Recovery::Ramp } else { self.policy };
         Self { policy, ..*self }
@@ -51,8 +50,8 @@ impl RecoverySettings {
 /// ```
 /// The gap is 0 except for [`Recovery::Hold`], where it is the offset after the outage.
 ///
-/// A receiver that [keeps pace](Receiver::keeping_pace) recovers no faster than its target has moved so far, on average
-/// over about the outage's length, including the motion during the outage.
+/// A receiver that [keeps pace](Receiver::keeping_pace) recovers no faster than its target has moved so far, averaged
+/// over about the outage's length.
 #[derive(Debug, Clone)]
 pub(super) struct Receiver<L: Lane> {
     policy: Recovery,
@@ -82,7 +81,6 @@ pub(super) struct Receiver<L: Lane> {
 const NEVER: f64 = -1.0;
 
 impl<L: Lane> Receiver<L> {
-    /// Creates a receiver that holds `initial`, for ticks of `tick_s`, and recovers at `speed` per second.
     pub(super) fn new(settings: &RecoverySettings, speed: f64, tick_s: f64, initial: L) -> Self {
         let nowhere = L::Mask::splat(false);
         Self {
@@ -107,14 +105,14 @@ impl<L: Lane> Receiver<L> {
         }
     }
 
-    /// Expects the first sample within `ticks`. A link that is down from the start then counts as an outage; otherwise
-    /// its first sample would make the output jump.
+    /// Expects the first sample within `ticks`, so a link that is down from the start counts as an outage and its first
+    /// sample causes no jump.
     pub(super) fn expecting_within(mut self, ticks: u64) -> Self {
         self.expected_tick = L::splat(ticks as f64);
         self
     }
 
-    /// Recovers no faster than the target has moved so far. Tissue that resists speed then resists no more than before.
+    /// Recovers no faster than the target has moved so far, so tissue that resists speed resists no more than before.
     pub(super) fn keeping_pace(self, keeps_pace: bool) -> Self {
         Self { keeps_pace, ..self }
     }
@@ -128,8 +126,8 @@ impl<L: Lane> Receiver<L> {
         self.max_pace = self.max_pace.max(self.pace);
     }
 
-    /// Returns the output for the latest sample's target. `given_up` is the final value after giving up, by default the
-    /// held value.
+    /// The output for the latest sample's target. `given_up` is the final value after giving up (default: the
+    /// held value).
     #[inline(always)]
     pub(super) fn update(&mut self, target: L, is_fresh: L::Mask, given_up: Option<L>) -> L {
         if (is_fresh & !(self.is_lost | self.is_recovering)).all() {
@@ -138,8 +136,8 @@ impl<L: Lane> Receiver<L> {
         self.recover(target, is_fresh, given_up)
     }
 
-    /// Withholds a part of the output (of a slave's reference, by a scheme) during an outage. A slave that was held
-    /// back then does not continue to the position of the hand before the outage.
+    /// Withholds a part of the slave's reference (by a scheme) during an outage, so the slave does not continue to the
+    /// hand's position before it.
     #[inline(always)]
     pub(super) fn withhold(&mut self, part: L) {
         self.last = L::select(self.is_lost, self.last - part, self.last);
@@ -212,7 +210,6 @@ impl<L: Lane> Receiver<L> {
         self.last
     }
 
-    /// The number of outages, the length of the longest in ticks, and the tick of giving up, in lane `index`.
     pub(super) fn outages(&self, index: usize) -> (f64, f64, Option<f64>) {
         let given_up = self.given_up_at.lane(index);
         (self.outages.lane(index), self.longest.lane(index), (given_up >= 0.0).then_some(given_up))

@@ -54,7 +54,7 @@ impl LinkSettings {
         AnyArchitecture::new(&self.controller, &self.machines, tick_s)
     }
 
-    /// Returns true if no architecture and no passivity scheme changes position and force.
+    /// True if no architecture and no passivity scheme changes position and force.
     #[must_use]
     pub fn forwards_samples(&self) -> bool {
         self.controller.kind == ControllerKind::PositionForce && self.passivity.scheme == Scheme::None

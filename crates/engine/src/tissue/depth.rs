@@ -23,8 +23,7 @@ struct Curve {
 }
 
 impl Curve {
-    /// Computes the force at the first passage of each depth. Depths that are never reached have the force of the
-    /// nearest reached depth.
+    /// The force at the first passage of each depth. Unreached depths have the force of the nearest reached one.
     fn of_first_passages(samples: impl Iterator<Item = (f64, f64)>, from_m: f64, entries: usize) -> Self {
         let mut force_n: Vec<f64> = Vec::with_capacity(entries);
         let mut last: Option<(f64, f64)> = None;
@@ -67,8 +66,7 @@ pub struct DepthCurves {
 }
 
 impl DepthCurves {
-    /// Computes the curves from samples in time order. The force of the withdrawal is limited to the force of the
-    /// insertion.
+    /// The curves from samples in time order. The withdrawal's force is limited to the insertion's.
     ///
     /// # Errors
     /// [`InvalidValue`] for a recording that spans more than 10 m.
@@ -106,15 +104,15 @@ impl DepthCurves {
 
 /// A recording as a tissue: the recorded force at each depth, during insertion and withdrawal.
 ///
-/// At a new maximum depth the force is the force of the insertion. During a retreat it changes, over `presliding_m` of
-/// travel, to the force of the withdrawal, and back along the same path until the needle reaches a new maximum depth:
+/// At a new maximum depth the force is that of the insertion. During a retreat it changes, over `presliding_m` of
+/// travel, to that of the withdrawal, and back along the same path until a new maximum depth:
 ///
 /// ```text
 /// f = out(x) + s (min(in(x), in(D)) - out(x)),  s = max(1 - (D - x) / presliding, 0),  D the largest x so far
 /// ```
-/// `out` never exceeds `in`. A retreat therefore never returns more energy than the insertion took, and the tissue
-/// dissipates energy over any closed motion. Beyond the recorded depth the last force applies. The force does not
-/// depend on time, so the relaxation around a needle at rest is not reproduced.
+/// `out` never exceeds `in`, so a retreat never returns more energy than the insertion took, and the tissue dissipates
+/// energy over any closed motion. Beyond the recorded depth the last force applies. The force does not depend on time:
+/// the relaxation around a needle at rest is not reproduced.
 #[derive(Debug, Clone)]
 pub struct DepthReplay<L> {
     curves: Arc<DepthCurves>,
@@ -124,8 +122,8 @@ pub struct DepthReplay<L> {
 }
 
 impl<L: Lane> DepthReplay<L> {
-    /// Creates a tissue with layers that rupture at the given depths. `presliding_m` (above 0) is the travel over which
-    /// the force changes to the force of the withdrawal. The needle starts at `start_m`.
+    /// Creates a tissue whose layers rupture at the given depths. `presliding_m` (above 0) is the travel over which the
+    /// force changes to that of the withdrawal. The needle starts at `start_m`.
     ///
     /// # Errors
     /// [`InvalidValue`] for a presliding out of range.
@@ -183,7 +181,7 @@ impl trocar_core::lane::Gather for DepthReplay<f64> {
 mod tests {
     use super::*;
 
-    /// Returns an insertion to 10 mm with 100 N/m and a rupture at 6 mm, and a withdrawal with a pull of 0.2 N.
+    /// An insertion to 10 mm with 100 N/m and a rupture at 6 mm, and a withdrawal with a pull of 0.2 N.
     fn recording() -> (Vec<f64>, Vec<f64>) {
         let way_in = (0..=100).map(|k| 1e-4 * f64::from(k));
         let way_out = (0..100).rev().map(|k| 1e-4 * f64::from(k));

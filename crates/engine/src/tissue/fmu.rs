@@ -22,13 +22,13 @@ trocar_core::settings! {
         step_s: Option<f64> [POSITIVE] => "simulation.tick_s",
         /// Name of the input for the needle's position, in m, increasing into the tissue.
         position: String = "needle.position_m",
-        /// Name of the input for the needle's velocity, in m/s; when not given, needle.velocity_m_per_s if the unit has
+        /// Name of the input for the needle's velocity, in m/s; by default needle.velocity_m_per_s, if the unit has
         /// that input.
         velocity: Option<String>,
         /// Name of the output with the force on the needle, in N, positive when it resists insertion.
         force: String = "reaction.force_n",
-        /// Name of the output that becomes true, or changes from 0 to another number, when a layer ruptures; when not
-        /// given, reaction.ruptured if the unit has that output, otherwise no rupture is known.
+        /// Name of the output that becomes true, or changes from 0 to another number, when a layer ruptures; by default
+        /// reaction.ruptured, if the unit has that output. Without it no rupture is known.
         ruptured: Option<String>,
         /// Values of the unit's parameters, as in "stiffness = 300; damping = 4", in the units of the parameters; true
         /// is 1.
@@ -36,8 +36,8 @@ trocar_core::settings! {
     }
 }
 
-/// Names in units that trocar exports. The inputs and outputs are used if their keys have no value; the shaft force,
-/// which has no key, is the part of the force that acts on the shaft.
+/// Names in units that trocar exports, used if their keys have no value. The shaft force, which has no key, is the part
+/// of the force on the shaft.
 const VELOCITY: &str = "needle.velocity_m_per_s";
 const SHAFT_FORCE: &str = "reaction.shaft_force_n";
 const RUPTURED: &str = "reaction.ruptured";
@@ -111,9 +111,9 @@ impl UnitTissue {
         }
         let number = |key, name: &str, role, quantity| description.number(name, role, quantity).map_err(of_unit(key));
         let has = |name: &&str| description.variables.iter().any(|variable| variable.name == **name);
-        let given_or = |given: &Option<String>, own: &'static str| match given {
+        let given_or = |given: &Option<String>, default: &'static str| match given {
             Some(name) => Some(name.clone()),
-            None => Some(own).filter(has).map(str::to_owned),
+            None => Some(default).filter(has).map(str::to_owned),
         };
         let mut inputs = vec![number(position, &settings.position, Causality::Input, METRE)?];
         if let Some(name) = given_or(&settings.velocity, VELOCITY) {
@@ -213,9 +213,9 @@ fn parameter(unit: &Unit, written: &str) -> Result<(Variable, f64), UnitProblem>
 
 /// A running tissue in a unit, with an instance for each lane.
 ///
-/// At every tick that begins a step, the inputs are the needle's position and velocity at that tick. The unit steps
-/// from there, and its outputs after the step act from this tick on, until the next step. There is therefore no delay
-/// of a tick: if a unit integrates, the force belongs to the end of the step under held inputs.
+/// A step begins with the inputs at its first tick: the needle's position and velocity. The outputs after the step act
+/// from this tick on, until the next step, so there is no delay of a tick: if a unit integrates, the force belongs to
+/// the end of the step under held inputs.
 #[derive(Debug)]
 pub struct Fmu<L: Lane> {
     tissue: Arc<UnitTissue>,
@@ -244,7 +244,6 @@ impl<L: Lane> Fmu<L> {
         Self { tissue, instances: vec![], force_n: L::zero(), shaft_n: L::zero(), failure: None }
     }
 
-    /// Instantiates the unit of a lane at the first step, and steps it.
     fn step(&mut self, lane: usize, tick: u64, inputs: [f64; 2]) -> Result<Step, TissueFailure> {
         let tissue = &*self.tissue;
         let time_s = tick as f64 * tissue.tick_s;
@@ -276,7 +275,6 @@ impl<L: Lane> Fmu<L> {
     }
 }
 
-/// Describes the failure, as a continuation of "the unit".
 fn sentence(error: &FmuError) -> String {
     match error {
         FmuError::Call { .. } | FmuError::Variable { .. } => format!("stopped: {error}"),
@@ -322,7 +320,7 @@ impl<L: Lane> Tissue<L> for Fmu<L> {
     }
 }
 
-/// Copies a tissue that has not run. The state of a running unit cannot be copied, so such a copy fails.
+/// Copies a tissue that has not run; the copy of a running unit fails.
 impl<L: Lane> Clone for Fmu<L> {
     fn clone(&self) -> Self {
         let mut copy = Self::new(Arc::clone(&self.tissue));

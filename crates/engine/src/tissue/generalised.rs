@@ -53,10 +53,10 @@ trocar_core::settings! {
 
 /// `f = K p + B v` for `p > 0`, 0 otherwise, with `K = μ(p) pⁿ⁻¹` and `B = λ(p) pⁿ` (eq. 3-4, in this crate's sign).
 ///
-/// The paper does not state how its coefficients vary with position, velocity and time. Here μ and λ are functions of
-/// the depth `p = x_e - contact` alone, linear between the given depths and constant outside. The static force is then
-/// a function of the position, so the work of a closed motion is exactly the energy dissipated by λ. With one depth it
-/// is Hunt-Crossley's model. The layered tissue models the dependence on time and history.
+/// The paper does not state how its coefficients vary with position, velocity and time. Here μ and λ depend on the
+/// depth `p = x_e - contact` alone, linear between the given depths and constant outside. The static force is a
+/// function of the position, so the work of a closed motion is exactly the energy dissipated by λ. With one depth it is
+/// Hunt-Crossley's model. The layered tissue models time and history.
 #[derive(Debug, Clone, Copy)]
 pub struct Generalised<L: Lane> {
     mu: Profile<L>,

@@ -3,11 +3,11 @@
 //! # Sources of the numbers
 //! The form is from Simone (*Modeling of needle insertion forces for percutaneous therapies*, 2002) and from Okamura,
 //! Simone and O'Leary (2004) for the liver: a nonlinear spring until the capsule ruptures, then a constant cutting
-//! force and friction along the shaft. The measured values and ranges are in [`literature`](super::literature). Barbé
-//! et al. (2007) state, for one needle in vivo, the total over all layers: up to 1.45 N with a pull of 0.37 N on direct
-//! access to a pig's liver, and up to 5.69 N with a pull of 2.45 N through the skin, most of it from skin, fat and
-//! muscle (3.2.1, 3.2.2). The division of these totals among the layers is chosen here. A layer bulges by millimetres
-//! before it ruptures, as figure 1 and the 9 mm lurch of 5.2 show, and relaxes within hundredths of a second.
+//! force and friction along the shaft. [`literature`](super::literature) has the measured values and ranges. Barbé et
+//! al. (2007) state, for one needle in vivo, the total over all layers: up to 1.45 N with a pull of 0.37 N on direct
+//! access to a pig's liver, and up to 5.69 N with a pull of 2.45 N through the skin, mostly from skin, fat and muscle
+//! (3.2.1, 3.2.2). Their division among the layers is chosen here. A layer bulges by millimetres before it ruptures
+//! (figure 1, and the 9 mm lurch of 5.2), and relaxes within hundredths of a second.
 //!
 //! | default | skin | fat | muscle | capsule | organ | measured |
 //! |---|---|---|---|---|---|---|
@@ -128,7 +128,7 @@ impl LayerParameters {
         Self::DEFAULT_LIST.iter().map(|(name, layer)| (*name, values(layer))).collect()
     }
 
-    /// Returns true if the force drops when the layer gives way.
+    /// True if the force drops when the layer gives way.
     #[must_use]
     pub fn ruptures(&self) -> bool {
         self.rupture_force_n > self.cutting_force_n

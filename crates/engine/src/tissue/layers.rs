@@ -16,8 +16,8 @@ use trocar_core::lane::{Lane, Mask};
 /// Start of a layer that the needle has not reached, in m. Deeper than any run.
 const FAR_M: f64 = 1e9;
 
-/// Additional decrease of a yield deflection per tick, in m. It is negligible, but ends the exponential relaxation
-/// before the numbers become subnormal, which is slow.
+/// Additional decrease of a yield deflection per tick, in m: negligible, but it ends the exponential relaxation before
+/// slow subnormal numbers.
 const MIN_FALL_M: f64 = 1e-15;
 
 /// Parameters of a layered tissue.
@@ -78,8 +78,8 @@ impl Default for LayersParameters {
 
 /// A needle in layers of tissue: the three phases of the paper's figure 1.
 ///
-/// Each layer is a spring that yields. `front` is the depth to which the needle tip has cut, in the layer's undeformed
-/// length, and `y` the deflection at which the spring yields:
+/// Each layer is a spring that yields. `front` is the depth of the cut, in the layer's undeformed length, and `y` the
+/// deflection at which the spring yields:
 ///
 /// ```text
 /// y     = target + (y - target) exp(-T/τ)
@@ -88,20 +88,20 @@ impl Default for LayersParameters {
 /// front = max(front, x - y)
 /// ```
 /// The target of an intact layer is `d_r`, where the spring reaches the rupture force; then `d_c`, where it reaches the
-/// cutting force; and 0 when the front has reached the layer's bottom. The force on a needle at rest therefore relaxes
-/// to a constant. A retreat unloads the spring, which never pulls. A cut remains. Fronts and relaxation only reduce the
-/// deflection of springs, so every layer dissipates energy.
+/// cutting force; and 0 when the front is at the layer's bottom. The force on a needle at rest thus relaxes to a
+/// constant. A retreat unloads the spring, which never pulls. A cut remains. Fronts and relaxation only reduce
+/// deflections, so every layer dissipates energy.
 ///
 /// A layer begins to bulge at the needle's position when the layer above is cut through. Until then the two move
 /// together, and only the upper one acts on the tip. The force is the sum of the relaxing layer above, the layer being
-/// cut, and the friction of all layers around the shaft (see [`ShaftParameters`]). The kinetic bound of the friction is
-/// the sum over the layers of the grip and the friction times the length in the layer. This length is measured from the
-/// dragged surface, displaced by `F/σ` inward or, during withdrawal, outward: the tissue then pulls, and the needle
-/// leaves it outside of the first contact.
+/// cut, and the friction of all layers on the shaft (see [`ShaftParameters`]). The kinetic bound of the friction sums,
+/// over the layers, the grip and the friction times the length in the layer. This length is measured from the dragged
+/// surface, displaced by `F/σ` inward or, during withdrawal, outward: the tissue then pulls, and the needle leaves it
+/// outside of the first contact.
 ///
-/// The model is a map of position and velocity, exact for any tick. A relaxation faster than a tick cannot be
-/// represented and is rejected. For a stable loop the largest slope, `a₁ + 2 a₂ d_r + σ`, must be below the largest
-/// stiffness at which the teleoperation is stable (2.5 kN/m with the paper's controllers at 1 kHz).
+/// The model is a map of position and velocity, exact for any tick. A relaxation faster than a tick is rejected. For a
+/// stable loop the largest slope, `a₁ + 2 a₂ d_r + σ`, must be below the largest stable stiffness of the teleoperation
+/// (2.5 kN/m with the paper's controllers at 1 kHz).
 #[derive(Debug, Clone)]
 pub struct Layers<L: Lane> {
     layers: Box<[Layer<L>]>,
@@ -118,7 +118,6 @@ pub struct Layers<L: Lane> {
     friction: L,
 }
 
-/// A layer and its state.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 struct Layer<L: Lane> {
@@ -186,15 +185,14 @@ impl<L: Lane> Layer<L> {
         (d * viscous) * (self.stiffness + self.stiffening * d)
     }
 
-    /// Adds the layer's friction on a shaft with its tip at `tip_m` to the friction of the layers above.
     #[inline(always)]
     fn add_friction(&self, above: ShaftContact<L>, tip_m: L) -> ShaftContact<L> {
         let length_m = (tip_m - self.start).clamp(L::zero(), self.front.min(self.bottom) - self.start);
         above.and(self.friction, self.grip, length_m)
     }
 
-    /// Handles the events of the layer at this tick: from intact to cut, from cut to cut through. Returns the lanes in
-    /// which the layer ruptures and the lanes in which it is cut through.
+    /// Handles the events of the layer at this tick: intact, cut, cut through. Returns the lanes in which it ruptures
+    /// and the lanes in which it is cut through.
     #[inline(always)]
     fn handle_events(&mut self) -> (L::Mask, L::Mask) {
         let gives_way = self.front.gt(self.next_event) & self.next_event.lt(self.bottom);
@@ -208,7 +206,6 @@ impl<L: Lane> Layer<L> {
     }
 }
 
-/// The friction of layers, from the surface down, on a shaft with its tip at `tip_m`.
 #[inline(always)]
 fn friction_of<L: Lane>(layers: &[Layer<L>], tip_m: L) -> ShaftContact<L> {
     let mut held = ShaftContact::none();
@@ -240,11 +237,11 @@ impl<L: Lane> Layers<L> {
         })
     }
 
-    /// Updates the friction on the shaft for the next tick, independently of this tick's force.
+    /// Updates the friction for the next tick, independently of this tick's force.
     #[inline(always)]
     fn update_shaft_contact(&mut self, position: L) {
         let tip = position - self.shaft.drag_m();
-        // A layer starts when the one above is cut through, so a tip in the last layer has passed all others.
+        // A layer starts when the one above is cut through: a tip in the last layer has passed all others.
         self.held = if tip.ge(self.last_start).all() {
             self.layers[self.begun - 1].add_friction(self.above, tip)
         } else {
@@ -252,7 +249,6 @@ impl<L: Lane> Layers<L> {
         };
     }
 
-    /// Handles the events of all layers at this tick. Returns the lanes in which a layer ruptures.
     #[cold]
     #[inline]
     fn handle_events(&mut self, position: L) -> L::Mask {
@@ -273,7 +269,7 @@ impl<L: Lane> Layers<L> {
         let above = self.begun - 1;
         self.last_start = self.layers[above].start;
         self.above = friction_of(&self.layers[..above], L::splat(FAR_M));
-        // A yield deflection of 0 means that the layer is cut through and relaxed: it exerts no force.
+        // A yield deflection of 0: cut through and relaxed, without force.
         while self.first < self.begun && self.layers[self.first].yields_at.le(L::zero()).all() {
             self.first += 1;
         }
@@ -333,7 +329,7 @@ impl<L: Lane> Model for Layers<L> {
     }
 
     /// From 0, for a layer that is being cut, to the slope of the stiffest layer just before its rupture or during
-    /// cutting. The shaft adds its stiffness after a layer with friction is cut, because it sticks after each reversal.
+    /// cutting. The shaft adds its stiffness after a layer with friction is cut, because it sticks after reversals.
     fn springs(settings: &LayersParameters, _depth_m: Option<f64>) -> Option<Springs> {
         let mut highest: f64 = 0.0;
         let mut of_shaft = 0.0;

@@ -11,9 +11,9 @@
 //!
 //! The ranges are wider than the measurements, because tissues, needles and species differ: van Gerwen et al. cite a
 //! pig's liver two to six times as stiff in vivo as ex vivo. No source was found for the stiffness, friction or damping
-//! of skin, fat and muscle alone, nor for a relaxation, a damping `c` or a stiffness of the shaft's drag of any layer;
-//! these are chosen here. The force rises more steeply for a faster needle (Mahvash and Dupont, ICRA 2009); skin and
-//! muscle hardly depend on the speed (Schneider, Peck and Melvin, UM-HSRI-78-23, 1978).
+//! of skin, fat and muscle alone, nor for a relaxation, a damping `c` or the stiffness of the shaft's drag of any
+//! layer; these are chosen here. The force rises more steeply for a faster needle (Mahvash and Dupont, ICRA 2009); skin
+//! and muscle hardly depend on the speed (Schneider, Peck and Melvin, UM-HSRI-78-23, 1978).
 
 use std::borrow::Cow;
 
@@ -33,7 +33,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// Returns true if a value is within the bounds.
+    /// True if a value is within the bounds.
     #[must_use]
     pub fn contains(&self, value: f64) -> bool {
         (self.low..=self.high).contains(&value)

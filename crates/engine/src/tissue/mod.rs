@@ -59,10 +59,10 @@ pub struct Reaction<L: Lane> {
 
 /// Gives the tissue force for a position and velocity of the needle.
 ///
-/// A user-defined tissue implements this trait for `f64`, the built-in tissues for any number of lanes. A built-in
-/// tissue is one file of this folder and one row of the registry below.
+/// A user-defined tissue implements this trait for `f64`. A built-in tissue, for any number of lanes, is one file of
+/// this folder and one row of the registry below.
 pub trait Tissue<L: Lane> {
-    /// Returns the reaction at `tick` to a needle at `position_m` moving at `velocity_m_per_s`. Called once per tick,
+    /// The reaction at `tick` to a needle at `position_m` moving at `velocity_m_per_s`. Called once per tick,
     /// starting at 0.
     fn react(&mut self, tick: u64, position_m: L, velocity_m_per_s: L) -> Reaction<L>;
 
@@ -72,7 +72,7 @@ pub trait Tissue<L: Lane> {
         L::zero()
     }
 
-    /// Returns the failure of the tissue, if it has failed. Its forces are then NaN, and the run ends with this error.
+    /// The failure of the tissue, if any. Its forces are then NaN, and the run ends with this error.
     fn failure(&self) -> Option<&TissueFailure> {
         None
     }
@@ -132,25 +132,25 @@ impl TissueSettings {
     /// The layers from the surface down; empty for a tissue without layers.
     #[must_use]
     pub fn layers(&self) -> Vec<StatedLayer<'_>> {
-        of_kind!(self, Part(own) => Part::<f64>::layers(own))
+        of_kind!(self, Part(kind_settings) => Part::<f64>::layers(kind_settings))
     }
 
     /// The surface of the undeformed tissue in m; `None` for a recording and an FMU.
     #[must_use]
     pub fn surface_m(&self) -> Option<f64> {
-        of_kind!(self, Part(own) => Part::<f64>::surface_m(own))
+        of_kind!(self, Part(kind_settings) => Part::<f64>::surface_m(kind_settings))
     }
 
     /// See [`Model::springs`].
     #[must_use]
     pub fn springs(&self, depth_m: Option<f64>) -> Option<Springs> {
-        of_kind!(self, Part(own) => Part::<f64>::springs(own, depth_m))
+        of_kind!(self, Part(kind_settings) => Part::<f64>::springs(kind_settings, depth_m))
     }
 
     /// The properties outside the range of the measurements.
     #[must_use]
     pub fn outside_measured(&self) -> Vec<Outside> {
-        of_kind!(self, Part(own) => Part::<f64>::outside_measured(own))
+        of_kind!(self, Part(kind_settings) => Part::<f64>::outside_measured(kind_settings))
     }
 
     /// Checks the settings for [`TissueSettings::build`] without building a tissue.
@@ -158,7 +158,7 @@ impl TissueSettings {
     /// # Errors
     /// [`InvalidValue`] naming the setting out of range.
     pub fn check(&self, tick_s: f64, start_m: f64) -> Result<(), InvalidValue> {
-        of_kind!(self, Part(own) => Part::<f64>::check(own, tick_s, start_m))
+        of_kind!(self, Part(kind_settings) => Part::<f64>::check(kind_settings, tick_s, start_m))
     }
 
     /// Creates the tissue, with the needle tip at `start_m`.
@@ -167,7 +167,7 @@ impl TissueSettings {
     /// [`InvalidValue`] naming the setting out of range; also for a recording and an FMU, whose tissues need their
     /// file.
     pub fn build<L: Lane>(&self, tick_s: f64, start_m: f64) -> Result<StillTissue<L>, InvalidValue> {
-        of_kind!(self, Part(own) => Part::build(own, tick_s, start_m).map(StillTissue::<L>::from))
+        of_kind!(self, Part(kind_settings) => Part::build(kind_settings, tick_s, start_m).map(StillTissue::<L>::from))
     }
 }
 

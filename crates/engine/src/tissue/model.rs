@@ -8,8 +8,8 @@ use trocar_core::settings::Key;
 pub(super) const NEEDS_FILE: InvalidValue =
     InvalidValue { name: "tissue.kind", value: 0.0, requirement: "built with its file", item: None };
 
-/// The springs that a tissue shows to a linear loop between its ruptures. Ranges are the smallest and the largest slope
-/// of the force over the position, in N/m, without damping and sliding friction.
+/// The springs that a tissue shows to a linear loop between ruptures. Ranges are the smallest and the largest slope of
+/// the force over the position, in N/m, without damping and sliding friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Springs {
     /// A spring (N/m) and a damper (N·s/m).
@@ -62,7 +62,7 @@ pub trait Model: Sized {
         vec![]
     }
 
-    /// Returns the layers, from the surface down. Each ruptures at most once, and in this order.
+    /// The layers, from the surface down. Each ruptures at most once, and in this order.
     fn layers(_settings: &Self::Settings) -> Vec<StatedLayer<'_>> {
         vec![]
     }

@@ -33,7 +33,7 @@ trocar_core::settings! {
 }
 
 impl OrganMotion {
-    /// Returns true if the tissue moves.
+    /// True if the tissue moves.
     #[must_use]
     pub fn moves(&self) -> bool {
         self.breathing_amplitude_m > 0.0 || self.heartbeat_amplitude_m > 0.0
@@ -96,14 +96,14 @@ impl<L: Lane> Cycle<L> {
     }
 }
 
-/// A tissue that moves with breathing and heartbeat. With the phases `φ` and `ψ` from 0 at the start, its displacement
-/// away from the needle is
+/// A tissue with breathing and heartbeat. With the phases `φ` and `ψ` from 0 at the start, its displacement away from
+/// the needle is
 ///
 /// ```text
 /// s = A_b ((1 - cos φ)/2)² + A_h (1 - cos ψ)/2
 /// ```
 /// Breathing follows Lujan et al. (*A method for incorporating organ motion due to breathing into 3D dose
-/// calculations*, Med. Phys. 26, 1999), whose `cos⁴` rests at the end of exhalation, where the run begins. Chosen here:
+/// calculations*, Med. Phys. 26, 1999): `cos⁴`, at rest at the end of exhalation, where the run begins. Chosen here:
 /// the heartbeat is a sine, and both motions act along the needle. The tissue's forces follow from the needle's
 /// position and velocity relative to it. A moving tissue gives energy to the needle, like a patient.
 #[derive(Debug, Clone)]

@@ -39,7 +39,6 @@ pub(super) fn read_layers<S: KeySource, T>(
     Ok(layers)
 }
 
-/// Checks every layer. An error contains the index of the layer.
 pub(super) fn check_layers<T>(
     layers: &[Named<T>],
     check: impl Fn(&T) -> Result<(), InvalidValue>,

@@ -15,14 +15,14 @@ trocar_core::settings! {
 /// Maximum number of quarters, with all parts.
 const MAX_QUARTERS: f64 = 31.0;
 
-/// Smallest depth in m at which the slope of a power is computed. With n below 1 it is unbounded at the surface.
+/// Smallest depth in m of a computed slope. With n below 1 the slope is unbounded at the surface.
 const MIN_DEPTH_M: f64 = 5e-4;
 
 /// Number of depths at which the slope is computed.
 const DEPTHS: u32 = 1000;
 
-/// Returns the smallest and the largest slope in N/m of the force `μ(p) pⁿ` down to `depth_m`; `mu` returns μ and its
-/// derivative. With n above 1 the slope begins at 0 at the surface, so the range does too.
+/// Smallest and largest slope in N/m of the force `μ(p) pⁿ` down to `depth_m`; `mu` returns μ and its derivative. With
+/// n above 1 the range begins at 0, the slope at the surface.
 pub(super) fn slopes_n_per_m(mu: impl Fn(f64) -> (f64, f64), power: f64, depth_m: f64) -> (f64, f64) {
     let slope = |p: f64| {
         let (mu, change) = mu(p);
@@ -37,8 +37,8 @@ pub(super) fn slopes_n_per_m(mu: impl Fn(f64) -> (f64, f64), power: f64, depth_m
     (0..=DEPTHS).map(|k| slope(at(k))).fold((first, first), |(low, high), slope| (low.min(slope), high.max(slope)))
 }
 
-/// `pⁿ` for `n` a whole number of quarters, from 0 to 7.75: a product of `p`, its squares and its square roots, the
-/// same bits on every machine and in every lane. The price: n = 1.3 must be rounded to 1.25.
+/// `pⁿ` for `n` a whole number of quarters, from 0 to 7.75: products of `p`, its squares and square roots, with the
+/// same bits everywhere. The cost: 1.3 must be rounded to 1.25.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct QuarterPower<L: Lane> {
     /// Lanes in which 1/4, 1/2, 1, 2 and 4 are part of the power.
@@ -46,10 +46,6 @@ pub(super) struct QuarterPower<L: Lane> {
 }
 
 impl<L: Lane> QuarterPower<L> {
-    /// Creates the power of the settings.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] unless it is a multiple of 0.25 from 0 to 7.75.
     pub(super) fn new(settings: &PowerSettings) -> Result<Self, InvalidValue> {
         let power = settings.power;
         let quarters = 4.0 * power;
@@ -59,7 +55,6 @@ impl<L: Lane> QuarterPower<L> {
         Ok(Self { parts: std::array::from_fn(|bit| L::Mask::splat(bits >> bit & 1 == 1)) })
     }
 
-    /// Returns `depthⁿ`, for a depth of at least 0.
     #[inline(always)]
     pub(super) fn of(&self, depth: L) -> L {
         let half = depth.sqrt();
@@ -90,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn every_quarter_up_to_7_75_is_a_power() {
+    fn every_multiple_of_a_quarter_up_to_7_75_is_a_valid_power() {
         for quarters in 0..=31 {
             let exponent = 0.25 * f64::from(quarters);
             for depth in [0.25, 1.0, 2.0, 1e-3] {

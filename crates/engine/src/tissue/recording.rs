@@ -7,8 +7,8 @@ use trocar_core::lane::{Lane, Mask};
 
 /// A force for each tick, and the ticks of the ruptures labelled in the recording.
 ///
-/// The replay is independent of the slave's motion, as in the paper's simulation (5.2), so the loop is open. After the
-/// end the last force is held.
+/// The replay is independent of the slave's motion, as in the paper's simulation (5.2): the loop is open. After the end
+/// the last force is held.
 #[derive(Debug, Clone)]
 pub struct RecordedForce {
     force_n: Arc<[f64]>,
@@ -29,7 +29,7 @@ impl RecordedForce {
         Self { force_n, last_force_n, rupture_ticks, ruptures: 0, next_rupture }
     }
 
-    /// Force after the end. Out of line, so that the other ticks do not pay for it.
+    /// Force after the end, out of line to spare the other ticks.
     #[cold]
     #[inline]
     fn held(&self) -> f64 {

@@ -47,7 +47,7 @@ impl ShaftParameters {
 /// ```
 /// The stored energy is `F²/2σ`. A motion adds at most its work, and the bound only reduces the energy, so the friction
 /// dissipates for any change of the bound. The shaft slides while the bound acts. It sticks again when the bound does
-/// not act (after a reversal) or below the stick speed (Karnopp's regularisation).
+/// not act (after a reversal) or below the stick speed (Karnopp).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shaft<L: Lane> {
     stiffness: L,
@@ -80,7 +80,6 @@ impl<L: Lane> Shaft<L> {
         self.force * self.compliance
     }
 
-    /// The friction in N at a position (m), a velocity (m/s), a kinetic bound (N) and a length in the tissue (m).
     #[inline(always)]
     pub(super) fn friction_n(&mut self, position: L, velocity: L, kinetic_n: L, length_m: L) -> L {
         let trial = self.force + self.stiffness * (position - self.position);

@@ -14,7 +14,6 @@ impl<L: Lane> ShaftContact<L> {
         Self { kinetic_n: L::zero(), length_m: L::zero() }
     }
 
-    /// Adds the friction of one layer: its friction per length in N/m, its grip in N, and the length in it in m.
     #[inline(always)]
     pub(super) fn and(self, friction_n_per_m: L, grip_n: L, length_m: L) -> Self {
         let grip = L::select(length_m.gt(L::zero()), grip_n, L::zero());

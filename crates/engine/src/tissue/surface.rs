@@ -14,9 +14,6 @@ trocar_core::settings! {
 }
 
 /// Checks that a needle that starts at `start_m` is outside of a tissue with its surface at `contact_m`.
-///
-/// # Errors
-/// [`InvalidValue`] naming the key of the surface.
 pub(super) fn starts_outside(contact_m: f64, start_m: f64) -> Result<(), InvalidValue> {
     let requirement = "at least the needle's start, which is outside the tissue";
     require("tissue.contact_m", contact_m, start_m <= contact_m, requirement).map(drop)

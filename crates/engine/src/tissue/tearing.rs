@@ -95,8 +95,8 @@ impl Default for TearingSettings {
 /// Each layer is a viscoelastic solid (see `viscoelastic.rs`). `front` is the depth of its crack, in the layer's
 /// undeformed length, and `d = x - front` the deflection by a touching needle at `x`. An intact layer has its front at
 /// its surface. A crack of area `A` is faster than any relaxation, so its energy release rate depends on the unrelaxed
-/// compliance `C = 1/k₀`; a crack of area `ℓ w` doubles the compliance. The unrelaxed force `f_1` of the Maxwell branch
-/// acts closer to the tip of the crack than the relaxed force:
+/// compliance `C = 1/k₀`; a crack of area `ℓ w` doubles the compliance. The Maxwell branch's unrelaxed force `f_1` acts
+/// closer to the crack's tip than the relaxed force:
 ///
 /// ```text
 /// J = f (f + χ f_1)/2 · dC/dA,   dC/dA = 1/(k₀ w ℓ)
@@ -107,34 +107,30 @@ impl Default for TearingSettings {
 /// ```text
 /// front ← max(front, min(x - d_c, front + c_r T)),   d_c the deflection at the force R w; at 0 after the bottom
 /// ```
-/// The tissue never pulls: if the needle retreats faster than the layer recovers, it loses contact, and the free
-/// surface of the layer recovers alone. A crack does not heal. Fronts, dampers and the shaft only dissipate energy.
+/// The tissue never pulls: if the needle retreats faster than the layer recovers, it loses contact, and the layer
+/// recovers alone. A crack does not heal. Fronts, dampers and the shaft only dissipate energy.
 ///
 /// As in [`Layers`](super::Layers), a layer begins at the needle's position when the layer above is cut through, and
-/// the forces of the layer above, the layer being cut, and the friction on the shaft add up.
+/// the forces of the layer above, the layer being cut, and the shaft's friction add up.
 ///
-/// The model follows Mahvash and Dupont (*Mechanics of dynamic needle insertion into a biological material*, IEEE TBME
-/// 57(4), 2010): a rupture is a sudden extension of a crack, when the release rate of strain energy exceeds the
-/// toughness after a viscoelastic deflection. They find that a faster insertion lowers the rupture force if it raises
-/// the release rate, and that deflection and work at the rupture fall to a minimum. The cutting force `R w` is from
-/// Azar and Hayward (ISBMS 2008). The form of `J` with `χ` is chosen here.
+/// After Mahvash and Dupont (*Mechanics of dynamic needle insertion into a biological material*, IEEE TBME 57(4),
+/// 2010): a rupture is a sudden extension of a crack, when the release rate of strain energy exceeds the toughness
+/// after a viscoelastic deflection. A faster insertion lowers the rupture force if it raises the release rate;
+/// deflection and work at the rupture fall to a minimum. The cutting force `R w` is from Azar and Hayward (ISBMS 2008).
+/// The form of `J` with `χ` is chosen here.
 #[derive(Debug, Clone)]
 pub struct Tearing<L: Lane> {
     layers: Box<[Layer<L>]>,
     /// Index of the first layer that still exerts a force on the tip in any lane.
     first: usize,
-    /// Index of the first layer that has not been reached in any lane.
     begun: usize,
     /// Maximum advance of a crack per tick, in m.
     reach_m: L,
     shaft: Shaft<L>,
-    /// Friction on the shaft after the last tick.
     held: ShaftContact<L>,
-    /// Friction on the shaft at the last tick, in N.
     friction_n: L,
 }
 
-/// A layer and its state.
 #[derive(Debug, Clone, Copy)]
 struct Layer<L: Lane> {
     solid: Viscoelastic<L>,
@@ -150,12 +146,10 @@ struct Layer<L: Lane> {
     friction: L,
     grip: L,
     ruptures: L::Mask,
-    /// Lanes in which the needle has reached the layer.
     is_begun: L::Mask,
     /// Lanes in which the crack may advance.
     is_open: L::Mask,
     is_through: L::Mask,
-    /// Lanes in which the layer is cut through and unloaded, so it exerts no force.
     is_done: L::Mask,
 }
 
@@ -192,8 +186,8 @@ impl<L: Lane> Layer<L> {
         self.is_open = self.is_open | (mask & !self.ruptures);
     }
 
-    /// Advances the crack and deflects the layer. Returns the force on the tip in N, the lanes in which the layer
-    /// ruptures, and the lanes in which it is cut through at this tick.
+    /// Advances the crack and deflects the layer. Returns the force on the tip in N, and the lanes in which the layer
+    /// ruptures and in which it is cut through.
     #[inline(always)]
     fn react(&mut self, position: L, reach_m: L) -> (L, L::Mask, L::Mask) {
         let zero = L::zero();
@@ -215,7 +209,6 @@ impl<L: Lane> Layer<L> {
         (force_n, gives_way, is_through)
     }
 
-    /// Adds the layer's friction on a shaft with its tip at `tip_m` to the friction of the layers above.
     #[inline(always)]
     fn add_friction(&self, above: ShaftContact<L>, tip_m: L) -> ShaftContact<L> {
         let length_m = (tip_m - self.start).clamp(L::zero(), self.front.min(self.bottom) - self.start);
@@ -302,7 +295,7 @@ impl<L: Lane> Model for Tearing<L> {
     }
 
     /// From 0, for a layer that is being cut, to the slope of a fast deflection of the stiffest layer just before its
-    /// rupture or during cutting. The shaft adds its stiffness after a layer with friction is cut.
+    /// rupture or during cutting, and the shaft's stiffness after a layer with friction is cut.
     fn springs(settings: &TearingSettings, _depth_m: Option<f64>) -> Option<Springs> {
         let width_m = settings.crack.crack_width_m;
         let mut highest: f64 = 0.0;

@@ -55,8 +55,8 @@ impl TearingLayer {
         self.toughness_j_per_m2 * crack_width_m
     }
 
-    /// Returns true if the layer ruptures. A layer with a cutting force of at least its rupture force gives way without
-    /// a drop of force.
+    /// True if the layer ruptures. With a cutting force of at least its rupture force it gives way without a drop of
+    /// force.
     #[must_use]
     pub fn ruptures(&self, crack_width_m: f64) -> bool {
         self.rupture_force_n(crack_width_m) > self.cutting_force_n(crack_width_m)
@@ -80,7 +80,7 @@ impl TearingLayer {
         require(key, relaxation, relaxation >= tick_s, "at least simulation.tick_s").map(drop)
     }
 
-    /// Returns the default layer, whose values are the defaults of the keys.
+    /// The default layer, whose values are the defaults of the keys.
     #[must_use]
     pub fn default_list() -> Vec<DefaultLayer> {
         vec![("organ", vec![])]

@@ -7,9 +7,9 @@ use trocar_core::lane::Lane;
 /// ```text
 /// f = k∞ d + a₂ d² + k₁ (d - d_v),   τ d_v' = d - d_v,   k∞ = relaxed_share · k₀,  k₁ = k₀ - k∞
 /// ```
-/// `k₀` is the stiffness of a fast deflection, `k∞` of a slow one. With `a₂ = 0` it is the standard linear solid: a
+/// `k₀` is the stiffness of a fast deflection, `k∞` of a slow one. With `a₂ = 0` this is the standard linear solid: a
 /// held deflection relaxes with τ, and under a held force the deflection creeps with `τ k₀/k∞`. The deflection is
-/// linear within a tick (a first-order hold). For such a motion the update has no discretisation error:
+/// linear within a tick (a first-order hold), for which the update has no discretisation error:
 ///
 /// ```text
 /// d_v ← e d_v + (c - e) d_before + (1 - c) d,   e = exp(-T/τ),  c = (1 - e) τ/T
@@ -29,7 +29,6 @@ pub(super) struct Viscoelastic<L> {
     viscous_m: L,
 }
 
-/// State at the end of a tick, as a function of the final deflection.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TickEnd<L> {
     /// Part of the viscous deflection that does not depend on the new deflection.
@@ -59,7 +58,6 @@ impl<L: Lane> Viscoelastic<L> {
         }
     }
 
-    /// Computes the part of the state at the end of this tick that follows from the tick before.
     #[inline(always)]
     pub(super) fn tick_end(&self) -> TickEnd<L> {
         let inherited_m = self.decay * self.viscous_m + (self.ramp_share - self.decay) * self.deflection_m;
@@ -76,7 +74,6 @@ impl<L: Lane> Viscoelastic<L> {
         L::splat(2.0) * load / (self.tick_stiffness + root)
     }
 
-    /// Ends the tick with a deflection. Returns the force in N, and the Maxwell branch's part of it.
     #[inline(always)]
     pub(super) fn deflect(&mut self, end: TickEnd<L>, deflection_m: L) -> (L, L) {
         let force_n = (self.tick_stiffness + self.stiffening * deflection_m) * deflection_m

@@ -17,11 +17,9 @@ use trocar_engine::operator::OperatorTraits;
 /// Maximum number of ruptures, events and alarms of a run that are recorded individually.
 const MAX_RECORDED: usize = 4096;
 
-/// A run diverges when the measured force exceeds this bound in N, or is NaN. It is over a million times a needle's
-/// forces.
+/// The measured force in N beyond which, or at NaN, a run counts as diverged: over a million times a needle's forces.
 const DIVERGED_N: f64 = 1e9;
 
-/// The signals that are needed only of a run's first and last tick.
 #[derive(Debug, Clone, Copy)]
 struct Last<L> {
     slave_m: L,
@@ -63,8 +61,7 @@ fn sample<L: Lane>(s: &Signals<L>) -> Sample<L> {
     }
 }
 
-/// Copies the signals for an event tick without the estimates, which an event tick does not use. This keeps fewer
-/// values live in every tick.
+/// Copies the signals without the estimates, which an event tick does not use: fewer values stay live.
 #[inline(always)]
 fn without_estimates<L: Lane>(s: &Signals<L>) -> Signals<L> {
     let zero = L::zero();
@@ -74,13 +71,12 @@ fn without_estimates<L: Lane>(s: &Signals<L>) -> Signals<L> {
 
 #[derive(Debug, Clone, Copy)]
 struct Intent {
-    /// The gap between needle and intended position in m.
     gap_m: Option<f64>,
     horizon_ticks: u64,
     withdraws: bool,
 }
 
-/// The events of one lane. They are separate from the sums because they change rarely.
+/// The events of one lane, separate from the sums because they change rarely.
 #[derive(Debug, Clone)]
 struct History {
     ruptures: Vec<RuptureWindow>,
@@ -199,7 +195,6 @@ fn intent_of<L: Lane>(pursuit: &Pursuit<L>, lane: usize) -> Intent {
     Intent { gap_m: pursuit.gap_m(lane), horizon_ticks: pursuit.horizon_ticks(), withdraws: pursuit.withdraws(lane) }
 }
 
-/// Closes the horizon of a lane at `tick` if it is due, and opens the horizon of a rupture at this tick.
 #[cold]
 #[inline(never)]
 fn update_horizon<L: Lane>(
@@ -233,7 +228,6 @@ pub struct MetricsObserver<L: Lane> {
     next_is_event: bool,
     last_commanded_n: L,
     pursuit: Pursuit<L>,
-    /// True if the horizon of a rupture ends at this tick.
     is_horizon_due: bool,
 }
 
@@ -259,7 +253,7 @@ impl<L: Lane> MetricsObserver<L> {
         }
     }
 
-    /// Sets the known traits of the operator of each lane. Without them, metrics of the intended motion and of noticed
+    /// Sets the known traits of each lane's operator. Without them, metrics of the intended motion and of noticed
     /// changes are undefined.
     #[must_use]
     pub fn of_operators(mut self, traits: impl Fn(usize) -> OperatorTraits) -> Self {
@@ -267,7 +261,7 @@ impl<L: Lane> MetricsObserver<L> {
         self
     }
 
-    /// Returns the metrics of lane `index`.
+    /// The metrics of lane `index`.
     #[must_use]
     pub fn metrics(&self, index: usize) -> Metrics {
         let mut history = std::borrow::Cow::Borrowed(&self.histories[index]);
@@ -336,7 +330,7 @@ impl<L: Lane> MetricsObserver<L> {
         if tick + 1 >= ticks { last } else { Last::of(&self.sums.recent(ticks - 1)) }
     }
 
-    /// [`MetricsObserver::observe_event`] for several lanes. It is inlined because a call would spill their registers.
+    /// [`MetricsObserver::observe_event`] for several lanes; inlined because a call would spill their registers.
     #[inline(always)]
     fn observe_side_by_side(&mut self, signals: Signals<L>) {
         let s = &signals;
@@ -391,7 +385,6 @@ impl<L: Lane> MetricsObserver<L> {
         self.update_horizons(s, running);
     }
 
-    /// Closes and opens the horizons of ruptures in the `running` lanes.
     #[inline(always)]
     fn update_horizons(&mut self, s: &Signals<L>, running: L::Mask) {
         if (s.ruptured | s.alarm_taken).any() {
@@ -421,7 +414,7 @@ impl<L: Lane> MetricsObserver<L> {
         self.sums.push(s.tick, sample);
     }
 
-    /// Processes an event tick: the first tick, or a tick with an event of any kind or an open window.
+    /// Processes the first tick, or a tick with an event of any kind or an open window.
     #[cold]
     #[inline]
     fn observe_event(&mut self, s: Signals<L>) {
@@ -464,8 +457,8 @@ impl<L: Lane> MetricsObserver<L> {
 impl<L: Lane> Observer<L> for MetricsObserver<L> {
     #[inline(always)]
     fn observe(&mut self, s: &Signals<L>) {
-        // Fast path: most ticks only add to the sums. All other ticks take the general path, out of line. `bound` is
-        // below 1 only far from divergence; the general path checks the exact bounds.
+        // Fast path: most ticks only add to the sums; all others take the general path, out of line. `bound` is below 1
+        // only far from divergence; the general path checks exactly.
         let bound = (s.master_position_m.abs() + s.slave_position_m.abs()) * L::splat(1.0 / DIVERGED_M)
             + s.measured_force_n.abs() * L::splat(1.0 / DIVERGED_N);
         let quiet = s.mode.is_teleoperation() & bound.lt(L::splat(1.0));

@@ -2,8 +2,7 @@
 //!
 //! A lane's [`History`] changes rarely: at a rupture, an alarm, a change of mode or the end of a window. At other ticks
 //! an open window only updates a few extremes, which are held here over lanes. At a tick that needs the history, the
-//! lane's values are stored to the history, the history observes the tick as in a single run, and the values are loaded
-//! again.
+//! lane's values are stored to it, it observes the tick as in a single run, and the values are loaded again.
 
 use super::{History, RuptureWindow};
 use crate::FALLEN_SHARE;
@@ -13,7 +12,7 @@ use trocar_core::augmentation::{Mode, Modes};
 use trocar_core::lane::{Lane, Mask};
 use trocar_engine::engine::Signals;
 
-/// Maximum number of a lane's open ruptures held here. With more, the lane's history observes every tick.
+/// Maximum number of a lane's open ruptures held here; with more, its history observes every tick.
 const SLOTS: usize = 4;
 
 const NEVER: f64 = f64::INFINITY;
@@ -21,7 +20,7 @@ const NEVER: f64 = f64::INFINITY;
 /// At most one open rupture per lane.
 #[derive(Debug, Clone, Copy)]
 struct Slot<L> {
-    /// The next tick that needs the history, because the travel is read or the window closes.
+    /// The next tick at which the travel is read or the window closes.
     next_tick: L,
     travel_tick: L,
     /// Levels at or below which a force counts as fallen.
@@ -42,7 +41,6 @@ impl<L: Lane> Slot<L> {
         }
     }
 
-    /// Returns the lanes whose tick needs the history instead of [`Slot::follow`].
     #[inline(always)]
     fn needs_history(&self, now: L, s: &Signals<L>) -> L::Mask {
         now.ge(self.next_tick)
@@ -50,7 +48,6 @@ impl<L: Lane> Slot<L> {
             | s.operator_force_n.le(self.felt_fallen_n)
     }
 
-    /// [`RuptureWindow::observe`] for a tick that does not need the history.
     #[inline(always)]
     fn follow(&mut self, now: L, s: &Signals<L>) {
         self.extremes.observe(s, now.le(self.travel_tick));
@@ -89,9 +86,8 @@ impl<L: Lane> Slot<L> {
 #[derive(Debug, Clone)]
 pub(super) struct OpenWindows<L: Lane> {
     slots: [Slot<L>; SLOTS],
-    /// Number of open windows of each lane; more than [`SLOTS`] if its history observes every tick.
+    /// Number of open windows of each lane; above [`SLOTS`] its history observes every tick.
     in_use: Vec<usize>,
-    /// The maximum of `in_use` over the lanes, at most [`SLOTS`].
     max_in_use: usize,
     /// The tick since which each lane's values are held here.
     since: Vec<u64>,
@@ -102,7 +98,7 @@ pub(super) struct OpenWindows<L: Lane> {
     /// 1 if the lane has more windows than slots.
     is_crowded: L,
     mode: Modes<L>,
-    /// Values of the open event; only the values of the present mode are valid.
+    /// Values of the open event, valid for the present mode.
     event: EventExtremes<L>,
     step_excess_n: L,
 }
@@ -134,7 +130,6 @@ impl<L: Lane> OpenWindows<L> {
         self.is_open.gt(L::splat(0.5)).any()
     }
 
-    /// Returns the lanes whose histories must observe a tick; `eventful` are the lanes with an event at it.
     #[inline(always)]
     pub(super) fn needs_history(&self, now: L, s: &Signals<L>, eventful: L::Mask) -> L::Mask {
         let half = L::splat(0.5);
@@ -145,7 +140,7 @@ impl<L: Lane> OpenWindows<L> {
         needs_history & (eventful | self.is_open.gt(half))
     }
 
-    /// Updates the values of all lanes. A lane that needs the history overwrites its values at the next load.
+    /// Updates all lanes. The next load overwrites a lane that needs the history.
     #[inline(always)]
     pub(super) fn follow(&mut self, now: L, s: &Signals<L>, force_step_n: L) {
         for slot in &mut self.slots[..self.max_in_use] {
@@ -156,7 +151,6 @@ impl<L: Lane> OpenWindows<L> {
         self.step_excess_n = (force_step_n - s.allowed_force_step_n).max(self.step_excess_n);
     }
 
-    /// Loads lane `lane` from its history, which has observed `tick`.
     pub(super) fn load(&mut self, lane: usize, history: &History, tick: u64) {
         let open = &history.ruptures[history.first_open..];
         self.in_use[lane] = open.len();

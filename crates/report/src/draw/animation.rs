@@ -22,7 +22,7 @@ const UNITS: f64 = 10.0;
 /// Pixels per unit of length in a scene.
 const SCALE: f64 = 1.25;
 
-/// Paint only every third frame to keep the file small.
+/// Only every third frame is painted, for a small file.
 const EVERY: usize = 3;
 
 /// Duration of the last frame in a loop, in ms.
@@ -43,7 +43,7 @@ const TISSUE_EVEN: Color = Color(246, 227, 211);
 const TISSUE_ODD: Color = Color(239, 208, 184);
 const TISSUE_LINE: Stroke = Stroke::solid(Color(168, 112, 76), 2.0);
 
-/// The style of a role: an area's colour and outline, a line, or a text's size, weight (true for bold) and colour.
+/// The style of a role: an area's colour and outline, a line, or a text's size, weight (true: bold) and colour.
 enum Style {
     Area(Color),
     Outlined(Color, Stroke),
@@ -75,7 +75,6 @@ fn style(role: Role, scheme: Color) -> Style {
     }
 }
 
-/// Returns an animation as an animated PNG that plays in a loop.
 pub(crate) fn animated_png(animation: &Animation) -> Result<Vec<u8>, DrawError> {
     // End with the metric; with the return of the needle the file would be twice as large.
     let last = animation.still;
@@ -163,7 +162,7 @@ fn draw_shapes<B: DrawingBackend>(area: &DrawingArea<B, Shift>, shapes: &[Shape]
     Ok(())
 }
 
-/// Returns the smallest rectangle with all changes: its first column and row, and the column and row after its end.
+/// The smallest rectangle with all changes: first column and row, and the ones after its end.
 fn changed(before: &Pixmap, now: &Pixmap) -> ((u32, u32), (u32, u32)) {
     let (mut from, mut to) = ((WIDTH, HEIGHT), (0, 0));
     for (y, (before, now)) in (0..).zip(rows(before).zip(rows(now))) {

@@ -22,7 +22,7 @@ pub(super) fn png(sheet: &Sheet<'_>) -> Result<Vec<u8>, DrawError> {
     encode(&canvas.pixmap)
 }
 
-/// Encodes the opaque image. Fast compression suffices, because lines on white compress well.
+/// Fast compression suffices for lines on white.
 fn encode(pixmap: &Pixmap) -> Result<Vec<u8>, DrawError> {
     let mut bytes = Vec::with_capacity(1 << 17);
     let mut encoder = png::Encoder::new(&mut bytes, pixmap.width(), pixmap.height());
@@ -105,7 +105,6 @@ fn trace(points: &[BackendCoord]) -> Option<Path> {
     path.finish()
 }
 
-/// Returns the outlines of a text's letters, with upward y, in font units, and the number of units per em.
 fn letters(text: &str, is_bold: bool) -> (Option<Path>, f32) {
     let typeface = typeface(is_bold);
     let em = f32::from(typeface.face.units_per_em());

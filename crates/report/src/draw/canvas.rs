@@ -9,7 +9,6 @@ use super::fonts::Placed;
 
 pub(crate) type Rgb = (u8, u8, u8);
 
-/// A drawing surface of a backend. All colours are opaque.
 pub(crate) trait Canvas {
     /// Draws a line with round ends and joins. Both ends may be at the same point.
     fn stroke(&mut self, line: &[BackendCoord], width: u32, color: Rgb);
@@ -69,7 +68,6 @@ impl<C: Canvas> DrawingBackend for Backend<'_, C> {
         Ok(())
     }
 
-    /// Draws a filled circle as a line of zero length with round ends.
     fn draw_circle<S: BackendStyle>(&mut self, centre: BackendCoord, radius: u32, style: &S, _: bool) -> Done {
         self.canvas.stroke(&[centre; 2], 2 * radius, style.color().rgb);
         Ok(())

@@ -11,7 +11,7 @@ use trocar_document::figure::{Entry, Figure, Panel, Point, Row, Sample};
 
 const MARGIN: f64 = 3.0;
 const COLUMN_GAP: f64 = 8.0;
-/// Minimum width of a column. In narrower figures the panels are placed below each other.
+/// Minimum width of a column; in narrower figures panels are stacked.
 const MIN_COLUMN: f64 = 170.0;
 /// Gap between a legend and the axes below it, and above a row.
 const GAP: f64 = 4.0;
@@ -19,7 +19,6 @@ const LETTER: f64 = 16.0;
 /// Row height that does not shrink with the width.
 const FIXED_HEIGHT: f64 = 40.0;
 
-/// A figure laid out on a sheet, in points.
 pub(super) struct Sheet<'a> {
     pub(super) width: f64,
     pub(super) height: f64,
@@ -88,7 +87,7 @@ impl<'a> Sheet<'a> {
         Self { width, height: y + MARGIN, panels, letters, legends }
     }
 
-    /// Draws the sheet. Legends come last, because they show lines as drawn.
+    /// Draws the sheet; legends last, because they show lines as drawn.
     pub(super) fn draw<B: DrawingBackend>(&self, pen: &Pen<'_, B>) -> Drawn<B> {
         self.letters.iter().try_for_each(|letter| pen.text(letter))?;
         self.panels.iter().try_for_each(|(panel, place)| Axes::new(pen, panel, place).draw())?;

@@ -8,7 +8,6 @@ use trocar_document::animation::Anchor;
 use trocar_document::figure::{Entry, Point, RUPTURE, Sample};
 
 const SAMPLE: f64 = 18.0;
-/// Gap between a sample and its text, and between entries.
 const SAMPLE_GAP: f64 = 4.0;
 const ENTRY_GAP: f64 = 12.0;
 
@@ -47,7 +46,6 @@ fn sample_width(sample: &Sample) -> f64 {
 }
 
 impl Flow {
-    /// Draws the legend at a point. The lines must be drawn first.
     pub(super) fn draw<B: DrawingBackend>(&self, pen: &Pen<'_, B>, origin: Point) -> Drawn<B> {
         for ((x, y), sample, lines) in &self.entries {
             let (left, middle) = (origin.0 + x, origin.1 + y + 0.5 * LINE);

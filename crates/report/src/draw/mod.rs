@@ -1,8 +1,8 @@
 //! Figures on paper, as SVG, PNG and PDF.
 //!
-//! A figure is laid out on a sheet and drawn with plotters, with one backend per format: plotters' backend for SVG, and
-//! ours for PNG and PDF. Coordinates are integers, [`UNITS`] per point. A figure has the same bytes on every computer,
-//! because the typeface is bundled and no system font is read.
+//! A figure is laid out on a sheet and drawn with plotters, with one backend per format: plotters' for SVG, ours for
+//! PNG and PDF. Coordinates are integers, [`UNITS`] per point. The typeface is bundled, so a figure has the same bytes
+//! everywhere.
 
 mod animation;
 mod bitmap;
@@ -29,7 +29,7 @@ use plotters::prelude::DrawingBackend;
 use layout::Sheet;
 use trocar_document::Figure;
 
-/// Units of a drawing per point. Hundredths of a point exceed the resolution of printers and keep files small.
+/// Units of a drawing per point: finer than printers, and small files.
 const UNITS: f64 = 100.0;
 
 /// An error of writing a figure in a format.
@@ -53,7 +53,7 @@ pub enum DrawError {
     Backend(String),
 }
 
-/// Returns the file of a figure in a format, at a width.
+/// The file of a figure in a format, at a width.
 ///
 /// # Errors
 /// [`DrawError`].
@@ -93,7 +93,7 @@ pub(super) mod tests {
     use super::canvas::{Canvas, Rgb};
     use super::*;
 
-    /// Returns the SVG document of a figure at a width in points.
+    /// The SVG document of a figure at a width in points.
     pub(crate) fn svg(figure: &Figure<'_>, width: f64) -> String {
         svg::document(&Sheet::of(figure, width)).expect("a document")
     }
@@ -103,7 +103,7 @@ pub(super) mod tests {
     pub(crate) struct Texts(pub(crate) Vec<(String, [f64; 4])>);
 
     impl Texts {
-        /// Returns the size of a sheet in points, and its texts.
+        /// The size of a sheet in points, and its texts.
         pub(crate) fn of(figure: &Figure<'_>, width: FigureWidth) -> ((f64, f64), Self) {
             let sheet = Sheet::of(figure, width.points());
             let mut texts = Self::default();

@@ -17,21 +17,18 @@ use trocar_document::figure::{Axis, FRAME, MESH, Panel, Point, RUPTURE, Ticks};
 
 const TICK_LABELS: f64 = 8.0;
 const TICK: f64 = 2.5;
-/// Gap between a tick and its label, and between labels and captions.
 const GAP: f64 = 2.0;
 /// Free width right of an axis, for half of the last label.
 pub(super) const RIGHT: f64 = 10.0;
 /// Minimum width left of an axis, for half of the first label.
 const MIN_LEFT: f64 = 10.0;
-/// Minimum distance between the centres of labels along a vertical axis, and between the edges of labels along a
-/// horizontal axis.
+/// Minimum distance between label centres along a vertical axis, and between label edges along a horizontal one.
 const MIN_RISE: f64 = 11.0;
 const MIN_GAP: f64 = 5.0;
 const MIN_CAPTIONED: f64 = 24.0;
 /// Width of an interval. A line keeps its minimum and maximum in each interval.
 const INTERVAL: f64 = 0.4;
 
-/// The position of a panel's axes on the sheet, in points.
 pub(super) struct Place {
     pub(super) left: f64,
     pub(super) top: f64,
@@ -77,7 +74,7 @@ pub(super) fn label_width(panel: &Panel<'_>, height: f64) -> f64 {
     (labels + caption + if caption > 0.0 { GAP } else { 0.0 }).max(MIN_LEFT)
 }
 
-/// Returns the lines of the caption left of axes with a height; empty if the axes are too low for a word.
+/// The lines of the caption left of axes; empty if the axes are too low for a word.
 fn caption(panel: &Panel<'_>, height: f64) -> Vec<String> {
     if height < MIN_CAPTIONED { vec![] } else { fonts::lines(&panel.y_caption, TEXT, false, height) }
 }
@@ -86,7 +83,6 @@ pub(super) fn label_height(panel: &Panel<'_>, width: f64) -> f64 {
     TICK + GAP + TICK_LABELS + LINE * fonts::lines(&panel.x_caption, TEXT, false, width).len() as f64
 }
 
-/// Returns a position relative to the axis, from 0 to 1.
 fn share(axis: &Axis, place: f64) -> f64 {
     (place - axis.low) / (axis.high - axis.low)
 }
@@ -170,7 +166,7 @@ impl<'a, B: DrawingBackend> Axes<'a, B> {
         lines.map(|line| line.iter().map(|at| self.area.map_coordinate(at)).collect()).collect()
     }
 
-    /// Returns the unique positions of the events within the axes, in steps of a quarter point.
+    /// The unique positions of the events within the axes, in quarter points.
     fn times(&self, times: &[f64]) -> Vec<i32> {
         let Panel { x, y, .. } = self.panel;
         let quarter = self.pen.units(0.25);

@@ -17,7 +17,7 @@ use super::{DrawError, UNITS};
 
 const IDENTITY: SystemInfo<'_> = SystemInfo { registry: Str(b"Adobe"), ordering: Str(b"Identity"), supplement: 0 };
 
-/// The objects of the document. From [`FIRST_FONT`] on, each font has five objects.
+/// The objects of the document; five per font from [`FIRST_FONT`] on.
 const CATALOG: Ref = Ref::new(1);
 const PAGES: Ref = Ref::new(2);
 const PAGE: Ref = Ref::new(3);
@@ -73,7 +73,7 @@ impl PdfPage {
         Self { content, fonts, height: height as f32 }
     }
 
-    /// Returns a position on the page in points, upwards from its lower left corner.
+    /// A position on the page in points, upwards from its lower left corner.
     fn place(&self, (x, y): (f32, f32)) -> (f32, f32) {
         (x / UNITS as f32, (self.height - y) / UNITS as f32)
     }
@@ -126,7 +126,6 @@ struct Embedded {
 }
 
 impl Embedded {
-    /// Returns the glyphs of a text, two bytes each.
     fn encode(&mut self, text: &str) -> Vec<u8> {
         let mut bytes = vec![];
         for letter in text.chars() {

@@ -19,18 +19,18 @@ pub(super) const TEXT: f64 = 8.0;
 /// Height of a line of text in points.
 pub(super) const LINE: f64 = 10.0;
 
-/// Distance in points within which points are merged into a straight line.
+/// Tolerance of a merged straight line, in points.
 const TOLERANCE: f64 = 0.03;
-/// Maximum number of points to merge into a straight line, which bounds the work.
+/// Maximum number of points merged into a straight line.
 const MAX_MERGED: usize = 48;
 
-/// Maximum number of dashes of a line. A noisy or oscillating line is much longer than its axes are wide, and is drawn
-/// solid: gaps would hide some oscillations, so that a steady oscillation would appear to beat.
+/// Maximum number of dashes of a line. A noisy or oscillating line is much longer than its axes and is drawn solid,
+/// because gaps would hide oscillations: a steady one would appear to beat.
 const MAX_DASHES: f64 = 256.0;
 
 pub(crate) type Drawn<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
 
-/// A line of text. Its point is at the middle of its height; for an upright text, at the middle of its width.
+/// A line of text. Its point is at the middle of its height; for an upright text, of its width.
 #[derive(Clone, Debug)]
 pub(crate) struct Text {
     pub(crate) text: String,
@@ -49,11 +49,10 @@ impl Text {
     }
 }
 
-/// Draws on an area with a number of units per point.
 pub(crate) struct Pen<'a, B: DrawingBackend> {
     pub(super) area: &'a DrawingArea<B, Shift>,
     units: f64,
-    /// The dashed strokes of the drawn lines; true if a line was too long for dashes and therefore solid.
+    /// The dashed strokes of the drawn lines; true if a line was too long for dashes.
     dashed: RefCell<Vec<(Stroke, bool)>>,
 }
 
@@ -62,7 +61,7 @@ impl<'a, B: DrawingBackend> Pen<'a, B> {
         Self { area, units, dashed: RefCell::default() }
     }
 
-    /// Converts a length to units. The limits avoid overflow of sums.
+    /// Converts a length to units, limited against overflow of sums.
     pub(crate) fn units(&self, points: f64) -> i32 {
         (self.units * points).round().clamp(-1e8, 1e8) as i32
     }
@@ -76,7 +75,6 @@ impl<'a, B: DrawingBackend> Pen<'a, B> {
         self.area.draw(&PathElement::new(line, shape(stroke.color).stroke_width(width)))
     }
 
-    /// Draws lines in units; a line with one point is a dot.
     pub(super) fn strokes(&self, lines: Vec<Vec<BackendCoord>>, stroke: &Stroke) -> Drawn<B> {
         let (dots, lines): (Vec<_>, Vec<_>) =
             lines.into_iter().filter(|line| !line.is_empty()).partition(|line| line.len() == 1);
@@ -100,7 +98,6 @@ impl<'a, B: DrawingBackend> Pen<'a, B> {
         dots.iter().try_for_each(|dot| self.area.draw(&Circle::new(dot[0], radius, shape(stroke.color).filled())))
     }
 
-    /// Returns a stroke as drawn: solid if all its lines were too long for dashes.
     pub(super) fn as_drawn(&self, stroke: &Stroke) -> Stroke {
         let dashed = self.dashed.borrow();
         let mut drawn = dashed.iter().filter(|(dashed, _)| dashed == stroke).peekable();
@@ -153,8 +150,8 @@ pub(super) fn shape(color: Color) -> ShapeStyle {
     ShapeStyle::from(rgb(color).to_rgba())
 }
 
-/// Fills an outline in the coordinates of an area. An upright rectangle is drawn without smooth edges, to avoid seams
-/// between neighbours.
+/// Fills an outline in the coordinates of an area. An upright rectangle has no smooth edges, against seams between
+/// neighbours.
 pub(super) fn fill<B: DrawingBackend, C: CoordTranslate<From = (T, T)>, T: Copy + PartialEq + 'static>(
     area: &DrawingArea<B, C>,
     outline: &[(T, T)],
@@ -173,7 +170,7 @@ fn distance(a: BackendCoord, b: BackendCoord) -> f64 {
     f64::from(b.0 - a.0).hypot(f64::from(b.1 - a.1))
 }
 
-/// Returns a line without the points on its straight parts.
+/// A line without the points on its straight parts.
 fn straightened(line: &[BackendCoord], tolerance: f64) -> Vec<BackendCoord> {
     let mut kept = vec![line[0]];
     let mut anchor = 0;
@@ -196,7 +193,7 @@ fn beside(p: BackendCoord, a: BackendCoord, b: BackendCoord) -> f64 {
     (ox - t * dx).hypot(oy - t * dy)
 }
 
-/// Returns the dashes of a line. Each dash is shortened by the line's width, because its ends are round.
+/// The dashes of a line. Each dash is shortened by the line's width, because its ends are round.
 fn cut(line: &[BackendCoord], dashes: &[f64], width: f64) -> Vec<Vec<BackendCoord>> {
     let mut lengths = dashes.iter().enumerate().cycle().map(|(index, length)| {
         let change = if index % 2 == 0 { -width.min(length - 1.0) } else { width.min(dashes[index - 1] - 1.0) };

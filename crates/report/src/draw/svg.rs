@@ -11,7 +11,7 @@ pub(super) fn document(sheet: &Sheet<'_>) -> Result<String, DrawError> {
     let mut drawn = String::new();
     let (width, height) = sheet.size();
     sheet.draw_on(SVGBackend::with_string(&mut drawn, (width, height)))?;
-    // The backend does not support points as units, line ends, or crisp edges that avoid seams between neighbours.
+    // The backend has no points as units, no line ends, and no crisp edges against seams.
     let (_, body) = drawn.split_once('\n').unwrap_or_default();
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}pt\" height=\"{}pt\" viewBox=\"0 0 {width} {height}\" \
@@ -25,7 +25,6 @@ pub(super) fn document(sheet: &Sheet<'_>) -> Result<String, DrawError> {
     Ok(svg)
 }
 
-/// Writes elements. Consecutive lines of one style, for example dashes, become one path.
 fn join(body: &str, svg: &mut String) {
     let mut style = "";
     for line in body.lines() {

@@ -88,7 +88,6 @@ fn table_block(table: &Table) -> Block {
     }
 }
 
-/// Capitalises a line and ends it with a full stop.
 fn sentence(line: &str) -> String {
     let line = line.trim();
     let mut letters = line.chars();
@@ -96,7 +95,7 @@ fn sentence(line: &str) -> String {
     format!("{first}{}{}", letters.as_str(), if line.ends_with('.') { "" } else { "." })
 }
 
-/// Returns a resolved scenario without the folders of its files, so that it contains no local path.
+/// A resolved scenario without local paths.
 pub(super) fn without_paths(toml: &str) -> String {
     let line = |line: &str| {
         let file = ["file", "delays_file"].into_iter().find_map(|key| {

@@ -35,7 +35,6 @@ pub(super) struct Page {
 
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct Drawn {
-    /// Descriptions of figures by the name of their block.
     pub(super) figures: BTreeMap<Cow<'static, str>, Vec<Json>>,
     pub(super) animation: Option<Animation>,
 }
@@ -71,7 +70,6 @@ pub(super) enum Block {
     Command { line: String, note: String },
 }
 
-/// Returns warnings as sentences for the head of a page.
 pub(super) fn warned(warnings: &[Warning]) -> Vec<String> {
     let sentences = |warning: &Warning| {
         let remedy = warning.remedy.as_ref().map_or(String::new(), |remedy| format!(" Help: {remedy}."));
@@ -102,10 +100,6 @@ struct Context<'a> {
 }
 
 impl Page {
-    /// Renders the page as HTML. Equal pages give equal bytes.
-    ///
-    /// # Errors
-    /// [`HtmlError`] if the template cannot be rendered.
     pub(super) fn render(&self) -> Result<String, HtmlError> {
         let failed = |error: &dyn std::fmt::Display| HtmlError(error.to_string());
         let mut environment = Environment::new();
@@ -137,7 +131,7 @@ fn escaped_json(json: &str) -> String {
     json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026")
 }
 
-/// Returns the content security policy: it allows only the embedded script, by its hash, and inline styles.
+/// The content security policy: only the embedded script, by its hash, and inline styles.
 fn policy(script: &str) -> String {
     let hash = base64(&Sha256::digest(script.as_bytes()));
     format!(
@@ -145,7 +139,6 @@ fn policy(script: &str) -> String {
     )
 }
 
-/// Encodes bytes in Base64 with padding (RFC 4648).
 fn base64(bytes: &[u8]) -> String {
     const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::new();

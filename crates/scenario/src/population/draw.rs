@@ -30,8 +30,8 @@ fn between((low, high): (f64, f64), coordinate: f64) -> f64 {
     (low * libm::pow(high / low, coordinate)).clamp(low, high)
 }
 
-/// Returns a quantile of a log-normal distribution with median 1, truncated at three standard deviations. 68 % lie
-/// within the factor `spread` up or down. `coordinate` is from 0 to 1.
+/// A quantile of a log-normal distribution with median 1, truncated at three standard deviations: 68 % lie within the
+/// factor `spread` up or down. `coordinate` is from 0 to 1.
 pub fn log_normal(spread: f64, coordinate: f64) -> f64 {
     let (low, high) = (normal_share(-MAX_DEVIATIONS), normal_share(MAX_DEVIATIONS));
     let deviations = normal_quantile(low + coordinate * (high - low)).clamp(-MAX_DEVIATIONS, MAX_DEVIATIONS);
@@ -39,8 +39,8 @@ pub fn log_normal(spread: f64, coordinate: f64) -> f64 {
 }
 
 impl PopulationSettings {
-    /// Returns the member at a point of the unit cube, on which members are uniformly distributed. The coordinates,
-    /// from 0 to 1, have the order of [`DIMENSIONS`]; dimensions that are not drawn are ignored.
+    /// The member at a point of the unit cube, on which members are uniformly distributed. The coordinates have the
+    /// order of [`DIMENSIONS`]; dimensions that are not drawn are ignored.
     #[must_use]
     pub fn at(&self, point: &[f64; DIMENSIONS]) -> Draw {
         let arm = match self.arms {
@@ -72,8 +72,7 @@ impl PopulationSettings {
         [arm, arm, arm, arm, arm, arm, tissue, tissue, self.delays != Delays::None]
     }
 
-    /// Draws a member at random. It depends only on the seed and its index. Its arm does not depend on the other drawn
-    /// quantities.
+    /// Draws a member at random, from the seed and its index. Its arm does not depend on the other drawn quantities.
     #[must_use]
     pub fn drawn(&self, seed: u64, index: u64) -> Draw {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);

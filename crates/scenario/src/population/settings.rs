@@ -106,7 +106,7 @@ trocar_core::settings! {
 }
 
 impl PopulationSettings {
-    /// Returns true if anything is drawn.
+    /// True if anything is drawn.
     #[must_use]
     pub fn varies(&self) -> bool {
         self.arms != Arms::None || self.tissues != Tissues::None || self.delays != Delays::None

@@ -1,10 +1,10 @@
 //! The worst sequences, with a tissue that can change at every tick.
 //!
 //! A sequence of events fixes the map of each tick except for the tissue. The growth over a cycle, or a quantity at a
-//! later tick, is linear in the tissue of each single tick, so its maximum lies at a vertex of the tissue's range in
-//! each tick. One forward and one backward pass give the derivatives for all ticks. Each tick then takes the vertex
-//! that the derivative prefers, as long as the result improves (a bang-bang ascent). The result is a lower bound of the
-//! maximum, because its sequence exists.
+//! later tick, is linear in the tissue of each single tick, so its maximum lies at a vertex of the range in each tick.
+//! One forward and one backward pass give the derivatives for all ticks. Each tick then takes the vertex that the
+//! derivative prefers, as long as the result improves (a bang-bang ascent). The sequence exists, so the result is a
+//! lower bound of the maximum.
 
 use nalgebra::{Complex, DMatrix, DVector};
 use std::sync::Arc;
@@ -55,7 +55,6 @@ pub struct Growth {
     pub changes: usize,
 }
 
-/// One step of a sequence: its possible maps, one for each tissue.
 type Choices = Arc<Vec<DMatrix<f64>>>;
 
 pub(super) struct Steps<'a> {
@@ -99,7 +98,6 @@ impl<'a> Steps<'a> {
         self.modes
     }
 
-    /// Returns the steps from the last tick before an event to the last tick before the next event.
     fn cycle(&self, cycle: Cycle) -> Vec<Choices> {
         let mut steps = vec![Arc::clone(&self.teleoperation), Arc::clone(&self.freeze)];
         if self.frozen.len() == 1 {
@@ -139,7 +137,6 @@ pub(super) fn power(a: &DMatrix<f64>, mut n: u64) -> DMatrix<f64> {
     result
 }
 
-/// The eigenvalue with the largest magnitude, and its right and left eigenvectors.
 type Dominant = (Complex<f64>, DVector<Complex<f64>>, DVector<Complex<f64>>);
 
 fn dominant(matrix: &DMatrix<f64>) -> Result<Option<Dominant>, StabilityError> {
@@ -194,10 +191,9 @@ fn radius(matrix: &DMatrix<f64>) -> Result<f64, StabilityError> {
     Ok(eigenvalues(matrix)?.into_iter().map(|value| value.norm()).fold(0.0, f64::max))
 }
 
-/// Preferred choices that differ from the present ones: step, choice and gain.
 type Changes = Vec<(usize, usize, f64)>;
 
-/// Improves the choices: makes all preferred changes at once, or only the strongest ones if that does not help.
+/// Makes all preferred changes at once, or only the strongest ones if that does not help.
 fn improve(
     chosen: &mut Vec<usize>,
     value: &mut f64,
@@ -291,10 +287,6 @@ fn apply_transposed(matrix: &DMatrix<f64>, vector: &DVector<Complex<f64>>) -> DV
     })
 }
 
-/// Returns the worst growth per event found with at least `dwell` ticks of teleoperation between events.
-///
-/// # Errors
-/// [`StabilityError::Algebra`].
 pub(super) fn growth(steps: &Steps<'_>, dwell: u64) -> Result<Growth, StabilityError> {
     let Steps { modes, phases, .. } = steps;
     let ticks = |seconds: f64| (seconds / modes.tick_s).round() as u64;
@@ -323,8 +315,7 @@ pub(super) fn growth(steps: &Steps<'_>, dwell: u64) -> Result<Growth, StabilityE
     }))
 }
 
-/// Returns the largest magnitude found of a quantity after a release of the hand, through events. `rows` are over all
-/// states.
+/// The largest magnitude found of a quantity (`rows` over all states) after a release of the hand.
 pub(super) fn farthest(steps: &Steps<'_>, dwell: u64, rows: &[DMatrix<f64>]) -> f64 {
     let Steps { modes, phases, .. } = steps;
     let ticks = |seconds: f64| (seconds / modes.tick_s).round() as u64;

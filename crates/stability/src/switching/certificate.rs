@@ -11,18 +11,17 @@ use super::sdp;
 use super::settings::Phases;
 use crate::StabilityError;
 
-/// The minimum margin of a certificate: far above the solver's accuracy of 1e-8, so that every computer finds the same
-/// dwell.
+/// Minimum margin of a certificate: far above the solver's accuracy of 1e-8, so every computer finds the same dwell.
 const MIN_MARGIN: f64 = 1e-3;
 
-/// Positions in a condition's range of ticks that the solver considers. The verification covers the whole range.
+/// Positions in a condition's range of ticks for the solver. The verification covers the whole range.
 const KNOWN_SHARES: [f64; 8] = [0.0, 0.005, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0];
 
-/// Maximum number of calls of the solver. Each adds the tick counts that failed verification.
+/// Maximum calls of the solver. Each adds the tick counts that failed verification.
 const MAX_ROUNDS: usize = 5;
 
-/// Maximum number of ticks on the way for a full matrix of a function. With more ticks it has a full part on `SEGMENTS`
-/// means of them, and a diagonal part.
+/// Maximum delay in ticks for which a function has a full matrix. With a longer delay, it has a diagonal part, and a
+/// full part on `SEGMENTS` means of the delayed positions.
 const MAX_FULL_DELAY: usize = 4;
 const SEGMENTS: usize = 4;
 
@@ -85,7 +84,7 @@ pub struct Inequality {
     pub terms: Vec<Summand>,
 }
 
-/// Lyapunov functions that prove that every sequence of events decays, or that a quantity stays within a bound.
+/// Lyapunov functions that prove the decay of every sequence of events, or a bound of a quantity.
 #[derive(Debug, Clone)]
 pub struct Certificate {
     /// Required ticks of teleoperation between two events.
@@ -111,7 +110,7 @@ pub struct Certificate {
 }
 
 impl Certificate {
-    /// Returns a bound of the growth per event for a dwell that is at least the certificate's.
+    /// A bound of the growth per event for a dwell that is at least the certificate's.
     #[must_use]
     pub fn growth_after(&self, dwell_ticks: u64) -> f64 {
         let longer = dwell_ticks.saturating_sub(self.dwell_ticks);
@@ -136,7 +135,7 @@ pub(super) struct Enclosures<'a> {
     maps: Vec<Enclosure>,
 }
 
-/// `M^n R` for all `n` of a range, as products of a few powers to limit the rounding.
+/// `M^n R` for all `n` of a range, as products of a few powers, which limits the rounding.
 pub(super) struct Powers {
     begin: u64,
     /// `M^k` for `k` below the stride.
@@ -183,7 +182,6 @@ impl<'a> Enclosures<'a> {
         Some(others.iter().fold(self.maps[first.0].clone(), |all, (map, _)| product(&all, &self.maps[*map])))
     }
 
-    /// Returns the term with a power, the maps before the power, its map, and the maps after it.
     #[allow(clippy::type_complexity, reason = "four parts that are always destructured at once")]
     fn counted<'c>(
         &self,
@@ -196,7 +194,7 @@ impl<'a> Enclosures<'a> {
         })
     }
 
-    /// Returns the first number in the range for which a condition is not verified; 0 if it has no range.
+    /// The first number in the range for which a condition is not verified; 0 without a range.
     fn failure(&self, condition: &Condition, functions: &[DMatrix<f64>]) -> Option<u64> {
         let congruence = |term: &Term, map: Option<Enclosure>| {
             let function = exact(&functions[term.unknown]);
@@ -281,10 +279,6 @@ impl<'a> Enclosures<'a> {
     }
 }
 
-/// Returns the verified certificate for a choice, if there is one.
-///
-/// # Errors
-/// [`StabilityError::Solver`] if the states cannot be scaled. If the solver fails, there is no certificate.
 pub(super) fn attempt(
     modes: &Modes,
     phases: Phases,
@@ -326,7 +320,6 @@ pub(super) fn attempt(
     Ok(None)
 }
 
-/// Returns the numbers of a range that the solver considers first.
 fn shares(range: Option<(u64, u64)>) -> Vec<u64> {
     let Some((begin, end)) = range else { return vec![] };
     let mut numbers: Vec<u64> =
@@ -335,7 +328,6 @@ fn shares(range: Option<(u64, u64)>) -> Vec<u64> {
     numbers
 }
 
-/// Builds the certificate with all data for an independent check.
 fn build(
     conditions: &Conditions,
     enclosures: &Enclosures<'_>,

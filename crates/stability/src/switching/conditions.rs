@@ -2,12 +2,12 @@
 //!
 //! Each phase has a quadratic function `V = zᵀ P z` of the states `z` that affect it, and inequalities link the phases
 //! along an event. They use the maps of `modes.rs` at every vertex `v` of the tissue's range, and are convex in the
-//! maps. They therefore hold for every tissue within the range, even if it changes from tick to tick.
+//! maps: they hold for every tissue within the range, even if it changes from tick to tick.
 //!
-//! The gap `g` of a ramp only shrinks: `g_k = g_0 (w_1 [k < n_1] + w_2 [k < n_2] + …)` with weights whose sum is 1. The
-//! maps are linear, so the motion is the same mixture of motions with pulses: gaps that are held for `n` ticks and then
-//! 0. The function at the next event is convex, so it is at most its largest value over the pulses; it suffices that it
-//! decays for every pulse. There are two branches: "held" on the states with the gap, "dropped" on those without:
+//! The gap `g` of a ramp only shrinks: `g_k = g_0 (w_1 [k < n_1] + w_2 [k < n_2] + …)` with weights of sum 1. The maps
+//! are linear, so the motion is the same mixture of motions with pulses: gaps that are held for `n` ticks and then
+//! 0. The function at the next event is convex, so it suffices that it decays for every pulse. There are two branches:
+//!    "held" on the states with the gap, "dropped" on those without:
 //!
 //! ```text
 //! entering   P_S(0) after release, freeze and the last tick, < ρ P_T(d-1); for each length of the freeze
@@ -18,16 +18,16 @@
 //!            V decreases by a factor μ per tick of teleoperation
 //! ```
 //! `max(P_H, γ g²)` cannot grow while the gap is held. With at least `d` ticks of teleoperation between events, `V` at
-//! the beginning of an event is at most `ρ μ^(d-1) < 1` times its value at the previous event. The state therefore
-//! converges exponentially for every order and length of the phases (dwell-time conditions after Geromel and Colaneri,
-//! *SIAM J. Control Optim.* 45, 2006; functions linear between nodes after Allerhand and Shaked, *IEEE Trans. Autom.
-//! Control* 56, 2011).
+//! the beginning of an event is at most `ρ μ^(d-1) < 1` times its value at the previous event: the state converges
+//! exponentially for every order and length of the phases (dwell-time conditions after Geromel and Colaneri, *SIAM J.
+//! Control Optim.* 45, 2006; functions linear between nodes after Allerhand and Shaked, *IEEE Trans. Autom. Control*
+//! 56, 2011).
 //!
 //! For a gap that is kept, see `kept_gap.rs`.
 //!
-//! The functions are linear in time between nodes, and so is the condition for a tick; it holds in a piece if it holds
-//! at its first and last tick. If the frozen map depends on the tissue, functions `P_F(t)` on the frozen states replace
-//! its powers; with `Γ` on the states that are constant while frozen, `max(P_F, Γ)` cannot grow.
+//! The functions and the condition for a tick are linear in time between nodes; the condition holds in a piece if it
+//! holds at its first and last tick. If the frozen map depends on the tissue, functions `P_F(t)` on the frozen states
+//! replace its powers; with `Γ` on the states that are constant while frozen, `max(P_F, Γ)` cannot grow.
 //!
 //! A quantity is bounded, `|c z| < b`, if `s (c z)² < V` in each phase and `V < s b²` at the start.
 
@@ -38,7 +38,7 @@ use super::modes::{Modes, Space};
 use super::settings::Phases;
 use trocar_core::augmentation::cross_fade;
 
-/// The weight of a condition per second relative to one per event. The condition of a tick has the tick's share of it.
+/// Weight of a condition per second relative to one per event; a tick's condition has its share.
 const PER_SECOND: f64 = 10.0;
 
 /// Nodes of the functions while frozen, as shares of the shortest freeze.
@@ -110,7 +110,6 @@ pub(super) struct Choice {
     pub(super) pieces: u64,
 }
 
-/// A quantity to bound after the release of the hand.
 #[derive(Debug, Clone)]
 pub(super) struct Focus {
     /// Rows over all states. In each space the bound holds for every row that is not 0 there.
@@ -240,7 +239,6 @@ impl Builder<'_> {
         Roles { dropped, fading: of_fading, fading_held, held, gap, frozen, constants }
     }
 
-    /// Returns the map with a name; builds it once.
     fn map(&mut self, name: String, from: Space, to: Space, matrix: impl FnOnce(&Modes) -> DMatrix<f64>) -> usize {
         if let Some(known) = self.maps.iter().position(|map| map.name == name && map.from == from && map.to == to) {
             return known;
@@ -308,7 +306,6 @@ impl Builder<'_> {
         }
     }
 
-    /// Returns `a P_H + (1 - a) γ g²` on the states with the gap.
     fn held_level(&mut self, roles: &Roles) -> Vec<Term> {
         let (Some(held), Some(gap)) = (roles.held, roles.gap) else { return vec![] };
         let rows = Space::LoopGap;
@@ -317,20 +314,17 @@ impl Builder<'_> {
         vec![self.term(number(of_function), held, &[one]), self.term(number(of_gap), gap, &[gaps])]
     }
 
-    /// Returns the function at the beginning of events, times `ρ`.
     fn at_events(&mut self, roles: &Roles) -> Term {
         let one = self.select(Space::Loop, Space::Loop);
         self.term(number(self.at_entry), *roles.dropped.last().unwrap_or(&0), &[one])
     }
 
-    /// Returns the map of the last tick of teleoperation and the alarm.
     fn entry(&mut self, vertex: usize, rows: Space) -> usize {
         self.between(format!("entry_{vertex}"), rows, Space::Frozen, |modes| {
             modes.freeze() * modes.teleoperation(vertex)
         })
     }
 
-    /// Returns the vertices for which the first tick of re-engaging differs.
     fn releases(&self) -> std::ops::Range<usize> {
         if self.modes.has_unique_motion() { 0..1 } else { self.modes.vertices() }
     }

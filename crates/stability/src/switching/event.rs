@@ -32,7 +32,7 @@ pub struct EventBound {
 }
 
 impl EventBound {
-    /// Returns the bounds of each policy, for a distance `gap_m` in m between the slave's reference and the hand
+    /// The bounds of each policy, for a distance `gap_m` in m between the slave's reference and the hand
     /// (scaled to the slave).
     ///
     /// # Errors

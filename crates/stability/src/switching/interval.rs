@@ -1,6 +1,6 @@
 //! Interval arithmetic, to verify the solver's results.
 //!
-//! Each operation is rounded outwards by one step of a double, so that the interval contains the exact result (Moore,
+//! Each operation is rounded outwards by one step of a double, so the interval contains the exact result (Moore,
 //! *Interval Analysis*; Rump, *Acta Numerica* 2010, whose directed rounding is not available here). A symmetric
 //! interval matrix whose pivots stay above 0 contains only positive definite matrices.
 
@@ -30,7 +30,7 @@ impl Interval {
         }
     }
 
-    /// Returns the hull of both intervals.
+    /// The hull of both intervals.
     pub(super) fn with(self, other: Self) -> Self {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
@@ -42,7 +42,6 @@ impl Interval {
         Self { low: min.max(0.0), high: (a.max(b) * a.max(b)).next_up() }
     }
 
-    /// Returns `self / divisor` for a divisor above 0.
     pub(super) fn over(self, divisor: Self) -> Self {
         let inverse = Self { low: (1.0 / divisor.high).next_down(), high: (1.0 / divisor.low).next_up() };
         self * inverse
@@ -78,7 +77,6 @@ pub(super) fn magnitude(entry: Interval) -> f64 {
     entry.low.abs().max(entry.high.abs())
 }
 
-/// An interval matrix.
 pub(super) type Enclosure = Vec<Vec<Interval>>;
 
 pub(super) fn rounded(matrix: &DMatrix<f64>) -> Enclosure {
@@ -140,8 +138,7 @@ pub(super) fn transpose(a: &Enclosure) -> Enclosure {
     (0..columns).map(|j| a.iter().map(|row| row[j]).collect()).collect()
 }
 
-/// Returns true if every symmetric matrix within is positive definite; false also if the intervals are too wide to
-/// decide.
+/// True if every symmetric matrix within is positive definite; false also if undecided.
 pub(super) fn is_positive_definite(matrix: &Enclosure) -> bool {
     let n = matrix.len();
     let mut rest = matrix.clone();

@@ -11,11 +11,11 @@
 //! worst gap.
 //!
 //! [`Responses`] bounds the motion at each tick of teleoperation. An alarm at any tick from the dwell on freezes the
-//! slave at its position, within its bounds. The powers of the frozen map give gap and rest at the end of every freeze.
-//! All responses are interval enclosures, without a solver.
+//! slave within its bounds. The powers of the frozen map give gap and rest at the end of every freeze. All responses
+//! are interval enclosures, without a solver.
 //!
-//! A quadratic function is too conservative here: on the softest tissue an event keeps 93 % of the gap, and an
-//! ellipsoid around the motion between the soft and stiff ends is more than 7 % too large.
+//! A quadratic function is too conservative: on the softest tissue an event keeps 93 % of the gap, and an ellipsoid
+//! around the motion between the soft and stiff ends is more than 7 % too large.
 
 use nalgebra::DMatrix;
 
@@ -32,7 +32,7 @@ use trocar_core::augmentation::cross_fade;
 /// The allowed rest, relative to the rest after an event.
 const ROOM: f64 = 2.0;
 
-/// Maximum growth per event for a certified dwell: well below 1, so that every computer finds the same dwell.
+/// Maximum growth per event for a certified dwell: well below 1, so every computer finds the same dwell.
 const MAX_GROWTH: f64 = 0.999;
 
 /// Relative allowance for the rounding of short sums.
@@ -45,7 +45,7 @@ pub struct KeptGap {
     pub dwell_ticks: u64,
     /// Number of verified conditions: the ticks of the bounds, and the states after each length of the freeze.
     pub conditions: u64,
-    /// Bound of the growth per event by ticks of teleoperation, from 1 on; the last one holds for all longer dwells.
+    /// Bound of the growth per event by ticks of teleoperation, from 1 on; the last one holds for longer dwells.
     growth: Vec<f64>,
     /// `e`: the scaled states at the release per scaled gap.
     pub along: Vec<f64>,
@@ -55,26 +55,22 @@ pub struct KeptGap {
     pub ticks: u64,
     /// The states of each phase.
     pub spaces: Vec<StateSpace>,
-    /// The maps of teleoperation, of an alarm, while frozen and at the release, and the inputs and signals of the
-    /// tissue.
+    /// The maps of teleoperation, an alarm, a frozen tick and the release, and the inputs and signals of the tissue.
     pub maps: Vec<StateMap>,
     /// Bounds of the slave's position in m/m and of the feedback force in N/m after the hand is released at a distance.
     pub(super) reach: Option<(f64, f64)>,
 }
 
 impl KeptGap {
-    /// Returns a bound of the growth per event with at least this many ticks of teleoperation between events.
+    /// Bound of the growth per event with at least this many ticks of teleoperation between events.
     #[must_use]
     pub fn growth_after(&self, dwell_ticks: u64) -> f64 {
         let at = (dwell_ticks.max(1) - 1) as usize;
         self.growth.get(at).or(self.growth.last()).copied().unwrap_or(f64::INFINITY)
     }
 
-    /// Returns the proof with the shortest dwell up to `longest`, optionally with bounds after a release of the hand.
-    /// `None` if there is no proof.
-    ///
-    /// # Errors
-    /// [`StabilityError::Algebra`].
+    /// The proof with the shortest dwell up to `longest`, optionally with bounds after a release of the hand; `None`
+    /// without a proof.
     pub(super) fn of(
         modes: &Modes,
         phases: Phases,
@@ -94,8 +90,8 @@ impl KeptGap {
 
 /// The effect of the states at an alarm on those at the end of the freeze.
 struct Event {
-    /// Bounds of the entries of the maps from an alarm to the release, over all lengths of the freeze: from
-    /// `(x, r, φ, …)` to `(x, φ, g)`. The column of `r` excludes `e`.
+    /// Bounds of the entries of the maps from an alarm to the release, over all lengths of the freeze: from `(x, r, φ,
+    /// …)` to `(x, φ, g)`. The column of `r` excludes `e`.
     left: DMatrix<f64>,
     /// The entry from the reference to the gap.
     gap_of_reference: f64,
@@ -154,14 +150,13 @@ impl Event {
         is_finite.then_some(Self { left, gap_of_reference, along, frozen: of_frozen, lengths })
     }
 
-    /// Returns bounds at the release for states at an alarm within `at_alarm`: of the loop's states and the force
-    /// without `e g`, and of the gap without the reference.
+    /// Bounds at the release for states at an alarm within `at_alarm`: of the loop's states and the force without `e
+    /// g`, and of the gap without the reference.
     fn left_of(&self, at_alarm: &[f64]) -> Vec<f64> {
         let sum = |i: usize| at_alarm.iter().enumerate().map(|(j, bound)| self.left[(i, j)] * bound).sum::<f64>();
         (0..self.left.nrows()).map(|i| sum(i) * (1.0 + ROUNDING)).collect()
     }
 
-    /// Returns the largest slave position and feedback force in a freeze that begins within `at_alarm`.
     fn largest_frozen(&self, at_alarm: &[f64]) -> [f64; 2] {
         let row = |row: &Vec<f64>| row.iter().zip(at_alarm).map(|(entry, bound)| entry * bound).sum::<f64>();
         self.frozen.each_ref().map(|rows| rows.iter().map(row).fold(0.0, f64::max) * (1.0 + ROUNDING))
@@ -177,7 +172,6 @@ struct Proof<'a> {
 }
 
 impl Proof<'_> {
-    /// Returns bounds of the states at an alarm, at any tick of the motion.
     fn at_alarm(&self, track: &Track, gap: f64) -> Vec<f64> {
         let n = self.modes.states();
         let states: Vec<f64> = track.states.iter().copied().chain([gap]).collect();
@@ -190,7 +184,7 @@ impl Proof<'_> {
                 *bound = bound.max(sum * (1.0 + ROUNDING));
             }
         }
-        // The bounds at the next tick also hold for the loop's states. Slave, reference and force have separate bounds.
+        // The bounds at the next tick also hold for the loop's states; slave, reference and force have their own.
         all[..n].copy_from_slice(&track.states);
         let slave = self.modes.master_states();
         let metre = self.scales.of(self.modes, Space::Loop)[(slave, slave)];
@@ -260,7 +254,6 @@ impl Proof<'_> {
         })
     }
 
-    /// Returns bounds of the slave's position and the feedback force after the hand is released, in m/m and N/m.
     fn reach(&self, cycle: &Track, at_alarm: &[f64], rest: &[f64]) -> Option<(f64, f64)> {
         let n = self.modes.states();
         let later = self.largest(cycle, at_alarm, rest[n] / self.newton());
@@ -343,7 +336,7 @@ mod tests {
         (modes, settings.phases(), found)
     }
 
-    /// Returns the gap before the next event, per metre of the gap before this event, with a tissue chosen at each
+    /// The gap before the next event, per metre of the gap before this event, with a tissue chosen at each
     /// tick.
     fn next_gap(modes: &Modes, phases: Phases, state: &mut DMatrix<f64>, mut choose: impl FnMut() -> (u64, u64, bool)) {
         let (held, dwell, _) = choose();

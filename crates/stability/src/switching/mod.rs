@@ -73,7 +73,7 @@ pub struct Switching {
     pub at_refractory: Option<Certificate>,
     /// True if the certificate also covers loss of contact at any tick; `None` if contact itself is not certified.
     pub covers_lost_contact: Option<bool>,
-    /// Bounds of motions with the refractory time between events; `None` if it is not certified, or with a delay.
+    /// Bounds of motions with the refractory time between events; `None` if not certified, or with a delay.
     pub reach: Option<Reach>,
     /// The worst growth per event found at the refractory time, with a tissue chosen at every tick.
     pub growth: Growth,
@@ -144,8 +144,7 @@ impl Switching {
         })
     }
 
-    /// Returns the longest tried dwell, from `dwell` down by factors of four, at which some sequence grows. Reuses the
-    /// known growth at one dwell.
+    /// The longest tried dwell, from `dwell` down by factors of four, at which some sequence grows.
     fn growing_dwell(
         steps: &Steps<'_>,
         mut dwell: u64,
@@ -173,8 +172,8 @@ impl Switching {
         Ok(Proof::shortest(settings, &mut search)?.map(|found| found.dwell_ticks()))
     }
 
-    /// Returns true if `dwell_ticks` of teleoperation between events are certified. Solves one or a few programmes;
-    /// [`Switching::certified_dwell`] solves a dozen, which takes seconds each with long delays.
+    /// True if `dwell_ticks` of teleoperation between events are certified. Solves one or a few programmes, where
+    /// [`Switching::certified_dwell`] solves a dozen, of seconds each with long delays.
     ///
     /// # Errors
     /// [`StabilityError`].
@@ -186,14 +185,14 @@ impl Switching {
         Search::new(settings, &modes, settings.phases()).is_certified(dwell_ticks.max(1))
     }
 
-    /// Returns the shortest certified dwell in ticks.
+    /// The shortest certified dwell in ticks.
     #[must_use]
     pub fn dwell_ticks(&self) -> Option<u64> {
         let of_functions = self.certificate.as_ref().map(|found| found.dwell_ticks);
         of_functions.or(self.kept_gap.as_ref().map(|found| found.dwell_ticks))
     }
 
-    /// Returns the certified growth per event at the refractory time, if it is certified.
+    /// The certified growth per event at the refractory time, if it is certified.
     #[must_use]
     pub fn certified_growth(&self) -> Option<f64> {
         let refractory = self.phases.refractory;
@@ -202,7 +201,7 @@ impl Switching {
         of_functions.or(kept_gap.map(|found| found.growth_after(refractory)))
     }
 
-    /// Returns true if the refractory time is at least the certified dwell, so that every sequence of events is stable.
+    /// True if the refractory time is at least the certified dwell: every sequence of events is stable.
     #[must_use]
     pub fn is_certified(&self) -> bool {
         self.dwell_ticks().is_some_and(|dwell| dwell <= self.phases.refractory)
@@ -272,8 +271,6 @@ impl Proof {
 /// Dwells for which the growth is shown, as multiples of the refractory time.
 const LONGER: [u64; 3] = [1, 2, 4];
 
-/// Returns the certified and the found growth at the shortest certified dwell, at the refractory time and at longer
-/// dwells.
 fn by_dwell(
     settings: &SwitchingSettings,
     (steps, found): (&Steps<'_>, &Growth),

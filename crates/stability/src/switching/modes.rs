@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::machines::Machines;
-use crate::side::{OwnPart, Side};
+use crate::side::{LocalCommand, Side};
 use crate::{LinearLoop, StabilityError, SwitchingSettings};
 use trocar_core::augmentation::{AmplifySettings, DecaySettings, ForceLawSettings, Freeze, Reengage};
 
@@ -54,15 +54,14 @@ struct Vertex {
 ///                           force at the alarm, g the gap: x_ref = hand + g
 /// ```
 /// The supervisor and the slave use the hand's position that has arrived; mode and force reach the master after the
-/// backward delay. The master's states are therefore taken at the tick at which the slave's samples arrive: both sides
-/// then switch at the same time, and the whole delay lies between the hand and the slave.
+/// backward delay. The master's states are therefore taken when the slave's samples arrive: both sides switch at the
+/// same time, and the whole delay lies between the hand and the slave.
 ///
-/// A map starts from the states before the tick's force. An event that begins at tick `k` therefore uses `x`, the
-/// anchor `F*` and the last reference at `k - 1`.
+/// A map starts from the states before the tick's force: an event that begins at tick `k` uses `x`, the anchor `F*` and
+/// the last reference at `k - 1`.
 #[derive(Debug, Clone)]
 pub(super) struct Modes {
     master: Side,
-    /// One slave for each vertex of the tissue.
     slaves: Vec<Side>,
     /// Whole ticks of both delays.
     delay: usize,
@@ -91,7 +90,7 @@ impl Modes {
                 damping_n_s_per_m: vertex.damping_n_s_per_m,
                 ..settings.of_loop.clone()
             };
-            Side::slave_with(&machines, &settings, OwnPart::Open)
+            Side::slave_with(&machines, &settings, LocalCommand::Open)
         };
         let augmentation = &settings.augmentation;
         let tick_s = settings.of_loop.tick_s;
@@ -100,7 +99,7 @@ impl Modes {
             ForceLawSettings::Amplify(_) | ForceLawSettings::Damp(_) => 0.0,
         };
         Ok(Self {
-            master: Side::master_with(&machines, &settings.of_loop, OwnPart::Open)?,
+            master: Side::master_with(&machines, &settings.of_loop, LocalCommand::Open)?,
             slaves: vertices.iter().map(slave).collect::<Result<_, _>>()?,
             delay: settings.delay_ticks() as usize,
             integral: settings.of_loop.master.force_integral_gain != 0.0,
@@ -124,18 +123,15 @@ impl Modes {
         self.states() + EXTRA
     }
 
-    /// Number of states of the master's side, the first states.
     pub(super) fn master_states(&self) -> usize {
         self.master.a.nrows()
     }
 
-    /// Number of hand positions on the way, the last of the loop's states.
     pub(super) fn delay(&self) -> usize {
         self.delay
     }
 
-    /// Returns the smallest decay rate of teleoperation over the vertices of the tissue, in 1/s; 0 if a mode does not
-    /// decay.
+    /// The smallest decay rate of teleoperation over the vertices, in 1/s; 0 without decay.
     pub(super) fn slowest_decay_per_s(&self) -> Result<f64, StabilityError> {
         let mut largest: f64 = 0.0;
         for vertex in self.vertices() {
@@ -154,15 +150,15 @@ impl Modes {
     }
 
     pub(super) fn names(&self, space: Space) -> Vec<(String, &'static str)> {
-        let own = |text: &str, unit| (text.to_owned(), unit);
-        let mut of_loop = vec![own("x_h", "m"), own("v_h", "m/s"), own("x_a", "m"), own("v_a", "m/s")];
+        let named = |text: &str, unit| (text.to_owned(), unit);
+        let mut of_loop = vec![named("x_h", "m"), named("v_h", "m/s"), named("x_a", "m"), named("v_a", "m/s")];
         if self.integral {
-            of_loop.push(own("master_force_integral", "N s"));
+            of_loop.push(named("master_force_integral", "N s"));
         }
         for k in of_loop.len()..self.master.a.nrows() {
             of_loop.push((format!("master_{k}"), "1"));
         }
-        of_loop.extend([own("x_e", "m"), own("v_e", "m/s"), own("slave_motor", "m/s^2")]);
+        of_loop.extend([named("x_e", "m"), named("v_e", "m/s"), named("slave_motor", "m/s^2")]);
         for k in 3..self.slaves[0].a.nrows() {
             of_loop.push((format!("slave_{k}"), "1"));
         }
@@ -175,9 +171,9 @@ impl Modes {
             ("gap", "m"),
         ];
         let all: Vec<(String, &'static str)> =
-            of_loop.into_iter().chain(extra.map(|(name, unit)| own(name, unit))).collect();
+            of_loop.into_iter().chain(extra.map(|(name, unit)| named(name, unit))).collect();
         if matches!(space, Space::Number | Space::Start) {
-            return vec![own("one", "1")];
+            return vec![named("one", "1")];
         }
         self.places(space).into_iter().map(|place| all[place].clone()).collect()
     }
@@ -241,7 +237,6 @@ impl Modes {
         row.select_columns(&self.places(space))
     }
 
-    /// Returns a row over all states from the weights of both sides.
     fn weights(&self, of_master: &DVector<f64>, of_slave: &DVector<f64>) -> DMatrix<f64> {
         let mut row = DMatrix::zeros(1, self.states() + EXTRA);
         row.view_mut((0, 0), (1, of_master.len())).tr_copy_from(of_master);
@@ -257,32 +252,30 @@ impl Modes {
         self.unit(self.states() + state)
     }
 
-    /// Returns the slave's target: the scaled hand position that has arrived, and the slave's contribution, in m.
+    /// The slave's target: the arrived, scaled hand position and the slave's contribution, in m.
     pub(super) fn hand(&self, vertex: usize) -> DMatrix<f64> {
         let nothing = DVector::zeros(self.master.c.len());
-        let own = self.weights(&nothing, &self.slaves[vertex].own);
+        let local = self.weights(&nothing, &self.slaves[vertex].local);
         let arrived = match self.delay {
             0 => self.weights(&self.master.c, &DVector::zeros(self.slaves[vertex].c.len())),
             _ => self.unit(self.states() - 1),
         };
-        own + arrived
+        local + arrived
     }
 
     pub(super) fn slave(&self) -> DMatrix<f64> {
         self.unit(self.master.a.nrows())
     }
 
-    /// Returns the whole feedback force in teleoperation, in N.
     pub(super) fn force(&self, vertex: usize) -> DMatrix<f64> {
-        self.weights(&self.master.own, &self.slaves[vertex].c)
+        self.weights(&self.master.local, &self.slaves[vertex].c)
     }
 
-    /// Returns the measured force scaled to the master, in N.
     fn measured(&self, vertex: usize) -> DMatrix<f64> {
         self.weights(&DVector::zeros(self.master.c.len()), &self.slaves[vertex].force)
     }
 
-    /// Returns the last feedback force in N.
+    /// The last feedback force in N.
     pub(super) fn fed_back(&self) -> DMatrix<f64> {
         self.extra(FED_BACK)
     }
@@ -293,17 +286,14 @@ impl Modes {
         column
     }
 
-    /// Returns the effect of a reference of 1 m.
     pub(super) fn of_reference(&self) -> DMatrix<f64> {
         self.column(self.master.a.nrows(), &self.slaves[0].now)
     }
 
-    /// Returns the effect of a feedback force of 1 N.
     pub(super) fn of_force(&self) -> DMatrix<f64> {
         self.column(0, &self.master.now)
     }
 
-    /// Returns the effect of a desired position of 1 m, held over the tick.
     pub(super) fn of_desired(&self) -> DMatrix<f64> {
         match &self.master.desired {
             Some((now, next)) => self.column(0, &(now + next)),
@@ -311,8 +301,7 @@ impl Modes {
         }
     }
 
-    /// Returns the state at the first tick after the desired position steps to the origin, with the hand at rest at 1
-    /// m.
+    /// The state at the first tick after the desired position steps to the origin from a hand at rest at 1 m.
     pub(super) fn after_step(&self, vertex: usize) -> DVector<f64> {
         let (n, at) = (self.states(), self.master.a.nrows());
         let slave = self.slaves[vertex].a.nrows();
@@ -335,7 +324,7 @@ impl Modes {
         next
     }
 
-    /// Returns the map of both sides and the delay without reference and feedback force. It keeps all extra states.
+    /// The map of both sides and the delay without reference and feedback force. Keeps all extra states.
     pub(super) fn apart(&self, vertex: usize) -> DMatrix<f64> {
         let slave = &self.slaves[vertex];
         let (m, s, n) = (self.master.a.nrows(), slave.a.nrows(), self.states());
@@ -354,19 +343,16 @@ impl Modes {
         a
     }
 
-    /// Returns the map of a tick with reference and feedback force as rows over all states.
     fn tick(&self, vertex: usize, reference: &DMatrix<f64>, force: &DMatrix<f64>) -> DMatrix<f64> {
         self.apart(vertex) + self.of_reference() * reference + self.of_force() * force
     }
 
-    /// Returns the reference in teleoperation and when re-engaging.
     fn reference(&self, vertex: usize) -> DMatrix<f64> {
         let hand = self.hand(vertex);
         if self.has_gap() { hand + self.extra(GAP) } else { hand }
     }
 
-    /// Returns the map of a teleoperation tick, with the gap if there is one. It stores reference and force for an
-    /// event.
+    /// The map of a teleoperation tick, with the gap if there is one. Stores reference and force for an event.
     pub(super) fn teleoperation(&self, vertex: usize) -> DMatrix<f64> {
         let (reference, force) = (self.reference(vertex), self.force(vertex));
         let mut map = self.tick(vertex, &reference, &force);
@@ -376,7 +362,6 @@ impl Modes {
         map
     }
 
-    /// Returns the map of an alarm after the last tick of teleoperation.
     pub(super) fn freeze(&self) -> DMatrix<f64> {
         let n = self.states();
         let mut map = DMatrix::identity(n + EXTRA, n + EXTRA);
@@ -387,8 +372,8 @@ impl Modes {
         map
     }
 
-    /// Returns the map of a frozen tick. The law `amplify` has a floor: `share` is 1 without the floor and 0 for the
-    /// constant `F*`. The floored force always lies between the two.
+    /// The map of a frozen tick. The law `amplify` has a floor: `share` is 1 without it and 0 for the constant `F*`;
+    /// the floored force lies between the two.
     pub(super) fn frozen(&self, vertex: usize, share: f64) -> DMatrix<f64> {
         let fed_back = match self.law {
             ForceLawSettings::Decay(DecaySettings { ratio, .. }) => {
@@ -405,19 +390,18 @@ impl Modes {
         map
     }
 
-    /// Returns true if the frozen map is the same for every tissue and force, so that its powers are exact.
+    /// True if the frozen map is the same for every tissue and force: its powers are exact.
     pub(super) fn is_frozen_map_unique(&self) -> bool {
         matches!(self.law, ForceLawSettings::Decay(_)) && self.slaves.iter().all(|slave| slave.a == self.slaves[0].a)
     }
 
-    /// Returns the values of `share` for [`Self::frozen`] that enclose the force.
     pub(super) fn shares(&self) -> &'static [f64] {
         if matches!(self.law, ForceLawSettings::Decay(_)) { &[1.0] } else { &[0.0, 1.0] }
     }
 
-    /// Returns true if the slave's target and the machines do not depend on the tissue.
+    /// True if the slave's target and the machines do not depend on the tissue.
     pub(super) fn has_unique_motion(&self) -> bool {
-        let alike = |slave: &Side| slave.a == self.slaves[0].a && slave.own == self.slaves[0].own;
+        let alike = |slave: &Side| slave.a == self.slaves[0].a && slave.local == self.slaves[0].local;
         self.slaves.iter().all(alike)
     }
 
@@ -431,7 +415,6 @@ impl Modes {
         map
     }
 
-    /// Returns the map of a cross-fade tick with a weight of the measured force.
     pub(super) fn blend(&self, vertex: usize, weight: f64) -> DMatrix<f64> {
         let force = self.force(vertex) * weight + self.fed_back() * (1.0 - weight);
         self.tick(vertex, &self.reference(vertex), &force)

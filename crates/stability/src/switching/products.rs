@@ -1,8 +1,7 @@
 //! Growth on one constant tissue, which a scenario can simulate, from products of cycles.
 //!
 //! A cycle is an event and the teleoperation after it: one matrix for given lengths. Products of cycles are extended
-//! while the minimum norm of their prefixes exceeds the best growth (after Gripenberg, *Linear Algebra Appl.* 234,
-//! 1996).
+//! while the minimum norm of their prefixes exceeds the best growth (Gripenberg, *Linear Algebra Appl.* 234, 1996).
 
 use nalgebra::DMatrix;
 
@@ -59,9 +58,9 @@ fn radius(matrix: &DMatrix<f64>) -> Result<f64, StabilityError> {
     Ok(eigenvalues(matrix)?.into_iter().map(|value| value.norm()).fold(0.0, f64::max))
 }
 
-/// Returns a cycle from the last tick before an event to the last tick before the next event, on `(x, g)` if the gap is
-/// kept, otherwise on `x`. It assumes motions so small that a ramp closes its gap in one tick and the force of
-/// `amplify` stays above its floor.
+/// A cycle from the last tick before an event to the last tick before the next one, on `(x, g)` if the gap is kept,
+/// otherwise on `x`. Assumes motions so small that a ramp closes its gap in one tick and the force of `amplify` stays
+/// above its floor.
 fn matrix(modes: &Modes, phases: Phases, cycle: SimulatedCycle) -> DMatrix<f64> {
     let SimulatedCycle { held_ticks, dwell_ticks, vertex } = cycle;
     let space = if modes.gap_closes() { Space::Loop } else { Space::LoopGap };
@@ -90,11 +89,6 @@ fn cycles(phases: Phases, dwell: u64, vertex: usize) -> Vec<SimulatedCycle> {
     all
 }
 
-/// Returns the growth per event found with at least `dwell` ticks of teleoperation between events, on one vertex of the
-/// tissue.
-///
-/// # Errors
-/// [`StabilityError::Algebra`].
 pub(super) fn growth(
     modes: &Modes,
     phases: Phases,

@@ -28,7 +28,7 @@ const LATEST_TICKS: u64 = 400;
 const EVENTS: usize = 2;
 
 /// Motion of the slave and feedback force after the hand is released at rest away from its desired position, per metre
-/// of that distance, over every tick of every admissible sequence of events.
+/// of that distance, over every admissible sequence of events.
 #[derive(Debug, Clone)]
 pub struct Reach {
     /// Verified bound of the slave's position in m/m, with its certificate; `None` for a kept gap, which has one common
@@ -36,7 +36,7 @@ pub struct Reach {
     pub slave: (f64, Option<Certificate>),
     /// Verified bound of the feedback force in N/m, with its certificate as for the slave.
     pub force: (f64, Option<Certificate>),
-    /// The largest motion of the slave found, in m/m, from the first event on, with a tissue that varies at every tick.
+    /// The largest motion of the slave found, in m/m, from the first event on, with a varying tissue.
     pub slave_found: f64,
     /// The largest feedback force found, in N/m.
     pub force_found: f64,
@@ -58,7 +58,7 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// Returns the tick `extra_ticks` after the last event's return to teleoperation.
+    /// The tick `extra_ticks` after the last event's return to teleoperation.
     #[must_use]
     pub fn end(&self, blend: u64, extra_ticks: u64) -> u64 {
         self.starts.last().map_or(0, |start| start + self.held_ticks + blend) + extra_ticks
@@ -66,10 +66,6 @@ impl Sequence {
 }
 
 impl Reach {
-    /// Finds the bounds for the dwell of `choice`; `None` without a certificate.
-    ///
-    /// # Errors
-    /// [`StabilityError`].
     pub(super) fn of(
         settings: &SwitchingSettings,
         steps: &Steps<'_>,
@@ -96,9 +92,6 @@ impl Reach {
     }
 
     /// Builds the result from proved bounds.
-    ///
-    /// # Errors
-    /// [`StabilityError`].
     pub(super) fn with(
         settings: &SwitchingSettings,
         steps: &Steps<'_>,
@@ -117,7 +110,6 @@ fn found(steps: &Steps<'_>, dwell: u64) -> [f64; 2] {
     [modes.slave(), modes.fed_back()].map(|row| farthest(steps, dwell, &[row]))
 }
 
-/// Returns the smallest verified bound of a quantity, above the value found, with its certificate.
 fn bound(
     modes: &Modes,
     phases: Phases,
@@ -195,8 +187,7 @@ fn simulate(modes: &Modes, phases: Phases, sequence: &Sequence, extra_ticks: u64
     max
 }
 
-/// Returns the tried sequence on one stiffness with the maximum motion of the slave. Each event is added at its worst
-/// start time.
+/// The tried sequence on one stiffness with the maximum motion of the slave. Each event is added at its worst time.
 fn on_one_stiffness(
     settings: &SwitchingSettings,
     phases: Phases,

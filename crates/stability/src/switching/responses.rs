@@ -10,8 +10,8 @@
 //! ```
 //! The bounds of `q x_j` at previous ticks give the bounds of `w_j`, and these the bounds of every signal at tick `k`.
 //! In a cross-fade with the weight `v`, `w_k = (v δ_k - σ) q x_k - (1 - v) p x_k + (1 - v) φ` with the force `φ` before
-//! the cross-fade. Each nominal position gives bounds, and the narrowest bounds are used. The softest nominal is narrow
-//! where more stiffness only pushes back; the middle one stays bounded for a wide range.
+//! the cross-fade. The narrowest bounds of all nominal positions are used: the softest is narrow where more stiffness
+//! only pushes back; the middle one stays bounded for a wide range.
 //!
 //! After the slowest mode has decayed, the bounds hold for all later ticks if the resulting inputs stay within the
 //! previous range. Motions without a gap decay for every tissue by the small-gain theorem: `Σ |q A^j b| / 2 < 1` around
@@ -60,7 +60,6 @@ impl Range {
         Self { low: self.low + other.low, high: self.high + other.high }
     }
 
-    /// Returns the range of all products, widened for rounding.
     fn times(self, other: Self) -> Self {
         let (a, b) = (self.low * other.low, self.low * other.high);
         let (c, d) = (self.high * other.low, self.high * other.high);
@@ -81,8 +80,8 @@ impl Range {
     }
 }
 
-/// A start of a motion: the scaled states with the gap, the bounds of an unknown rest, and, if the motion begins with a
-/// cross-fade, the largest force (N) before it.
+/// A start of a motion: the scaled states with the gap, the bounds of an unknown rest, and the largest force (N) before
+/// an initial cross-fade.
 pub(super) struct Start {
     pub(super) state: Vec<Interval>,
     pub(super) rest: Vec<f64>,
@@ -92,7 +91,7 @@ pub(super) struct Start {
 pub(super) struct Track {
     /// Bounds of each scaled state of the loop, over all ticks.
     pub(super) states: Vec<f64>,
-    /// Bounds of the scaled reference that an alarm at each tick holds; the last one holds for all later ticks.
+    /// Bounds of the scaled reference that an alarm at each tick holds; the last one for all later ticks.
     pub(super) reference: Vec<f64>,
     /// Bound of the slave's position in m.
     pub(super) slave: f64,
@@ -106,8 +105,8 @@ struct Channel {
     is_force: bool,
 }
 
-/// The response of a signal to an input at each tick: its positive and negative parts, the sums of its magnitude, and
-/// the sum of the widths of its enclosures.
+/// The response of a signal to an input at each tick: positive and negative parts, sums of the magnitude, sum of the
+/// widths of the enclosures.
 #[derive(Default)]
 struct Impulse {
     positive: Vec<f64>,
@@ -166,9 +165,6 @@ fn largest(vector: &[Interval]) -> f64 {
 
 impl Responses {
     /// `None` if the loop does not decay within [`MAX_TICKS`], or its gain is too large.
-    ///
-    /// # Errors
-    /// [`StabilityError::Algebra`].
     pub(super) fn new(modes: &Modes, scales: &Scales, weights: Vec<f64>) -> Result<Option<Self>, StabilityError> {
         let slowest = modes.slowest_decay_per_s()?;
         let ticks = (DECAY / (slowest * modes.tick_s)).ceil().max(4.0 * weights.len() as f64);
@@ -220,7 +216,6 @@ impl Responses {
         self.ticks
     }
 
-    /// Returns true if motions decay for every tissue, by small gain around the middle.
     fn decays(&self) -> bool {
         let Some(middle) = self.nominals.last() else { return false };
         let gain = |to: usize, from: usize| {
@@ -236,20 +231,17 @@ impl Responses {
         }
     }
 
-    /// Bounds `Σ |s A^j v|` from the last tick on, for a signal and `|v|`.
     fn tail(&self, nominal: &Nominal, signal: usize, size: f64) -> f64 {
         let row: f64 = self.signals[signal][0][..self.states].iter().map(|entry| magnitude(*entry)).sum();
         row * nominal.tail * size * (1.0 + ROUNDING)
     }
 
-    /// Bounds `(A - I) x_0`, the change of the motion without inputs from tick to tick.
     fn change(&self, nominal: &Nominal, start: &Start) -> f64 {
         let moved = nominal.steps[1].iter().map(|row| dot(row, &start.state));
         let change: Vec<Interval> = moved.zip(&start.state).map(|(moved, state)| moved - *state).collect();
         largest(&change[..self.states])
     }
 
-    /// Returns the range of an input from the ranges of `p` and `q`.
     fn input(&self, channel: usize, share: f64, weight: f64, (p, q): (Range, Range), faded_n: f64) -> Range {
         let weight = if self.channels[channel].is_force { weight } else { 1.0 };
         let of_tissue = Range { low: -share, high: weight - share }.times(q);
@@ -260,7 +252,7 @@ impl Responses {
         of_tissue.plus(away).wider((1.0 - weight) * faded_n)
     }
 
-    /// Returns the bounds of a motion; `None` if they do not hold for all later ticks.
+    /// The bounds of a motion; `None` if they do not hold for all later ticks.
     pub(super) fn track(&self, start: &Start) -> Option<Track> {
         let (ticks, channels) = (self.ticks, self.channels.len());
         let references = 2 * channels..self.signals.len() - 1;
@@ -327,8 +319,7 @@ impl Responses {
         Some(all)
     }
 
-    /// Computes the bounds from the last tick on. They hold for all later ticks if the resulting inputs stay within
-    /// `hulls`.
+    /// Bounds from the last tick on; they hold for all later ticks if the resulting inputs stay within `hulls`.
     fn settle(
         &self,
         start: &Start,
@@ -373,7 +364,6 @@ impl Responses {
         Some(())
     }
 
-    /// Bounds the states over all ticks, around the middle.
     fn of_states(&self, start: &Start, largest_inputs: &[Vec<f64>]) -> Vec<f64> {
         let n = self.states;
         let (Some(nominal), Some(inputs)) = (self.nominals.last(), largest_inputs.last()) else { return vec![] };
@@ -462,7 +452,6 @@ impl Nominal {
         Some(Self { share, rows, impulses, steps, leaps, tail })
     }
 
-    /// Returns `Σ |s A^j b|` up to the last tick.
     fn sum_of(&self, signal: usize, channel: usize) -> f64 {
         self.impulses[signal][channel].sizes.last().copied().unwrap_or(f64::INFINITY)
     }
@@ -472,7 +461,6 @@ impl Nominal {
 const WIDTH: usize = 4;
 
 impl Impulse {
-    /// Returns the range of the response to inputs in ranges, the latest first, with magnitudes up to `largest`.
     fn respond(&self, ticks: usize, (low, high): (&[f64], &[f64]), largest: f64) -> Range {
         let (mut below, mut above) = ([0.0; WIDTH], [0.0; WIDTH]);
         let mut add = |k: usize, (positive, negative): (f64, f64), (low, high): (f64, f64)| {

@@ -22,14 +22,14 @@ pub(super) struct Scales {
     start: f64,
 }
 
-/// Returns the largest power of two up to a positive number, because scaling by it is exact.
+/// The largest power of two up to a positive number: scaling by it is exact.
 fn power_of_two(value: f64) -> f64 {
     if value > 0.0 && value.is_finite() { value.log2().floor().exp2() } else { 1.0 }
 }
 
 impl Scales {
     pub(super) fn new(modes: &Modes) -> Result<Self, StabilityError> {
-        // The hand's positions on the way have the hand's scale. The other states are scaled without a delay.
+        // The hand's positions on the way have the hand's scale; the rest is scaled without a delay.
         let (n, machines) = (modes.states(), modes.states() - modes.delay());
         let direct = modes.without_delay();
         let of_loop = |map: &DMatrix<f64>| map.view((0, 0), (machines, map.ncols().min(machines))).into_owned();
@@ -67,13 +67,12 @@ impl Scales {
         Ok(Self { of_loop, metre, newton, number: 1.0, start: 1.0 })
     }
 
-    /// Returns a separate scale for each state, for bounds of single states.
+    /// A separate scale for each state, for bounds of single states.
     pub(super) fn of_single_states(&self) -> Self {
         let sizes = DVector::from_fn(self.of_loop.nrows(), |i, _| power_of_two(self.of_loop.row(i).norm()));
         Self { of_loop: DMatrix::from_diagonal(&sizes), ..self.clone() }
     }
 
-    /// Adds scales for a quantity and the states at its start.
     pub(super) fn with_focus(&self, modes: &Modes, focus: &Focus) -> Self {
         let space = Space::FadingGap;
         let scale = self.of(modes, space);

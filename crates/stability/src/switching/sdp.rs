@@ -35,11 +35,8 @@ impl Unknown {
 /// The minimum accuracy of a found margin.
 const MIN_ACCURACY: f64 = 1e-4;
 
-/// Returns the matrices with the maximum common margin of the conditions, or with a margin of at least `enough`, and
-/// that margin. The conditions are feasible if the margin is positive. The traces are 1 on average over the rows.
-///
-/// # Errors
-/// [`StabilityError::Solver`] if the solver fails.
+/// The matrices with the maximum common margin of the conditions, or with a margin of at least `enough`, and the
+/// margin. The conditions are feasible if it is positive. The traces are 1 on average over the rows.
 pub(super) fn solve(
     unknowns: &[Unknown],
     conditions: &[Condition],
@@ -103,7 +100,7 @@ mod tests {
         Term { factor, unknown: 0, map: map.clone() }
     }
 
-    /// Returns the conditions `Aᵀ X A < X` for each matrix, and a positive `X`.
+    /// The conditions `Aᵀ X A < X` for each matrix, and a positive `X`.
     fn common(matrices: &[DMatrix<f64>]) -> Vec<Condition> {
         let one = DMatrix::identity(2, 2);
         let exceeding = |terms| Condition { terms, weight: 1.0 };

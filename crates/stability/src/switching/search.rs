@@ -17,7 +17,7 @@ const DWELLS_S: [f64; 6] = [0.01, 0.03, 0.1, 0.3, 1.0, LONGEST_DWELL_S];
 /// The tried time constants of a function on a held gap, in s.
 const HOLDS_S: [f64; 4] = [0.1, 0.2, 0.05, 0.4];
 
-/// Decay rates of `V` in teleoperation as shares of the slowest mode's. The search uses the first with a certificate.
+/// Decay rates of `V` in teleoperation as shares of the slowest mode's; the first with a certificate is used.
 const RATES: [f64; 2] = [0.95, 0.0];
 
 /// The ratio of growths at which the search for the smallest one ends.
@@ -60,7 +60,6 @@ impl<'a> Search<'a> {
         Choice { dwell, hold_s, contraction: 1.0, rate_per_s: 0.0, pieces: self.pieces }
     }
 
-    /// Returns a dwell's certificate with the first time constant that yields one.
     fn with_holds(&self, dwell: u64, holds: &[f64]) -> Result<Option<(Certificate, f64)>, StabilityError> {
         let Some((first, others)) = holds.split_first() else { return Ok(None) };
         let at = |hold_s: f64| -> Result<_, StabilityError> {
@@ -101,13 +100,11 @@ impl<'a> Search<'a> {
         Ok(Some(best))
     }
 
-    /// Returns the choice for a dwell, after `shortest` has succeeded.
     pub(super) fn choice(&self, dwell: u64) -> Option<Choice> {
         Some(self.plain(dwell, self.hold_s?))
     }
 
-    /// Returns the certificate with the smallest growth per event at a dwell; the simulated growth `found` is a lower
-    /// bound.
+    /// The certificate with the smallest growth per event at a dwell; the simulated growth `found` is a lower bound.
     pub(super) fn tightest(&self, dwell: u64, found: f64) -> Result<Option<Certificate>, StabilityError> {
         let Some(hold_s) = self.hold_s else { return Ok(None) };
         let slowest = self.modes.slowest_decay_per_s()?;

@@ -14,8 +14,8 @@ pub struct SwitchingSettings {
     pub of_loop: LinearLoop,
     /// The augmentation.
     pub augmentation: AugmentationSettings,
-    /// Minimum and maximum `K` in N/m. The force is `K(t) p + B v` with any `K(t)` between them, which includes every
-    /// nonlinear tissue whose force stays in the sector.
+    /// Minimum and maximum `K` in N/m. The force is `K(t) p + B v` with any `K(t)` between them: every nonlinear tissue
+    /// whose force stays in the sector.
     pub stiffness_n_per_m: (f64, f64),
     /// True if the needle can lose contact, with a force of 0, at any tick.
     pub loses_contact: bool,
@@ -57,7 +57,7 @@ impl SwitchingSettings {
             return Err("the certificate does not cover passivity schemes");
         }
         if stiffness_n_per_m.1 == 0.0 {
-            return Err("without a stiffness no loop is closed through the tissue, which events could make grow");
+            return Err("without a stiffness no loop closes through the tissue, so no event can make the motion grow");
         }
         Ok(Self { of_loop, augmentation: scenario.augmentation, stiffness_n_per_m, loses_contact: false })
     }
@@ -68,7 +68,7 @@ impl SwitchingSettings {
         self.of_loop.forward().whole + self.of_loop.backward().whole
     }
 
-    /// Returns the lengths of the phases.
+    /// The lengths of the phases.
     #[must_use]
     pub fn phases(&self) -> Phases {
         let ticks = |seconds: f64| nearest_ticks(seconds, self.of_loop.tick_s);
@@ -86,7 +86,7 @@ impl SwitchingSettings {
         ((LONGEST_DWELL_S / self.of_loop.tick_s) as u64).max(2)
     }
 
-    /// Returns true if the gap after an event is kept.
+    /// True if the gap after an event is kept.
     #[must_use]
     pub fn keeps_gap(&self) -> bool {
         self.augmentation.reengage == Reengage::Clutch

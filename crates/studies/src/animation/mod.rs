@@ -17,7 +17,6 @@ use trocar_metrics::{Outcome, RUPTURE_WINDOW_S, Unit};
 /// Displayed time before the rupture, in s. The time after it is the window of the metric "overshoot in 0.5 s".
 const BEFORE_S: f64 = 0.1;
 
-/// Displayed time up to the end of that window, in s.
 const LENGTH_S: f64 = BEFORE_S + RUPTURE_WINDOW_S;
 
 /// Number of frames in that time: 62.5 per second at a quarter of the speed.
@@ -26,7 +25,7 @@ const FRAMES: usize = 151;
 /// Interval of the later frames, in s, while the needle catches up with the hand.
 const LATER_S: f64 = 0.02;
 
-/// Displayed time after the needle has caught up, and maximum displayed time after the rupture, in s.
+/// Displayed time after the needle has caught up, and maximum after the rupture, in s.
 const CAUGHT_UP_S: f64 = 0.1;
 const MAX_AFTER_S: f64 = 1.5;
 
@@ -66,7 +65,6 @@ pub fn animation_with_pictures(runs: &[&Run]) -> Option<Animation> {
 
 struct Played<'a> {
     runs: &'a [&'a Run],
-    /// The time axis of the longest run in s, and the ticks of the frames.
     times_s: &'a [f64],
     ticks: Vec<usize>,
     still: usize,
@@ -106,7 +104,7 @@ impl<'a> Played<'a> {
         let ends = |(low, high): (f64, f64), mm: f64| (low.min(mm), high.max(mm));
         let (low, high) = positions_mm.filter(|mm| mm.is_finite()).fold((f64::MAX, f64::MIN), ends);
         let (low, high) = if low < high { (low, high) } else { (low.min(0.0), low.min(0.0) + MIN_RANGE_MM) };
-        // The surface above the needle is also drawn, unless it would leave too little room for the motion.
+        // The surface above the needle is drawn, too, unless it leaves too little room for the motion.
         let tops = frames.iter().filter_map(|frames| frames.surface_mm(low));
         let low = tops.filter(|top| *top > low - MAX_BULGE_SHARE * (high - low)).fold(low, f64::min);
         let margin = MARGIN * (high - low).max(MIN_RANGE_MM);
@@ -164,8 +162,8 @@ impl<'a> Played<'a> {
     }
 }
 
-/// Displayed time after a rupture in s: the window of the overshoot, extended until the needle has caught up after an
-/// event that begins in it.
+/// Displayed time after a rupture in s: the window of the overshoot, and after an event that begins in it until the
+/// needle has caught up.
 fn after_s(runs: &[&Run], rupture_s: f64) -> f64 {
     let caught_up = runs.iter().flat_map(|run| &run.metrics.events).filter_map(|event| {
         let is_of_rupture = (0.0..RUPTURE_WINDOW_S).contains(&(event.start_s - rupture_s));
@@ -181,7 +179,7 @@ fn time_of_largest_force(run: &Run) -> f64 {
 }
 
 impl Frames {
-    /// The deepest top above a depth in mm, which is the top of the layer in which the motion begins.
+    /// The deepest top above a depth in mm: the layer in which the motion begins.
     fn surface_mm(&self, depth_mm: f64) -> Option<f64> {
         self.layers.iter().map(|layer| layer.top_mm).filter(|top| *top < depth_mm).reduce(f64::max)
     }
@@ -252,8 +250,8 @@ impl<'a> Overshoot<'a> {
         })
     }
 
-    /// Position of the tip at the rupture and its maximum advance up to a tick within the metric's window, in mm, with
-    /// a text.
+    /// Position of the tip at the rupture, its maximum advance up to a tick within the metric's window, in mm, and a
+    /// text.
     fn at(&self, tick: usize) -> (f64, f64, String) {
         let from_m = self.tip_m[self.from];
         let until = (tick.min(self.end) + 1).clamp(self.from + 1, self.tip_m.len());
@@ -262,7 +260,6 @@ impl<'a> Overshoot<'a> {
     }
 }
 
-/// A note for the viewer: the run diverged, or the supervisor missed the rupture.
 fn note(run: &Run) -> String {
     if let Outcome::Diverged { time_s } = run.metrics.outcome {
         return format!("diverges at {time_s} s");

@@ -1,5 +1,4 @@
-//! Draws one moment of a run as shapes: needle, tissue, hand and felt force. Pages and the animated picture only place
-//! the shapes.
+//! One moment of a run as shapes: needle, tissue, hand and felt force. Pages and the animated picture only place them.
 
 use serde_json::{Value as Json, json};
 
@@ -19,8 +18,8 @@ const SMALL: f64 = 12.0;
 const LETTER: f64 = 0.62 * SMALL;
 const DIP_POINTS: i32 = 7;
 const LENGTHS_MM: [f64; 8] = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
-/// Candidate forces of a full bar in N; the smallest one above the largest force is used. With few candidates most runs
-/// have the same scale.
+/// Candidate forces of a full bar in N; the smallest one above the largest force is used. Few, so most runs have the
+/// same scale.
 const FULL_N: [f64; 6] = [5.0, 10.0, 20.0, 50.0, 100.0, 1000.0];
 const NAMED_S: f64 = 0.1;
 
@@ -33,7 +32,6 @@ pub(super) struct Form {
     hand: f64,
     tissue: f64,
     needle: f64,
-    /// True if there is room for the word "force".
     is_wide: bool,
 }
 
@@ -106,7 +104,6 @@ impl Event {
     }
 }
 
-/// The force of a full bar for a largest force, both in N.
 pub(super) fn full_n(max_force_n: f64) -> f64 {
     FULL_N.into_iter().find(|full| *full >= max_force_n).unwrap_or(max_force_n)
 }
@@ -120,7 +117,7 @@ impl Scene<'_> {
         MARGIN + (mm - self.range_mm.0) * self.per_mm()
     }
 
-    /// The shapes at one moment, always in the same number and order.
+    /// The shapes at one moment, in constant number and order.
     pub(super) fn shapes(&self, now: &Moment) -> Vec<Shape> {
         let Form { width, height, bar, bar_width, hand, tissue, needle, is_wide } = self.form;
         let (tip, bottom) = (self.y(now.tip_mm), height - MARGIN);
@@ -205,12 +202,10 @@ impl Scene<'_> {
         shapes
     }
 
-    /// The top of a layer, which dips at the needle. Its x positions do not change with time.
     fn top(&self, flat: f64, dip: f64) -> Vec<(f64, f64)> {
         let Form { width, tissue, needle, is_wide, .. } = self.form;
         let (half, reach) = (NEEDLE + 1.0, if is_wide { 90.0_f64 } else { 60.0 });
-        // Half a dip as a Bézier curve, horizontal at the needle and at its end; the control points are at 0.2 and 0.45
-        // of its reach.
+        // Half a dip as a Bézier curve, horizontal at both ends; control points at 0.2 and 0.45 of its reach.
         let side = (0..=DIP_POINTS).map(|k| f64::from(k) / f64::from(DIP_POINTS)).map(|t| {
             let rest = 1.0 - t;
             let across = 3.0 * rest * t * (0.2 * rest + 0.45 * t) + t.powi(3);
@@ -224,7 +219,7 @@ impl Scene<'_> {
         points
     }
 
-    /// The names of the layers. The name of a thin layer is placed above it, unless another name is there.
+    /// The names of the layers; a thin layer's is above it, unless another name is there.
     fn labels(&self) -> Vec<Shape> {
         let Form { width, height, .. } = self.form;
         let tops = || self.layers.iter().map(|layer| self.y(layer.top_mm));
@@ -292,14 +287,14 @@ impl LiveDrawing {
         }
     }
 
-    /// Returns two heights of the drawing, each with the position of the hand there in mm, for a pointer.
+    /// Two heights of the drawing with the hand's position there in mm, for a pointer.
     #[must_use]
     pub fn heights(&self) -> Json {
         let hand = |mm: f64| mm / self.position_scale;
         json!([[MARGIN, hand(self.range_mm.0)], [Form::FIELD.height - MARGIN, hand(self.range_mm.1)]])
     }
 
-    /// Returns the name of the state, the force of a full bar in N, and the shapes.
+    /// The name of the state, the force of a full bar in N, and the shapes.
     #[must_use]
     pub fn frame(&mut self, now: &LiveMoment<'_>) -> Json {
         self.max_force_n = self.max_force_n.max(now.felt_n.abs());

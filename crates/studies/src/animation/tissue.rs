@@ -1,7 +1,7 @@
 //! The drawn tissue: interfaces that bulge under the needle, and spring back when they rupture.
 //!
-//! The simulation computes forces and ruptures but no shape. The drawing assumes that, at the needle, an intact
-//! interface lies at the tip once the tip has reached it, and that a torn interface returns to its place.
+//! The simulation computes forces and ruptures but no shape. The drawing assumes that an intact interface lies at the
+//! tip once the tip has reached it, and that a torn one returns to its place.
 
 use crate::run::Run;
 use trocar_engine::tissue::{StatedLayer, TissueSettings};
@@ -12,8 +12,7 @@ const RETURN_S: f64 = 0.02;
 /// Minimum drawn thickness of a compressed layer, relative to its thickness.
 const COMPRESSED_SHARE: f64 = 0.3;
 
-/// For a recorded force, the needle is assumed to touch a layer at this share of the rise of the force before a
-/// rupture.
+/// Share of the rise of a recorded force before a rupture at which the needle is assumed to touch the layer.
 const TOUCH_SHARE: f64 = 0.1;
 
 /// A layer of the tissue, from its top down to the next one.
@@ -58,8 +57,8 @@ impl DrawnTissue {
         Self::new(layers)
     }
 
-    /// The tissue of a run. The top of a layer that ruptures is the position of the tip at the rupture minus the
-    /// deflection of the layer, so that the needle meets it there.
+    /// The tissue of a run. The top of a layer that ruptures is the tip's position at the rupture minus the layer's
+    /// deflection: there the needle meets it.
     #[must_use]
     pub fn of_run(run: &Run) -> Self {
         let trace = &run.trace;
@@ -162,7 +161,6 @@ fn unnamed(top_mm: f64) -> Layer {
     Layer { label: String::new(), top_mm, torn_s: None, thickness_mm: 0.0, ruptures: true }
 }
 
-/// The layers of a scenario from the surface downwards; none for a tissue without layers.
 fn stated_layers(scenario: &Scenario) -> Vec<StatedLayer<'_>> {
     scenario.tissue.settings().map_or_else(Vec::new, TissueSettings::layers)
 }

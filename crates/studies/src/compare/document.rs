@@ -19,7 +19,6 @@ const MAX_NAMED: usize = 3;
 
 const MAX_RUNS: usize = 8;
 
-/// The metrics in the table over seeds. The files contain all metrics.
 const OVER_SEEDS: [&str; 11] = [
     "slave_travel_m",
     "unintended_travel_m",
@@ -149,7 +148,7 @@ pub struct ComparisonFile<'a> {
     schemes: Option<&'a [SchemeRow]>,
 }
 
-/// Adds the figures of runs; `estimations` belong to the first runs, and are drawn over the whole time.
+/// Adds the figures of runs; `estimations` belong to the first runs.
 pub fn add_figures<'a>(document: &mut Document<'a>, runs: &[RunView<'a>], estimations: Vec<EstimationView<'a>>) {
     document.figure("comparison", figures::comparison(runs, None));
     document.figure("overlay", figures::overlay(runs, None));
@@ -158,7 +157,7 @@ pub fn add_figures<'a>(document: &mut Document<'a>, runs: &[RunView<'a>], estima
     document.figure("signals", figures::signals(&signals, (0.0, ends_s.fold(0.0, f64::max))));
 }
 
-/// The short table of runs and the table of all metrics, with their meaning. A pair has a column with the change.
+/// The short table of runs and the table of all metrics, with their meaning; for a pair with the change.
 pub(crate) fn metric_tables(runs: &[&Run], noise: &[NoiseCheck]) -> [Table; 2] {
     let rows = rows(&runs.iter().map(|run| &run.metrics).collect::<Vec<&Metrics>>(), noise);
     let mut columns = vec![("metric".to_owned(), "metric".to_owned())];
@@ -217,8 +216,8 @@ fn seeds_section(study: &SeedStudy) -> Section {
     section
 }
 
-/// The main metrics over the seeds. Each metric has one line per scenario with the median and the central 95 %
-/// interval. For a pair it also has a line with the ratio of the second scenario to the first, seed by seed.
+/// The main metrics over the seeds: one line per scenario with the median and the central 95 % interval; for a pair
+/// also the ratio of the second scenario to the first, seed by seed.
 pub(crate) fn seeds_table(study: &SeedStudy) -> Table {
     let over = format!("over {} seeds", study.seeds);
     let columns =
@@ -244,7 +243,6 @@ pub(crate) fn seeds_table(study: &SeedStudy) -> Table {
     table
 }
 
-/// A line of the table: the median, the ends of the interval, and the number of seeds with a value.
 fn spread_cells(name: &str, spread: Option<&Spread>, number: impl Fn(f64) -> Number) -> [Cell; 5] {
     let name = Cell::from(format!("  {name}"));
     let Some(spread) = spread else {
@@ -305,7 +303,6 @@ fn fate(rupture: &RuptureMetrics) -> String {
     }
 }
 
-/// The events of runs in order of time, with their outcomes; `None` without events.
 pub(crate) fn events_table(runs: &[&Run]) -> Option<Table> {
     let mut rows: Vec<(f64, [String; 3])> = vec![];
     for run in runs {

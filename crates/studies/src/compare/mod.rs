@@ -61,7 +61,7 @@ pub struct ComparisonTable {
 }
 
 impl Comparison {
-    /// Runs scenarios in parallel, without and with added noise. The results do not depend on the number of threads.
+    /// Runs scenarios in parallel, without and with added noise; the results do not depend on the threads.
     ///
     /// # Errors
     /// The [`RunError`] of the first scenario that fails.

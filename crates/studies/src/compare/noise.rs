@@ -48,15 +48,15 @@ pub fn check_in_noise(scenario: &Scenario) -> Result<NoiseCheck, RunError> {
     let mut noisy = scenario.clone();
     noisy.sensor.force_noise_std_n = libm::hypot(noisy.sensor.force_noise_std_n, ADDED_NOISE_STD_N);
     let mut derivatives = Derivatives::new(scenario);
-    let own = observe(&noisy, &mut derivatives)?;
+    let observed = observe(&noisy, &mut derivatives)?;
     let baseline = measure(&derivative_baseline(&noisy))?;
     let threshold = derivatives.threshold();
     let missed = |metrics: &Metrics| metrics.missed_ruptures;
     Ok(NoiseCheck {
         added_noise_std_n: ADDED_NOISE_STD_N,
-        ruptures: own.ruptures.len() as u64,
-        missed_ruptures: missed(&own),
-        false_alarms: own.false_alarms,
+        ruptures: observed.ruptures.len() as u64,
+        missed_ruptures: missed(&observed),
+        false_alarms: observed.false_alarms,
         derivative_missed_ruptures: missed(&baseline),
         derivative_false_alarms: baseline.false_alarms,
         derivative_threshold_n2: threshold,

@@ -102,7 +102,6 @@ impl SchemeStudy {
     }
 }
 
-/// The settings of a hand that oscillates in soft tissue and stays in contact.
 fn probe(frequency_hz: f64) -> Vec<String> {
     [
         "operator.kind=sine".into(),
@@ -123,7 +122,6 @@ fn probe(frequency_hz: f64) -> Vec<String> {
     .into()
 }
 
-/// `|F_h / v_h|` at a frequency (Hz) in the second half of a run, in N·s/m.
 fn felt_impedance(scenario: &Scenario, frequency_hz: f64) -> Result<f64, RunError> {
     let run = run(scenario.clone())?;
     let trace = &run.trace;

@@ -177,7 +177,6 @@ fn spread_rows(runs: &[Vec<Metrics>], scenarios: usize) -> Vec<SpreadRow> {
     longest.iter().map(of_metric).collect()
 }
 
-/// The spread of a metric. `values` has, for each seed, one value per scenario.
 fn spread_row(row: &Row, values: &[Vec<Option<f64>>], scenarios: usize) -> SpreadRow {
     let &Row { declaration, unit, better, .. } = row;
     let spread = |index: usize| Spread::of(values.iter().filter_map(|of_seed| of_seed[index]).collect());

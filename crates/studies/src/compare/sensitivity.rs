@@ -53,7 +53,7 @@ impl Sensitivity {
         Some(Self { d_prime: quantile(signals) - quantile(others), std_error })
     }
 
-    /// Returns true if 0 lies in the 95 % interval: the two kinds of trials cannot be distinguished.
+    /// True if 0 lies in the 95 % interval: the two kinds of trials cannot be distinguished.
     #[must_use]
     pub fn is_none(&self) -> bool {
         self.d_prime.abs() <= -normal_quantile(0.025) * self.std_error

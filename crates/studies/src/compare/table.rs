@@ -62,11 +62,10 @@ impl Row {
     }
 }
 
-/// The relative change is meaningless if one value is below this share of the other.
 const VANISHING_SHARE: f64 = 0.01;
 
-/// The relative change of a metric. It is empty if it is meaningless: for counts, metrics with a varying sign,
-/// undefined values, and a first value that is 0 or almost 0 compared with the second.
+/// The relative change of a metric; empty if meaningless: for counts, metrics with a varying sign, undefined values,
+/// and a first value near 0.
 fn change(row: &Row, first: Option<f64>, second: Option<f64>) -> String {
     let (Some(first), Some(second)) = (first, second) else { return String::new() };
     let has_meaning = row.unit != Unit::Count && !row.declaration.is_signed && second >= 0.0;

@@ -5,14 +5,14 @@ use crate::run::{Run, outcome};
 use trocar_document::{Verdict, counted, decimals};
 use trocar_metrics::{HORIZON_S, Outcome, RuptureMetrics, TRAVEL_S};
 
-/// Maximum advance of a frozen needle after a rupture, in m: the paper's slave is "frozen" (5.1), and the comparison
-/// with the paper requires the same limit.
+/// Maximum advance of a frozen needle after a rupture, in m: the limit for "frozen" (5.1) in the comparison with the
+/// paper.
 const HELD_M: f64 = 1e-4;
 
-/// Two distances are about the same if they differ by less than this share of the larger one.
+/// Two distances are about the same if they differ by less than this share.
 const SAME_SHARE: f64 = 0.05;
 
-/// Maximum number of listed distances; for more ruptures, only the maximum is reported.
+/// Maximum number of listed distances; of more, only the maximum is reported.
 const MAX_LISTED: usize = 3;
 
 const SEED_RUPTURES: usize = 2;
@@ -20,16 +20,15 @@ const SEED_RUPTURES: usize = 2;
 /// The suffixes of numbers of the classical and the augmented run of a scenario.
 const OF_SCHEMES: [&str; 2] = [" without augmentation", " with it"];
 
-/// Maximum number of runs with one number each; for more runs, the minimum and maximum are reported.
+/// Maximum number of runs with one number each; of more, minimum and maximum are reported.
 const MAX_RUNS: usize = 3;
 
 /// The verdict on runs.
 #[must_use]
 pub fn verdict(runs: &[&Run]) -> Verdict {
-    told(runs, &whose(runs))
+    verdict_of(runs, &whose(runs))
 }
 
-/// The suffix that attributes a number to its run, for each run.
 fn whose(runs: &[&Run]) -> Vec<String> {
     match runs {
         [classical, augmented] if differ_in_augmentation(classical, augmented) => OF_SCHEMES.map(str::to_owned).into(),
@@ -41,7 +40,7 @@ fn whose(runs: &[&Run]) -> Vec<String> {
 /// The verdict on a classical and an augmented run of the same scenario.
 #[must_use]
 pub fn verdict_of_schemes(classical: &Run, augmented: &Run) -> Verdict {
-    told(&[classical, augmented], &OF_SCHEMES.map(str::to_owned))
+    verdict_of(&[classical, augmented], &OF_SCHEMES.map(str::to_owned))
 }
 
 /// The verdict on the runs of all seeds; `runs` are the runs of the first seeds.
@@ -71,9 +70,8 @@ pub fn verdict_over_seeds(study: &SeedStudy, runs: &[&Run]) -> Verdict {
         absent_over_seeds(study, &whose),
         Some(detection_over_seeds(study, &whose)),
     ];
-    let left_out = (study.max_ruptures() > SEED_RUPTURES).then(|| {
-        format!("Left out: the advance after the ruptures from {} on, which the table has.", SEED_RUPTURES + 1)
-    });
+    let left_out = (study.max_ruptures() > SEED_RUPTURES)
+        .then(|| format!("Left out: the advance after rupture {} and later ones; see the table.", SEED_RUPTURES + 1));
     Verdict { sentences: sentences.into_iter().flatten().collect(), left_out: left_out.into_iter().collect() }
 }
 
@@ -120,7 +118,7 @@ fn differ_in_augmentation(first: &Run, second: &Run) -> bool {
         && other_keys(first) == other_keys(second)
 }
 
-fn told(runs: &[&Run], whose: &[String]) -> Verdict {
+fn verdict_of(runs: &[&Run], whose: &[String]) -> Verdict {
     let mut sentences: Vec<String> = diverged(runs).into_iter().collect();
     if sentences.is_empty() {
         if runs.iter().all(|run| run.metrics.ruptures.is_empty()) {
@@ -154,7 +152,7 @@ fn swings(runs: &[&Run]) -> Option<String> {
     (!unstable.is_empty()).then(|| format!("Unstable: {}.", unstable.join("; ")))
 }
 
-/// Reports different numbers of ruptures. The numbers in later sentences are about the ruptures that all runs have.
+/// Reports different numbers of ruptures; later sentences are about those that all runs have.
 fn other_counts(runs: &[&Run]) -> Option<String> {
     let counts: Vec<usize> = runs.iter().map(|run| run.metrics.ruptures.len()).collect();
     if counts.iter().all(|count| *count == counts[0]) {
@@ -167,11 +165,9 @@ fn other_counts(runs: &[&Run]) -> Option<String> {
     Some(format!("{}.", joined(&runs.iter().zip(&counts).map(of).collect::<Vec<_>>())))
 }
 
-/// The distances of one run: its suffix, and a distance in m for each of the first ruptures.
 type OfRun<'a> = (&'a str, Vec<f64>);
 
-/// A distance after each of the first ruptures, by run. Runs without ruptures are omitted; the others have the same
-/// number of ruptures.
+/// A distance after each of the first ruptures, equally many for all runs with ruptures.
 struct Distances<'a> {
     runs: Vec<OfRun<'a>>,
     are_all: bool,
@@ -203,14 +199,12 @@ impl<'a> Distances<'a> {
         }
     }
 
-    /// The distances of the first run, if the distances of all runs agree within the tolerance.
     fn common(&self) -> Option<&[f64]> {
         let first = &self.runs[0].1;
         let is_alike = |(_, other): &OfRun<'_>| first.iter().zip(other).all(|(a, b)| are_same(*a, *b));
         (self.runs.len() > 1 && self.runs.iter().all(is_alike)).then_some(first)
     }
 
-    /// Joins one phrase per run, or returns one for all runs if they agree within the tolerance.
     fn each(&self, phrase: impl Fn(&[f64]) -> String) -> String {
         if let Some(common) = self.common() {
             let all = if self.runs.len() == 2 { "in both runs" } else { "in every run with a rupture" };
@@ -236,7 +230,6 @@ fn jump(runs: &[&Run], whose: &[String]) -> Option<String> {
     Some(format!("In the {TRAVEL_S} s after {} the slave {}.", distances.ruptures(), distances.each(phrase)))
 }
 
-/// Reports the advance of the needle beyond the intended motion, if the intended motion is known in all runs.
 fn unintended(runs: &[&Run], whose: &[String]) -> Option<String> {
     let is_known = |run: &&Run| run.metrics.ruptures.iter().any(|rupture| rupture.excess_advance_m.is_some());
     if !runs.iter().filter(|run| !run.metrics.ruptures.is_empty()).all(is_known) {
@@ -275,7 +268,6 @@ fn returns(run: &Run) -> bool {
     run.metrics.ruptures.first().is_some_and(|rupture| rupture.return_jump_m.is_some())
 }
 
-/// Reports how many ruptures the operators noticed, for runs whose operators notice changes of the force.
 fn noticed(runs: &[&Run], whose: &[String]) -> Option<String> {
     let of = |(run, whose): (&&Run, &String)| {
         let noticed: Vec<u64> = run.metrics.ruptures.iter().filter_map(|rupture| rupture.noticed).collect();
@@ -357,7 +349,6 @@ fn millimetres(metres: f64) -> String {
     format!("{} mm", three_digits(1e3 * metres))
 }
 
-/// Formats a number with three significant digits, at most four decimals and no trailing zeros.
 fn three_digits(value: f64) -> String {
     if value < 0.0 {
         return format!("-{}", three_digits(-value));
@@ -408,9 +399,10 @@ mod tests {
         assert_eq!(
             verdict(&[&classical, &augmented]).text(),
             format!(
-                "In the 0.3 s after both ruptures the slave advances by {} and {} mm without augmentation and stays within {} mm with \
-                 it. On its return it advances by {} and {} mm with it; 2 s after both ruptures both are equally deep ({} and {} mm). \
-                 Both runs detect every rupture within 8 ms, with no missed rupture and no false alarm.",
+                "In the 0.3 s after both ruptures the slave advances by {} and {} mm without augmentation and stays \
+                 within {} mm with it. On its return it advances by {} and {} mm with it; 2 s after both ruptures both \
+                 are equally deep ({} and {} mm). Both runs detect every rupture within 8 ms, with no missed rupture \
+                 and no false alarm.",
                 travels[0],
                 travels[1],
                 three_digits(most_mm),
@@ -440,7 +432,13 @@ mod tests {
         assert!(text.contains("it goes beyond the intended motion by 3 mm in one and by 0 mm in two."), "{text}");
         let more = with(&run, "more", &[[5.0, 3.0], [5.0, 3.0]]);
         let text = verdict(&[&one, &more]).text();
-        assert!(text.starts_with("one has 1 rupture and more has 2 ruptures. In the 0.3 s after rupture 1 the slave advances by 5 mm in both runs."), "{text}");
+        assert!(
+            text.starts_with(
+                "one has 1 rupture and more has 2 ruptures. In the 0.3 s after rupture 1 the slave \
+            advances by 5 mm in both runs."
+            ),
+            "{text}"
+        );
         let many: Vec<Run> = (0..4).map(|k| with(&run, &format!("r{k}"), &[[1.0 + f64::from(k), 0.0]])).collect();
         let text = verdict(&many.iter().collect::<Vec<_>>()).text();
         assert!(text.contains("advances by 1 mm in r0 (the least) and advances by 4 mm in r3 (the most)"), "{text}");
@@ -450,7 +448,7 @@ mod tests {
     }
 
     #[test]
-    fn the_verdict_does_not_praise_missed_detections() {
+    fn the_verdict_does_not_praise_a_detector_that_misses_ruptures() {
         let missed = verdict(&[&shipped("paper/augmented", &["detector.threshold=100"])]).text();
         assert!(missed.contains("2 of 2 ruptures are missed (below the threshold: g reached "), "{missed}");
         assert!(missed.ends_with("; no alarm is false."), "{missed}");

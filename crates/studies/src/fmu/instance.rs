@@ -13,7 +13,7 @@ use crate::run::{RunError, SteppedRun};
 use trocar_core::error::InvalidValue;
 use trocar_core::rig::{HapticController, Sample};
 use trocar_core::time::whole_ticks;
-use trocar_engine::engine::{ColumnValues, OwnParts};
+use trocar_engine::engine::{ColumnValues, UserDefinedParts};
 use trocar_engine::tissue::{AnyTissue, Tissue as _, TissueFailure};
 use trocar_scenario::{Scenario, ScenarioError, Source};
 
@@ -28,7 +28,8 @@ pub enum InstanceError {
     },
     /// Description and scenario belong to different units.
     #[error(
-        "the description and the scenario in resources are not of one unit: export it again with trocar export fmu"
+        "the description and the scenario in resources belong to different units: export the unit again with trocar \
+         export fmu"
     )]
     Foreign,
     /// A scenario cannot be loaded, possibly because of changed parameters.
@@ -139,7 +140,7 @@ impl Instance {
         self.places.get(&reference).copied().ok_or(InstanceError::NoVariable { kind, reference })
     }
 
-    /// Returns the value of a variable.
+    /// The value of a variable.
     ///
     /// # Errors
     /// An unknown reference; `kind` names the requested type.
@@ -150,7 +151,7 @@ impl Instance {
     /// Sets an input, or a parameter before the initialisation.
     ///
     /// # Errors
-    /// An unknown reference, a value of another type, or a variable that cannot be set in this state.
+    /// An unknown reference, another type, or a variable that cannot be set in this state.
     pub fn set(&mut self, reference: u32, kind: &'static str, value: Scalar) -> Result<(), InstanceError> {
         let place = self.place(reference, kind)?;
         let Variable { ref name, causality, kind: of_variable, .. } = self.variables[place];
@@ -220,7 +221,7 @@ impl Instance {
                 Running::Rig { controller: Box::new(controller), tick_s }
             }
             Model::Simulation => {
-                let run = Box::new(SteppedRun::new(scenario, OwnParts::default())?);
+                let run = Box::new(SteppedRun::new(scenario, UserDefinedParts::default())?);
                 Running::Simulation { run, tick_s }
             }
             Model::Tissue => Running::Tissue { tissue: Box::new(scenario.tissue_part()?), tick_s, tick: 0 },

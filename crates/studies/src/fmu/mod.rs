@@ -1,12 +1,12 @@
-//! Scenarios as functional mock-up units for co-simulation (FMI 2.0 and 3.0): variables, description, files, and an
-//! instance that is stepped.
+//! Scenarios as functional mock-up units for co-simulation (FMI 2.0 and 3.0): variables, description, files and
+//! instances.
 //!
-//! `trocar export fmu` writes a [`Unit`], and the library inside the unit runs an [`Instance`]. Both build the
-//! variables from the scenario inside the unit. The package `trocar-fmu` contains the functions of the standard.
+//! `trocar export fmu` writes a [`Unit`]; the library inside runs an [`Instance`]. Both build the variables from the
+//! scenario in the unit. The package `trocar-fmu` contains the functions of the standard.
 //!
-//! A step from `t` to `t + h` reads the inputs at `t` and computes the ticks from `t` onwards. Afterwards the outputs
-//! are those of the last tick before `t + h`. With a step of one tick, the command for the sample at `t` is available
-//! at `t + h`.
+//! A step from `t` to `t + h` reads the inputs at `t` and computes the ticks from `t` onwards. The outputs are then
+//! those of the last tick before `t + h`. With a step of one tick, the command for the sample at `t` is available at `t
+//! + h`.
 
 mod description;
 mod instance;

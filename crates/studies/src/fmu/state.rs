@@ -19,7 +19,7 @@ enum Saved {
     Nothing,
     /// With the tick in s.
     Rig(Box<HapticController>, f64),
-    /// The scenario, and the given position of the person by tick. Repeating the run with them gives the same bits.
+    /// The scenario, and the given position of the person by tick, which repeat the run bit for bit.
     Simulation(Box<Scenario>, Vec<f64>),
     /// With the number of ticks and the tick in s.
     Tissue(Box<AnyTissue<f64>>, u64, f64),
@@ -42,8 +42,7 @@ impl Instance {
         Ok(SavedState { values: self.values.clone(), running })
     }
 
-    /// Restores a saved state of this unit. A whole simulation is repeated up to this state, which takes the time of
-    /// its ticks.
+    /// Restores a saved state of this unit. A whole simulation is repeated up to it.
     ///
     /// # Errors
     /// As [`Instance::save`], and if the run cannot be repeated.

@@ -11,7 +11,7 @@ use super::description::describe;
 use super::variables::Model;
 use trocar_scenario::{Scenario, ScenarioError, Source, Values};
 
-/// The identity of a unit, which its description and its library both compute from the scenario.
+/// The identity of a unit, computed by its description and its library from the scenario.
 pub(super) fn token(model: Model, scenario: &str) -> String {
     let hash = Sha256::new().chain_update(model.identifier()).chain_update([0]).chain_update(scenario).finalize();
     let mut text = String::from("{");
@@ -40,14 +40,14 @@ pub enum UnitError {
         source: std::io::Error,
     },
     /// The scenario's settings are out of range for a rig.
-    #[error("{0}: not on a rig; export the simulation, without --rig")]
+    #[error("{0} on a rig; export the simulation instead, without --rig")]
     Rig(#[from] trocar_core::error::InvalidValue),
 }
 
 const PAGE: &str = "<!DOCTYPE html><html lang=\"en\"><meta charset=\"utf-8\"><title>trocar</title>\n\
     <p>This unit was written by <code>trocar export fmu</code>. Its scenario is in <code>resources</code>, and runs with \
     <code>trocar run</code> too. The source of its library is the package <code>trocar-fmu</code> of trocar, of the version in \
-    <code>modelDescription.xml</code>: <code>cargo build --release</code> makes it.\n\
+    <code>modelDescription.xml</code>: <code>cargo build --release</code> builds it.\n\
     <p>A step from t to t + h reads the inputs of t; after it, the outputs are those of the last tick before t + h. A step is a \
     whole number of ticks. Parameters are the keys of scenarios, with their values as defaults. What is derived from a changed \
     parameter, and is not changed itself, follows it.\n";

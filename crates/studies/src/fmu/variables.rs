@@ -71,7 +71,6 @@ pub struct Variable {
     pub start: Scalar,
 }
 
-/// The first references of inputs, outputs and parameters.
 const INPUTS: u32 = 1;
 const OUTPUTS: u32 = 100;
 const PARAMETERS: u32 = 1000;
@@ -105,8 +104,8 @@ const RIG_OUTPUTS: [Declared; 15] = [
     ("command.decision", NUMBER, "Decision function g: an alarm is raised above detector.threshold."),
     ("command.slave_velocity_m_per_s", NUMBER, "Velocity of the slave as used by the estimator."),
     ("command.mode", Type::Choice(MODES), "Mode of the supervisor."),
-    ("command.alarm", Type::Boolean, "Whether the detector raises an alarm."),
-    ("command.alarm_taken", Type::Boolean, "Whether the supervisor acts on the alarm."),
+    ("command.alarm", Type::Boolean, "True if the detector raises an alarm."),
+    ("command.alarm_taken", Type::Boolean, "True if the supervisor acts on the alarm."),
     (
         "command.faults",
         Type::Integer(0),
@@ -143,14 +142,13 @@ const SIMULATION_INPUTS: [Declared; 2] = [
     (
         "person.is_led",
         Type::Boolean,
-        "Whether person.position_m leads the person; otherwise the scenario's operator acts.",
+        "True if person.position_m leads the person; otherwise the scenario's operator acts.",
     ),
 ];
 
 pub(super) const POSITION: usize = 0;
 pub(super) const IS_LED: usize = 1;
 
-/// The first column of a trace that is an output of a simulation; the column before it is the time.
 pub(super) const FIRST_COLUMN: usize = 1;
 
 fn simulation_outputs() -> Vec<Declared> {
@@ -166,7 +164,7 @@ const TISSUE_INPUTS: [Declared; 2] = [
 const TISSUE_OUTPUTS: [Declared; 3] = [
     ("reaction.force_n", NUMBER, "Force of the tissue on the needle, positive when it resists insertion."),
     ("reaction.shaft_force_n", NUMBER, "Part of that force that acts on the shaft, not on the tip."),
-    ("reaction.ruptured", Type::Boolean, "Whether a layer ruptures in this step."),
+    ("reaction.ruptured", Type::Boolean, "True if a layer ruptures in this step."),
 ];
 
 /// Returns true for a parameter of a tissue: a key of its section, or the tick.
@@ -227,8 +225,8 @@ impl Model {
         inputs.chain(outputs).chain(self.parameters(scenario)).collect()
     }
 
-    /// The parameters: one for each key whose value has a type of the standard. Keys without a value, lists, texts,
-    /// files, and whole numbers beyond the 32 bits of FMI 2.0 are omitted.
+    /// One parameter for each key whose value has a type of the standard: no lists, texts, files, missing values or
+    /// whole numbers beyond the 32 bits of FMI 2.0.
     fn parameters(self, scenario: &Scenario) -> Vec<Variable> {
         let values: Vec<(KeyAt, Option<Value>)> = match self {
             Self::Rig => scenario.rig_values().map(|(key, value)| (key.into(), value)).collect(),

@@ -99,7 +99,7 @@ pub struct Curve {
     pub is_baseline: bool,
     /// True for a user-defined detector, whose misses have no known reason.
     #[serde(skip)]
-    pub is_own: bool,
+    pub is_user_defined: bool,
     /// Unit of the threshold.
     pub unit: &'static str,
     /// Threshold of the settings, in that unit; NaN (`null` in JSON) for a user-defined detector without a threshold.
@@ -120,9 +120,8 @@ impl Curve {
         self.points.iter().find(|point| point.threshold.total_cmp(&self.own_threshold).is_eq())
     }
 
-    /// The Pareto front, by increasing number of false alarms: the points with the most detections for at most this
-    /// number of false alarms, and the shortest delay among equal detections. Thresholds so low that the decision never
-    /// settles are omitted.
+    /// The Pareto front, by increasing number of false alarms: the most detections for at most this number, and the
+    /// shortest delay among equal detections. Omits thresholds so low that the decision never settles.
     #[must_use]
     pub fn front(&self) -> Vec<&Point> {
         let mut points: Vec<&Point> = self.points.iter().collect();
@@ -187,7 +186,7 @@ mod tests {
         let curve = Curve {
             detector: "squared-residual".into(),
             is_baseline: false,
-            is_own: false,
+            is_user_defined: false,
             unit: "N²",
             own_threshold: 3.0,
             drift: 1.0,

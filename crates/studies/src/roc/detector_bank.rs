@@ -6,8 +6,8 @@ use trocar_core::lane::{Lane, Mask};
 
 /// A detector with several thresholds and otherwise equal settings.
 ///
-/// The ratio of cap to threshold is the ratio of the settings. Each threshold is a lane of [`Detector`], so that
-/// arming, cap, reset and alarms are identical to a separate detector.
+/// The ratio of cap to threshold is that of the settings. Each threshold is a lane of [`Detector`], so arming, cap,
+/// reset and alarms are those of a separate detector.
 #[derive(Debug, Clone)]
 pub struct DetectorBank {
     settings: DetectorSettings,
@@ -16,7 +16,7 @@ pub struct DetectorBank {
 
 impl DetectorBank {
     /// Creates a bank with `count` (at least two) thresholds from 0.01 to nearly 100 times the threshold of the
-    /// settings, evenly spaced on a logarithmic scale. The threshold of the settings is one of them.
+    /// settings, evenly spaced on a logarithmic scale; one of them is that threshold.
     #[must_use]
     pub fn around(settings: DetectorSettings, count: usize) -> Self {
         let middle = (count.max(2) / 2) as f64;

@@ -35,8 +35,8 @@ pub struct RocFile<'a> {
 }
 
 impl Characteristics {
-    /// The document of a study with `seeds` seeds: each detector at the threshold of its settings, at the stated
-    /// operating points, and by condition.
+    /// The document of a study with `seeds` seeds: each detector at its configured threshold, at the stated operating
+    /// points, and by condition.
     #[must_use]
     pub fn document(&self, seeds: u64) -> Document<'_> {
         let is_stopped = self.cases < self.cases_planned;
@@ -68,7 +68,6 @@ impl Characteristics {
         document
     }
 
-    /// The observed time outside the windows after ruptures in h, and the number of ruptures.
     fn observed(&self) -> (f64, u64) {
         let point = self.all.first().and_then(|curve| curve.points.first());
         point.map_or((0.0, 0), |point| (point.hours, point.ruptures))
@@ -82,8 +81,8 @@ impl Characteristics {
         ]
     }
 
-    /// Names the detectors with the most detections in time at the thresholds of their settings, and among them those
-    /// with the fewest false alarms.
+    /// Names the detectors with the most detections in time at their configured thresholds, and of these the ones with
+    /// the fewest false alarms.
     fn best(&self) -> Option<String> {
         let detection = |point: &Point| point.detection.unwrap_or(0.0);
         let most = self.own_points().map(|(_, point)| detection(point)).max_by(f64::total_cmp)?;
@@ -95,10 +94,11 @@ impl Characteristics {
         let (names, share) = (best.join(", "), share(most));
         Some(match best.len() {
             1 => format!(
-                "{names} detects the most in time at its own threshold: {share} of the ruptures, with {alarms}."
+                "{names} detects the largest share of ruptures in time at its own threshold: {share}, with {alarms}."
             ),
             count => format!(
-                "{count} of {} detect the most in time at their own thresholds, {share} of the ruptures with {alarms}: {names}.",
+                "{count} of {} detect the same largest share of ruptures in time at their own thresholds, {share}, \
+                 with {alarms}: {names}.",
                 counted(self.own_points().count() as u64, "detector")
             ),
         })
@@ -111,8 +111,8 @@ impl Characteristics {
             section.table(table);
             section
         };
-        let own = "at the detector's own threshold";
-        let mut first = titled("own", "At the detector's own threshold", own, self.own_table());
+        let line = "at the detector's own threshold";
+        let mut first = titled("own", "At the detector's own threshold", line, self.own_table());
         first.figure("roc");
         let mut sections = vec![first];
         if let Some(misses) = self.misses_table() {
@@ -165,10 +165,8 @@ impl Characteristics {
         self.all.iter().filter_map(|curve| Some((curve, curve.at_own_threshold()?)))
     }
 
-    /// The reasons why each built-in detector misses ruptures at the threshold of its settings; `None` without a missed
-    /// rupture.
     fn misses_table(&self) -> Option<Table> {
-        let built_in = || self.own_points().filter(|(curve, _)| !curve.is_own);
+        let built_in = || self.own_points().filter(|(curve, _)| !curve.is_user_defined);
         let reasons: BTreeSet<&String> = built_in().flat_map(|(_, point)| point.missed.keys()).collect();
         let columns = reasons.iter().map(|reason| (reason.as_str(), reason.replace('-', " ")));
         let columns = [("detector", "missed".to_owned())].into_iter().chain(columns);
@@ -229,8 +227,6 @@ impl Characteristics {
         table
     }
 
-    /// For each baseline, the detectors that detect fewer ruptures, each at its best threshold. Empty without baselines
-    /// or other detectors.
     fn baselines(&self) -> Vec<String> {
         let best = |curve: &Curve| {
             let point = curve.at_false_alarms_per_hour(BASELINE_FALSE_ALARMS_PER_HOUR);
@@ -336,8 +332,8 @@ fn characteristic_view(curve: &Curve) -> CharacteristicView<'_> {
     }
 }
 
-/// The reason why a point does not resolve the stated rate of false alarms; `None` if it does. Without a false alarm in
-/// less than three hours, the 95 % confidence interval includes a rate of one per hour.
+/// Why a point does not resolve the stated rate of false alarms; `None` if it does. Without a false alarm in less than
+/// three hours, the 95 % interval includes one per hour.
 fn unresolved(point: &Point) -> Option<String> {
     let is_unresolved = point.false_alarms == 0 && point.hours * STATED_FALSE_ALARMS_PER_HOUR < 3.0;
     is_unresolved.then(|| format!("not resolvable: {} observed", observed(point.hours)))
@@ -359,7 +355,6 @@ fn named(condition: &Condition) -> String {
     format!("{} + {} N{}", condition.signal, condition.noise_std_n, parts.map(part).concat())
 }
 
-/// Formats a threshold, which a user-defined detector may lack.
 fn threshold(threshold: f64, unit: &str) -> Cell {
     Cell::si(Some(threshold).filter(|threshold| !threshold.is_nan()), unit)
 }
@@ -394,7 +389,6 @@ fn short_rate(point: &Point) -> String {
     }
 }
 
-/// The false alarms per hour with their interval, or their upper bound without a false alarm.
 fn rate(point: &Point) -> Cell {
     match (point.false_alarms_per_minute, point.false_alarms_per_minute_interval) {
         (Some(rate), Some((low, high))) => {

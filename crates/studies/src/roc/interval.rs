@@ -4,7 +4,7 @@ use trocar_base::quantiles::bisect;
 
 const Z: f64 = 1.959_963_984_540_054;
 
-/// Maximum count with an exact interval. For larger counts the error of the cube-root approximation is negligible.
+/// Maximum count with an exact interval; above, the error of the cube-root approximation is negligible.
 const MAX_EXACT: u64 = 100;
 
 /// The 95 % interval of a probability from `successes` of `trials` (Wilson, *Journal of the American Statistical
@@ -45,7 +45,6 @@ fn wilson_hilferty(shape: f64, z: f64) -> f64 {
     shape * inner * inner * inner
 }
 
-/// The probability of a Poisson count of at most `count`.
 fn poisson_cdf(count: u64, mean: f64) -> f64 {
     let mut term = libm::exp(-mean);
     let mut sum = term;

@@ -5,7 +5,6 @@ use trocar_core::detector::{CusumDetector, DetectorInput, DetectorSettings};
 use trocar_core::time::nearest_ticks;
 use trocar_metrics::{DetectorSample, MissRule, RUPTURE_WINDOW_S, SupervisorHistory};
 
-/// Counts the reasons of a case's missed ruptures, which are given by index.
 pub(super) fn count(
     tally: &mut Tally,
     settings: &DetectorSettings,

@@ -1,11 +1,11 @@
 //! Receiver operating characteristics: detections, delays and false alarms of a detector by threshold.
 //!
 //! A case is a signal whose force has white noise of one seed. The estimator runs once per case. Every detector then
-//! evaluates the residual with many thresholds, and a [`Tally`] compares the alarms with the labels. Tallies contain
-//! only integers, so the results do not depend on the order of the cases or the number of threads.
+//! evaluates the residual with many thresholds, and a [`Tally`] compares the alarms with the labels. Tallies are
+//! integers, so the results do not depend on the order of the cases or the threads.
 //!
-//! An undefined value, such as the delay without a detection, is `None`. Without a false alarm the rate is not 0; it
-//! has an upper bound that depends on the observed time.
+//! An undefined value, such as the delay without a detection, is `None`. Without a false alarm the rate has an upper
+//! bound that depends on the observed time.
 
 mod curve;
 mod detector_bank;
@@ -25,7 +25,7 @@ pub use document::RocFile;
 pub use interval::{poisson, wilson};
 pub use samples::Samples;
 pub use signal::{Signal, SignalKind};
-pub use study::{Characteristics, Condition, OwnPoints, Study};
+pub use study::{Characteristics, Condition, Study, UserDefinedPoints};
 pub use tally::Tally;
 
 use thiserror::Error;

@@ -45,8 +45,7 @@ pub enum SignalKind {
     Recorded(Samples),
     /// A synthetic recording for each seed.
     Trials,
-    /// A closed loop with sensor noise. It runs without augmentation, because the augmented run depends on the
-    /// threshold.
+    /// A closed loop with sensor noise, without augmentation, because the augmented run depends on the threshold.
     ClosedLoop(Box<Scenario>),
 }
 
@@ -78,7 +77,11 @@ impl Signal {
     ///
     /// # Errors
     /// An invalid setting, or a variant that is not a valid recording.
-    pub fn made(spec: &DetectionSpec, variant: InVivoLikeVariant, kinds: &[DistanceKind]) -> Result<Self, RocError> {
+    pub fn synthetic(
+        spec: &DetectionSpec,
+        variant: InVivoLikeVariant,
+        kinds: &[DistanceKind],
+    ) -> Result<Self, RocError> {
         let column = |name: &str| name.parse().map_err(|error| ScenarioError::new(format!("{error}")));
         let columns = Columns {
             time: column("time_s")?,
@@ -89,9 +92,9 @@ impl Signal {
         let text = in_vivo_like_variant_csv(SYNTHETIC_SEED, &variant);
         let recording = read_csv("the synthetic insertion", text.as_bytes(), &columns, &Limits::default())
             .map_err(|error| ScenarioError::new(error.to_string()))?;
-        let made =
+        let synthetic =
             DetectionSpec { recording: RecordingSpec { recording, ruptures_s: RUPTURES_S.to_vec() }, ..spec.clone() };
-        Ok(Self { variant, ..Self::recorded("in_vivo_like".into(), &made, kinds)? })
+        Ok(Self { variant, ..Self::recorded("in_vivo_like".into(), &synthetic, kinds)? })
     }
 
     /// Creates the synthetic recordings of [`super::trials`] with the settings of a specification.
@@ -129,8 +132,6 @@ impl Signal {
         })
     }
 
-    /// Writes the inputs of the detectors, with noise of a standard deviation (N) and seed, to `evidence`. Returns the
-    /// labels.
     pub(super) fn evaluate(
         &self,
         noise_std_n: f64,
@@ -189,16 +190,16 @@ impl Signal {
     }
 }
 
-/// The settings for each kind of distance: unchanged for the kind of the settings. Other kinds, whose thresholds have
-/// other units, are derived from the same hypotheses.
-fn detectors(own: &DetectorSettings, kinds: &[DistanceKind]) -> Vec<DetectorSettings> {
+/// The settings for each kind of distance: unchanged for the kind of the settings, derived from the same hypotheses for
+/// the others.
+fn detectors(configured: &DetectorSettings, kinds: &[DistanceKind]) -> Vec<DetectorSettings> {
     let of = |&kind: &DistanceKind| {
-        if kind == own.distance.kind {
-            return *own;
+        if kind == configured.distance.kind {
+            return *configured;
         }
-        let mut derived = DetectorSettings::for_kind(kind, own.distance.hypotheses);
-        derived.distance = DistanceSettings { kind, ..own.distance };
-        derived.arming = own.arming;
+        let mut derived = DetectorSettings::for_kind(kind, configured.distance.hypotheses);
+        derived.distance = DistanceSettings { kind, ..configured.distance };
+        derived.arming = configured.arming;
         derived
     };
     kinds.iter().map(of).collect()

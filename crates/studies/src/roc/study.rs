@@ -78,28 +78,32 @@ impl Characteristics {
     }
 
     /// Inserts user-defined detectors before the others, each with its name, its threshold (NaN without one) and its
-    /// points. Detectors of the same name form one curve.
-    pub fn add_own(&mut self, own: &[(String, f64, OwnPoints)]) {
-        add_curves(&mut self.all, own, |points| &points.all);
+    /// points. Equal names form one curve.
+    pub fn add_user_defined(&mut self, evaluated: &[(String, f64, UserDefinedPoints)]) {
+        add_curves(&mut self.all, evaluated, |points| &points.all);
         for (index, condition) in self.conditions.iter_mut().enumerate() {
-            add_curves(&mut condition.curves, own, |points| &points.conditions[index]);
+            add_curves(&mut condition.curves, evaluated, |points| &points.conditions[index]);
         }
         // Without a built-in detector no case has been counted yet.
-        let cases = own.first().map_or(0, |(_, _, points)| points.all.cases);
+        let cases = evaluated.first().map_or(0, |(_, _, points)| points.all.cases);
         (self.cases, self.cases_planned) = (self.cases.max(cases), self.cases_planned.max(cases));
     }
 }
 
-fn add_curves(curves: &mut Vec<Curve>, own: &[(String, f64, OwnPoints)], of: impl Fn(&OwnPoints) -> &Point) {
+fn add_curves(
+    curves: &mut Vec<Curve>,
+    evaluated: &[(String, f64, UserDefinedPoints)],
+    of: impl Fn(&UserDefinedPoints) -> &Point,
+) {
     let mut added: Vec<Curve> = vec![];
-    for (name, threshold, points) in own {
+    for (name, threshold, points) in evaluated {
         let point = Point { threshold: *threshold, ..of(points).clone() };
         match added.iter_mut().find(|curve| curve.detector == *name) {
             Some(curve) => curve.points.push(point),
             None => added.push(Curve {
                 detector: name.clone().into(),
                 is_baseline: false,
-                is_own: true,
+                is_user_defined: true,
                 unit: "",
                 own_threshold: *threshold,
                 drift: f64::NAN,
@@ -119,14 +123,14 @@ struct ThreadTallies {
 
 /// The performance of a user-defined detector.
 #[derive(Debug, Clone, PartialEq)]
-pub struct OwnPoints {
+pub struct UserDefinedPoints {
     /// Over all conditions.
     pub all: Point,
     /// In each condition.
     pub conditions: Vec<Point>,
 }
 
-impl OwnPoints {
+impl UserDefinedPoints {
     fn of(tallies: Vec<Tally>) -> Self {
         let mut all = Tally::default();
         tallies.iter().for_each(|tally| all.add(tally));
@@ -144,15 +148,15 @@ impl Study {
     }
 
     /// Runs user-defined detectors in the cases of [`Study::run`], one case after the other. `alarms` receives the
-    /// index of a detector, the evidence of a case and the sampling interval (s), and writes the samples with an alarm.
+    /// index of a detector, the evidence of a case and the sampling interval (s), and writes the alarm samples.
     ///
     /// # Errors
     /// The errors of `alarms`, and [`RocError`] if a run fails.
-    pub fn run_own<E: From<RocError>>(
+    pub fn run_user_defined<E: From<RocError>>(
         &self,
         detectors: usize,
         mut alarms: impl FnMut(usize, &[DetectorInput<f64>], f64, &mut Vec<usize>) -> Result<(), E>,
-    ) -> Result<Vec<OwnPoints>, E> {
+    ) -> Result<Vec<UserDefinedPoints>, E> {
         let conditions = self.conditions();
         let mut tallies = vec![vec![Tally::default(); conditions.len()]; detectors];
         let (mut input, mut samples) = (vec![], vec![]);
@@ -166,18 +170,18 @@ impl Study {
                 }
             }
         }
-        Ok(tallies.into_iter().map(OwnPoints::of).collect())
+        Ok(tallies.into_iter().map(UserDefinedPoints::of).collect())
     }
 
-    /// [`Study::run_own`] with the cases in parallel; `alarms` creates a new detector for each case.
+    /// [`Study::run_user_defined`] with the cases in parallel; `alarms` creates a new detector for each case.
     ///
     /// # Errors
-    /// As [`Study::run_own`].
-    pub fn run_own_side_by_side<E: From<RocError> + Send>(
+    /// As [`Study::run_user_defined`].
+    pub fn run_user_defined_side_by_side<E: From<RocError> + Send>(
         &self,
         detectors: usize,
         alarms: impl Fn(usize, &[DetectorInput<f64>], f64, &mut Vec<usize>) -> Result<(), E> + Sync,
-    ) -> Result<Vec<OwnPoints>, E> {
+    ) -> Result<Vec<UserDefinedPoints>, E> {
         let conditions = self.conditions();
         let of_cases = try_map(conditions.len() * self.seeds as usize, |case| {
             let (signal, noise_std_n) = conditions[case / self.seeds as usize];
@@ -199,11 +203,11 @@ impl Study {
                 tallies[detector][case / self.seeds as usize].add(tally);
             }
         }
-        Ok(tallies.into_iter().map(OwnPoints::of).collect())
+        Ok(tallies.into_iter().map(UserDefinedPoints::of).collect())
     }
 
     /// Runs the study in parallel, and calls `done` after each case. Once `stop` is set, no new case starts, and the
-    /// result covers the finished cases. The results do not depend on the number of threads.
+    /// result covers the finished ones. The results do not depend on the threads.
     ///
     /// # Errors
     /// [`RocError`] for signals with different detectors, or if a run fails.
@@ -235,8 +239,8 @@ impl Study {
                 bank.evaluate(&share.input, labels.tick_s(), &mut |threshold, sample| {
                     share.alarms[threshold].push(sample)
                 });
-                let (own, others) = rest.split_at_mut(count);
-                for ((tally, alarms), threshold) in own.iter_mut().zip(&share.alarms).zip(bank.thresholds()) {
+                let (tallies, others) = rest.split_at_mut(count);
+                for ((tally, alarms), threshold) in tallies.iter_mut().zip(&share.alarms).zip(bank.thresholds()) {
                     let missed = tally.count(alarms, &labels);
                     let settings = bank.settings();
                     if *threshold == settings.cusum.threshold {
@@ -321,7 +325,7 @@ fn curves(banks: &[DetectorBank], point: impl Fn((f64, usize)) -> Point) -> Vec<
         Curve {
             detector: settings.distance.kind.word().into(),
             is_baseline: settings.distance.kind.is_baseline(),
-            is_own: false,
+            is_user_defined: false,
             unit: settings.distance.kind.unit(),
             own_threshold: settings.cusum.threshold,
             drift: settings.cusum.drift,

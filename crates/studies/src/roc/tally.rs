@@ -8,10 +8,10 @@ use trocar_metrics::RUPTURE_WINDOW_S;
 /// Tolerance of the maximum delay in s, because times are sums of rounded decimals.
 const ROUNDING_S: f64 = 1e-9;
 
-/// The counts of a detector's alarms over many cases. They are integers, so the order of the cases has no effect.
+/// Integer counts of a detector's alarms, independent of the order of the cases.
 ///
-/// The first alarm within [`RUPTURE_WINDOW_S`] after a label, and before the next label, matches this rupture. It is a
-/// detection if it is in time, and late otherwise. Every other alarm is false.
+/// The first alarm within [`RUPTURE_WINDOW_S`] after a label, and before the next one, matches this rupture: a
+/// detection if in time, otherwise late. Every other alarm is false.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Number of cases.
@@ -45,16 +45,14 @@ pub(super) struct Labels {
 struct Label {
     time_s: f64,
     within_s: f64,
-    /// Time after the rupture in s during which further alarms are not false: a fall in several steps may cause several
-    /// alarms.
+    /// Time after the rupture in s during which further alarms are not false: a fall in several steps may cause
+    /// several.
     fall_s: f64,
-    /// True if the rupture counts. A rupture that noise hides is neither missed nor detected, and its alarms are not
-    /// false.
+    /// True if the rupture counts. One that noise hides is neither missed nor detected, and its alarms are not false.
     counts: bool,
 }
 
 impl Labels {
-    /// Creates labels of ruptures in s after the first of `samples`, ascending.
     pub(super) fn new(ruptures_s: Vec<f64>, samples: usize, tick_s: f64, within_s: f64) -> Self {
         let label = |time_s| Label { time_s, within_s, fall_s: 0.0, counts: true };
         let mut labels = Self { labels: ruptures_s.into_iter().map(label).collect(), tick_s, quiet_ns: 0 };
@@ -63,8 +61,7 @@ impl Labels {
         labels
     }
 
-    /// Creates the labels of a trial, whose alarms may come until `within_s`, or three samples, after the end of the
-    /// fall.
+    /// The labels of a trial, whose alarms may come until `within_s`, or three samples, after the end of the fall.
     pub(super) fn of_trial(trial: &Trial, within_s: f64) -> Self {
         let slack_s = within_s.max(3.0 * trial.tick_s);
         let label = |fall: &Fall| Label {
@@ -88,7 +85,6 @@ impl Labels {
         self.tick_s
     }
 
-    /// The latest rupture that an alarm at a sample can match, and its delay in s.
     fn matched(&self, sample: usize) -> Option<(usize, f64)> {
         let time_s = sample as f64 * self.tick_s;
         let rupture = self.labels.partition_point(|label| label.time_s <= time_s + ROUNDING_S).checked_sub(1)?;
@@ -190,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_alarm_after_a_label_is_its_detection_and_the_rest_is_false() {
+    fn the_first_alarm_after_a_label_is_its_detection_and_the_others_are_false() {
         let tally = of(&[1999, 2003, 2004, 2310, 2801]);
         assert_eq!((tally.detected.as_slice(), tally.late, tally.false_alarms), ([1, 1].as_slice(), 0, 3));
         assert_eq!(tally.delays_ns.into_iter().collect::<Vec<_>>(), [(3_000_000, 1), (10_000_000, 1)]);

@@ -4,17 +4,16 @@ use std::ops::ControlFlow;
 
 use super::RunError;
 use trocar_base::interrupt;
-use trocar_engine::engine::{BuiltInOr, Observer, OwnEngine, OwnParts, Signals, Trace, Wiring};
+use trocar_engine::engine::{BuiltInOr, Observer, Signals, Trace, UserDefinedEngine, UserDefinedParts, Wiring};
 use trocar_metrics::DIVERGED_M;
 use trocar_scenario::{OperatorSpec, Scenario};
 
-/// A run that is repeated up to a tick and then continues at rest: the hand stays at its last desired position, the
-/// organs at theirs, and the force sensor has no noise. A force replayed over time keeps its last value after the end
-/// of the run.
+/// A run that is repeated up to a tick and then rests: the hand stays at its last desired position, the organs at
+/// theirs, and the force sensor has no noise. A force replayed over time keeps its last value.
 ///
 /// Only the loop remains: machines, tissue, link with its losses, augmentation, reflexes of the arm.
 pub(super) struct AtRest {
-    engine: OwnEngine,
+    engine: UserDefinedEngine,
     tick: u64,
     desired_m: f64,
     /// Positions of slave and master since the start of the rest, in m.
@@ -39,9 +38,6 @@ impl Observer<f64> for Positions<'_> {
 
 impl AtRest {
     /// Repeats the run of `trace` up to tick `rest`. For `ticks` ticks, logged delays repeat from tick `repeat` on.
-    ///
-    /// # Errors
-    /// [`RunError::Scenario`] if the parts cannot be built.
     pub(super) fn new(
         scenario: &Scenario,
         trace: &Trace,
@@ -58,7 +54,7 @@ impl AtRest {
         for schedule in [&mut scenario.forward_schedule, &mut scenario.backward_schedule] {
             *schedule = schedule.repeating(repeat, end, rest + ticks);
         }
-        let mut engine = scenario.build_with(OwnParts::default())?;
+        let mut engine = scenario.build_with(UserDefinedParts::default())?;
         let desired_m = engine.parts.begin();
         let positions_m = [vec![], vec![]];
         let mut run = Self { engine, tick: 0, desired_m, positions_m, has_ended: false };

@@ -115,7 +115,6 @@ fn state(run: &Run) -> String {
     }
 }
 
-/// A sentence about a run: outcome, tick, seed and supervisor.
 pub(crate) fn about(run: &Run) -> String {
     let scenario = &run.scenario;
     format!(

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::{RunError, observe};
 use trocar_core::detector::{CusumDetector, Decision, Detector, DetectorInput};
 use trocar_core::time::nearest_ticks;
-use trocar_engine::engine::{Observer, OwnParts, Signals};
+use trocar_engine::engine::{Observer, Signals, UserDefinedParts};
 use trocar_metrics::{
     ALARM_WINDOW_S, DetectorSample, Metrics, Miss, MissReason, MissRule, RuptureMetrics, SupervisorHistory,
 };
@@ -35,7 +35,7 @@ impl Detector<f64> for ObservedDetector {
     }
 }
 
-/// Records the history of the supervisor up to the end of a rupture's window. Later events do not explain the miss.
+/// Records the history of the supervisor up to the end of a rupture's window: later events explain no miss.
 struct UntilWindow {
     supervisor: SupervisorHistory,
     /// Number of ruptures up to and including the examined one.
@@ -73,10 +73,6 @@ impl Observer<f64> for UntilWindow {
     }
 }
 
-/// Adds the reason to each missed rupture of a run.
-///
-/// # Errors
-/// As [`run`](super::run()).
 pub(super) fn explain_misses(scenario: &Scenario, metrics: &mut Metrics) -> Result<(), RunError> {
     if metrics.missed_ruptures == 0 {
         return Ok(());
@@ -88,8 +84,7 @@ pub(super) fn explain_misses(scenario: &Scenario, metrics: &mut Metrics) -> Resu
     Ok(())
 }
 
-/// Observes each missed rupture in a repetition of the run. A run repeats bit for bit, with the same ruptures and
-/// alarms.
+/// Observes each missed rupture in a repetition of the run, which is the same bit for bit.
 fn observed(scenario: &Scenario, metrics: &Metrics) -> Result<Vec<Option<Miss>>, RunError> {
     let tick_s = scenario.grid.tick_s();
     let rule = MissRule {
@@ -114,7 +109,10 @@ fn observed(scenario: &Scenario, metrics: &Metrics) -> Result<Vec<Option<Miss>>,
     };
     let mut observer = UntilWindow::of_tick(detector.windows.iter().map(|(_, last)| *last).max().unwrap_or(0));
     let integration = |source| RunError::Engine { name: scenario.name.clone(), source };
-    scenario.build_with(OwnParts::default().detector(detector))?.run_wide(&mut observer).map_err(integration)?;
+    scenario
+        .build_with(UserDefinedParts::default().detector(detector))?
+        .run_wide(&mut observer)
+        .map_err(integration)?;
     let samples = std::mem::take(&mut *samples.lock().unwrap_or_else(PoisonError::into_inner));
     let explain = |rupture: &RuptureMetrics| {
         let (first, last) = Some(rupture).filter(is_missed).map(window)?;
@@ -127,8 +125,8 @@ fn observed(scenario: &Scenario, metrics: &Metrics) -> Result<Vec<Option<Miss>>,
 
 /// Finds a small set of reasons whose removal raises an alarm for the rupture `index`, from 0.
 ///
-/// A reason can hide another one: for instance, a detector without a settling time may be armed but stay below the
-/// threshold. Therefore each observed reason is removed alone, then all of them, then the reasons observed after that.
+/// A reason can hide another: a detector without a settling time may be armed but stay below the threshold. Each
+/// observed reason is therefore removed alone, then all of them, then the reasons observed after that.
 fn confirmed(scenario: &Scenario, index: usize, first: Miss) -> Result<Miss, RunError> {
     let without = |scenario: &Scenario, reasons: &[MissReason]| {
         let mut other = scenario.clone();
@@ -162,8 +160,7 @@ fn confirmed(scenario: &Scenario, index: usize, first: Miss) -> Result<Miss, Run
     })
 }
 
-/// The metrics of a run up to the end of a rupture's window if the detector raises no alarm in the window; `None` if it
-/// raises one, accepted or not.
+/// The metrics of a run up to the end of a rupture's window; `None` if the detector raises an alarm there.
 fn still_missed(scenario: &Scenario, index: usize) -> Result<Option<Metrics>, RunError> {
     let tick_s = scenario.grid.tick_s();
     let window_ticks = nearest_ticks(ALARM_WINDOW_S, tick_s);

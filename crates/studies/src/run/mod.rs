@@ -1,10 +1,10 @@
 //! Runs scenarios for their metrics, and optionally their trace.
 
 mod at_rest;
+mod checked_parts;
 mod document;
 mod misses;
 mod oscillation;
-mod own;
 mod pack;
 mod promise;
 mod reach;
@@ -28,9 +28,9 @@ pub use warnings::{delays_rounded, foreseen, outside_measured, seeds_without_eff
 
 use thiserror::Error;
 
-use own::CheckedParts;
+use checked_parts::CheckedParts;
 
-use trocar_engine::engine::{EngineError, Observer, OwnParts, Trace, Wiring};
+use trocar_engine::engine::{EngineError, Observer, Trace, UserDefinedParts, Wiring};
 use trocar_engine::teleoperation::LinkReport;
 use trocar_metrics::{LinkMetrics, Metrics, MetricsObserver, PortColumns, PortMetrics};
 use trocar_scenario::{Scenario, ScenarioError};
@@ -47,7 +47,7 @@ pub struct Run {
     /// How far the needle got; `None` without a trace.
     pub reach: Option<Reach>,
     /// The roles with a user-defined part; empty for a run with the scenario's parts.
-    pub own_parts: Vec<&'static str>,
+    pub user_defined_parts: Vec<&'static str>,
 }
 
 /// The error of a run.
@@ -68,8 +68,7 @@ pub enum RunError {
 
 /// Runs a scenario and records its trace. Results are reproducible bit for bit.
 ///
-/// Reasons of missed ruptures and sustained oscillations are determined with the trace and, if they occur, further
-/// runs.
+/// Missed ruptures and sustained oscillations are explained from the trace and, if necessary, further runs.
 ///
 /// # Errors
 /// [`RunError`]; a run that diverges is a result, not an error.
@@ -80,8 +79,8 @@ pub fn run(scenario: Scenario) -> Result<Run, RunError> {
 }
 
 impl Run {
-    /// Completes the metrics and the trace of a scenario's run by the names of the ruptured layers, and by the results
-    /// of further runs: sustained oscillation and reasons of missed ruptures.
+    /// Completes the metrics and the trace of a run by the names of the ruptured layers, sustained oscillation and
+    /// reasons of missed ruptures.
     ///
     /// # Errors
     /// As [`run`].
@@ -93,19 +92,24 @@ impl Run {
         }
         metrics.ports = port_metrics(&scenario, &trace);
         let reach = Reach::of(&scenario.grid, &metrics, &trace);
-        Ok(Self { scenario, metrics, trace, reach, own_parts: vec![] })
+        Ok(Self { scenario, metrics, trace, reach, user_defined_parts: vec![] })
     }
 
     /// Combines a scenario with the metrics and the trace of a run with user-defined parts in some roles
-    /// ([`OwnParts::roles`]).
+    /// ([`UserDefinedParts::roles`]).
     ///
-    /// Such a run cannot be repeated. Therefore it does not determine the layer of a rupture, the reason of a miss, or
-    /// whether the hand causes an oscillation. [`Run::warnings`] reports this where it matters.
+    /// Such a run cannot be repeated, so the layer of a rupture, the reason of a miss and the cause of an oscillation
+    /// remain unknown. [`Run::warnings`] reports this where it matters.
     #[must_use]
-    pub fn of_own_parts(scenario: Scenario, own_parts: Vec<&'static str>, mut metrics: Metrics, trace: Trace) -> Self {
+    pub fn of_user_defined_parts(
+        scenario: Scenario,
+        user_defined_parts: Vec<&'static str>,
+        mut metrics: Metrics,
+        trace: Trace,
+    ) -> Self {
         metrics.ports = port_metrics(&scenario, &trace);
         let reach = Reach::of(&scenario.grid, &metrics, &trace);
-        Self { scenario, metrics, trace, reach, own_parts }
+        Self { scenario, metrics, trace, reach, user_defined_parts }
     }
 }
 
@@ -113,14 +117,14 @@ impl Run {
 ///
 /// # Errors
 /// As [`run`]; [`EngineError::Part`] if a user-defined part returns a number that is not finite.
-pub fn run_with(scenario: Scenario, own: OwnParts) -> Result<Run, RunError> {
-    let roles = own.roles();
+pub fn run_with(scenario: Scenario, parts: UserDefinedParts) -> Result<Run, RunError> {
+    let roles = parts.roles();
     if roles.is_empty() {
         return run(scenario);
     }
-    let mut trace = empty_trace_with(&scenario, &own);
-    let metrics = observe_with(&scenario, own, &mut trace.recorder())?;
-    Ok(Run::of_own_parts(scenario, roles, metrics, trace))
+    let mut trace = empty_trace_with(&scenario, &parts);
+    let metrics = observe_with(&scenario, parts, &mut trace.recorder())?;
+    Ok(Run::of_user_defined_parts(scenario, roles, metrics, trace))
 }
 
 /// Runs a scenario for its metrics.
@@ -147,9 +151,13 @@ pub fn observe(scenario: &Scenario, observer: &mut dyn Observer<f64>) -> Result<
 ///
 /// # Errors
 /// As [`run_with`].
-pub fn observe_with(scenario: &Scenario, own: OwnParts, observer: &mut dyn Observer<f64>) -> Result<Metrics, RunError> {
-    let checked = CheckedParts::new(own.roles(), scenario.grid);
-    let mut engine = scenario.build_with(own)?;
+pub fn observe_with(
+    scenario: &Scenario,
+    parts: UserDefinedParts,
+    observer: &mut dyn Observer<f64>,
+) -> Result<Metrics, RunError> {
+    let checked = CheckedParts::new(parts.roles(), scenario.grid);
+    let mut engine = scenario.build_with(parts)?;
     let mut observers = (checked, (metrics_observer(scenario), observer));
     let outcome = engine.run_compiled(&mut observers);
     let (checked, (metrics, _)) = observers;
@@ -157,8 +165,7 @@ pub fn observe_with(scenario: &Scenario, own: OwnParts, observer: &mut dyn Obser
     Ok(with_link(scenario, metrics.metrics(0), engine.parts.link_report(0)))
 }
 
-/// The outcome of a run with user-defined parts. A failure reported by the tissue takes precedence over the number that
-/// it returned.
+/// The outcome of a run with user-defined parts. A failure of the tissue takes precedence over its returned number.
 fn checked_outcome(
     scenario: &Scenario,
     checked: &CheckedParts,
@@ -190,10 +197,6 @@ fn with_link(scenario: &Scenario, metrics: Metrics, report: Option<LinkReport>) 
     Metrics { link: report.map(|report| LinkMetrics::new(&report, &scenario.grid)), ..metrics }
 }
 
-/// Runs a scenario and returns the energies at its ports; `None` as for [`PortMetrics::of`].
-///
-/// # Errors
-/// As [`run`].
 pub(crate) fn ports(scenario: &Scenario) -> Result<Option<PortMetrics>, RunError> {
     let mut trace = empty_trace(scenario);
     observe(scenario, &mut trace.recorder())?;

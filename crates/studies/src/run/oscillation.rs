@@ -18,39 +18,39 @@ const MIN_SWINGS: usize = 4;
 const MIN_SWING_M: f64 = 2e-5;
 const MIN_SWING_STEPS: f64 = 2.0;
 
-/// Minimum ratio of the later to the earlier strength in the tail for an oscillation that may be sustained.
+/// Minimum ratio of the later to the earlier strength in the tail for a possibly sustained oscillation.
 const LASTING: f64 = 0.8;
 
 /// Minimum number of swings in each window of the run at rest for a comparison of strengths.
 const MIN_WINDOW_SWINGS: usize = 8;
 
 /// Logarithmic decay from window to window below which the strength is constant, and below which it may approach a
-/// constant strength.
+/// constant.
 const STAYS: f64 = 1e-3;
 const APPROACHES: f64 = 0.05;
 
 /// [`STAYS`] at the end of the longest rest, whose windows are long.
 const STAYS_AT_LAST: f64 = 1e-2;
 
-/// Ratio of two consecutive decays below which the decay ends. The ratio is 1 for an exponential decay, and smaller for
-/// an approach to a limit cycle.
+/// Ratio of two consecutive decays below which the decay ends: 1 for an exponential decay, smaller on the way to a
+/// limit cycle.
 const ENDS: f64 = 0.3;
 
-/// With random losses the strength varies: minimum ratio of the last window to the first for a sustained oscillation.
+/// With random losses: minimum ratio of the last window to the first for a sustained oscillation.
 const LASTING_AT_RANDOM: f64 = 0.5;
 
-/// Minimum ratio of the sustained oscillation to the oscillation at the end of the run for both to be the same. A run
-/// can decay to a smaller oscillation.
+/// Minimum ratio of the sustained oscillation to that at the end of the run for both to be the same; a run can decay to
+/// a smaller one.
 const PART_OF_SEEN: f64 = 0.5;
 
-/// The longest rest as a multiple of the shortest one, in general, with random losses, and with an engine or a tissue
-/// of slow ticks; and in ticks.
+/// The longest rest as a multiple of the shortest: in general, with random losses, and with a slow engine or tissue;
+/// and in ticks.
 const MAX_REST: u64 = 64;
 const MAX_RANDOM_REST: u64 = 8;
 const MAX_SLOW_REST: u64 = 4;
 const MAX_REST_TICKS: u64 = 400_000;
 
-/// The shortest rest in events and in round trips of the link, so that a window is not shorter than one of them.
+/// Minimum length of a rest, in events and in round trips of the link.
 const REST_EVENTS: f64 = 4.0;
 const REST_ROUND_TRIPS: u64 = 8;
 
@@ -62,11 +62,8 @@ pub(super) struct Swing {
 
 /// Returns `Oscillating` for a completed run that oscillates without decaying, otherwise its outcome.
 ///
-/// The loop sustains an oscillation if it continues without excitation. Therefore a run that oscillates at its end is
-/// continued with the hand at rest.
-///
-/// # Errors
-/// As [`run`](super::run()).
+/// The loop sustains an oscillation that continues without excitation: a run that oscillates at its end is continued
+/// with the hand at rest.
 pub(super) fn outcome(scenario: &Scenario, trace: &Trace, outcome: Outcome) -> Result<Outcome, RunError> {
     if outcome != Outcome::Completed || trace.is_empty() {
         return Ok(outcome);
@@ -75,12 +72,10 @@ pub(super) fn outcome(scenario: &Scenario, trace: &Trace, outcome: Outcome) -> R
     Ok(swing.map_or(outcome, |Swing { frequency_hz, swing_m }| Outcome::Oscillating { frequency_hz, swing_m }))
 }
 
-/// The oscillation at the end of a run that does not decay, whatever its cause.
 pub(super) fn lasting_swing(scenario: &Scenario, trace: &Trace) -> Option<Swing> {
     Tail::of(scenario, trace).lasting()
 }
 
-/// Positions of slave and master in the tail of a run, relative to the desired position.
 struct Tail {
     relative_m: [Vec<f64>; 2],
     tick_s: f64,
@@ -105,7 +100,7 @@ impl Tail {
         }
     }
 
-    /// True if slave or master reverses in the tail, and still moves in its second half. Few runs with a resting hand
+    /// True if slave or master reverses in the tail, and still moves in its second half; few runs with a resting hand
     /// do.
     fn may_swing(&self) -> bool {
         self.relative_m.iter().any(|positions| {
@@ -114,7 +109,6 @@ impl Tail {
         })
     }
 
-    /// The larger of the oscillations that do not clearly decay.
     fn lasting(&self) -> Option<Swing> {
         let lasting = self.relative_m.iter().filter_map(|positions| {
             let (early, late) = positions.split_at(positions.len() / 2);
@@ -136,7 +130,6 @@ fn larger(swings: impl Iterator<Item = Swing>) -> Option<Swing> {
     swings.max_by(|a, b| a.swing_m.total_cmp(&b.swing_m))
 }
 
-/// The oscillation of positions with at least `min_count` swings of at least `min_m`.
 fn swing_of(positions: &[f64], tick_s: f64, min_m: f64, min_count: usize) -> Option<Swing> {
     let all = swings(positions, min_m);
     if all.len() < min_count {
@@ -150,11 +143,9 @@ fn tail_begin(ticks: usize) -> usize {
     ticks - (ticks as f64 * TAIL) as usize
 }
 
-/// The oscillation at the end of a run that continues without excitation.
-///
-/// The hand rests at its last position. A moving hand, as in a sine, may be outside the tissue there. Therefore a
-/// second trial rests the hand at its deepest position in the second half of the tail. Its result counts only if the
-/// run itself oscillated with at least half of its frequency and [`PART_OF_SEEN`] of its size.
+/// The hand rests at its last position, where a moving hand, as in a sine, may be outside the tissue. A second trial
+/// therefore rests the hand at its deepest position in the second half of the tail. Its result counts only if the run
+/// itself oscillated with at least half of its frequency and [`PART_OF_SEEN`] of its size.
 fn sustained_swing(scenario: &Scenario, trace: &Trace) -> Result<Option<Swing>, RunError> {
     let tail = Tail::of(scenario, trace);
     if !tail.may_swing() {
@@ -178,7 +169,6 @@ fn sustained_swing(scenario: &Scenario, trace: &Trace) -> Result<Option<Swing>, 
     Ok(swing.filter(is_cause))
 }
 
-/// The oscillation of a run that rests from a tick on, if it is sustained.
 fn swing_at_rest(scenario: &Scenario, trace: &Trace, rest: usize, tail: &Tail) -> Result<Option<Swing>, RunError> {
     let length = RestLength::of(scenario);
     let mut run = AtRest::new(scenario, trace, rest as u64, tail_begin(trace.len()) as u64, length.max)?;
@@ -202,11 +192,10 @@ fn swing_at_rest(scenario: &Scenario, trace: &Trace, rest: usize, tail: &Tail) -
     }
 }
 
-/// The length of a rest in ticks: the minimum, which is doubled until the result is clear, and the maximum.
+/// The length of a rest in ticks: the minimum, doubled until the result is clear, and the maximum.
 struct RestLength {
     min: u64,
     max: u64,
-    /// True if the link loses or delays samples at random.
     is_random: bool,
 }
 
@@ -232,10 +221,9 @@ impl RestLength {
     }
 }
 
-/// Returns true if an oscillation is sustained; `None` if a longer rest is needed to decide.
+/// True if an oscillation is sustained; `None` if a longer rest is needed to decide.
 ///
-/// The last three quarters of the rest are compared, because the motion that the hand has caused decays in the first
-/// one.
+/// Compares the last three quarters of the rest; motion caused by the hand decays in the first one.
 fn lasts(positions_m: &[Vec<f64>; 2], min_m: f64, is_last: bool, is_random: bool) -> Option<bool> {
     let window = positions_m[0].len() / 4;
     let windows = positions_m.each_ref().map(|positions| [1, 2, 3].map(|k| &positions[k * window..(k + 1) * window]));

@@ -24,7 +24,7 @@ const MIN_SCENARIOS: usize = 3;
 ///
 /// Scenarios share lanes if they differ only in numbers: scales, gains, tissue, machines, thresholds, seeds. Scenarios
 /// that differ in structure (kinds of tissue and controller, ticks, delays, sensors with and without noise) run one
-/// after the other. A failed scenario gives an error at its index and does not affect the others.
+/// after the other. A failed scenario gives an error at its index only.
 pub fn run_pack(scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
     run_pack_in(InstructionSet::widest(), scenarios)
 }
@@ -43,22 +43,17 @@ fn metrics_of(runs: Vec<Result<(Metrics, ()), RunError>>) -> Vec<Result<Metrics,
     runs.into_iter().map(|run| run.map(|(metrics, ())| metrics)).collect()
 }
 
-/// An additional observer of the runs of a pack, which covers all lanes of an engine.
 pub(crate) trait RunObserver {
     type OverLanes<L: Lane>: EventObserver<L>;
     type Finding;
     const OBSERVES: bool = true;
 
-    /// Creates an observer of the scenarios at these indices of the list, the first in lane 0. Unused lanes repeat the
-    /// last scenario.
+    /// Creates an observer of the scenarios at these indices, the first in lane 0. Unused lanes repeat the last
+    /// scenario.
     fn over_lanes<L: Lane>(&self, places: Range<usize>) -> Self::OverLanes<L>;
 
     fn finding<L: Lane>(observer: &Self::OverLanes<L>, lane: usize) -> Self::Finding;
 
-    /// Runs the scenario at index `place` of the list separately.
-    ///
-    /// # Errors
-    /// As [`measure`].
     fn run_alone(&self, scenario: &Scenario, place: usize) -> Result<(Metrics, Self::Finding), RunError> {
         let mut over_one = self.over_lanes::<f64>(place..place + 1);
         let metrics = observe(scenario, &mut Additional(Some(&mut over_one)))?;
@@ -66,7 +61,6 @@ pub(crate) trait RunObserver {
     }
 }
 
-/// No additional observer.
 impl RunObserver for () {
     type OverLanes<L: Lane> = ();
     type Finding = ();
@@ -83,7 +77,6 @@ impl RunObserver for () {
 
 type ObservedRun<R> = Result<(Metrics, <R as RunObserver>::Finding), RunError>;
 
-/// [`run_pack_in`] with noise shared between runs of the same seed, and an additional observer.
 pub(crate) fn run_pack_observed<R: RunObserver>(
     set: InstructionSet,
     bank: &mut NoiseBank,
@@ -95,7 +88,7 @@ pub(crate) fn run_pack_observed<R: RunObserver>(
     packs.flat_map(|(k, pack)| run_eight(set, bank, pack, (k * PACK, observer))).collect()
 }
 
-/// Returns true if the scenarios, at most [`PACK`], can share lanes on this machine.
+/// True if the scenarios, at most [`PACK`], can share lanes on this machine.
 #[must_use]
 pub fn can_share(scenarios: &[Scenario]) -> bool {
     scenarios.len() <= PACK && Engines::of(scenarios).is_some_and(|engines| engines.can_share())
@@ -190,7 +183,6 @@ impl Engines {
     }
 }
 
-/// Runs engines in lanes; `None` if they cannot share them.
 fn side_by_side<L: Wide, R: RunObserver>(
     engines: [&Wired<f64, ExactPlants<f64>>; LANES],
     scenarios: &[Scenario],

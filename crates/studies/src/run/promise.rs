@@ -11,8 +11,7 @@ use trocar_scenario::{Scenario, TissueSpec};
 /// A reason why a scheme cannot guarantee `E_m - E_s >= -E_0`: the key, the sentence, the remedy.
 type Gap = (&'static str, String, &'static str);
 
-/// A warning for each part of a scenario that the guarantee of its passivity scheme does not cover; none without a
-/// scheme.
+/// A warning for each part of a scenario that its scheme's guarantee does not cover.
 ///
 /// The energy may nevertheless stay within the bound; a run measures it.
 #[must_use]
@@ -34,7 +33,8 @@ pub fn promise_gaps(scenario: &Scenario) -> Vec<Warning> {
 #[must_use]
 pub fn force_bound_gap(scenario: &Scenario) -> Option<Warning> {
     (scenario.link.passivity.scheme != Scheme::None).then(|| {
-        let message = "the scheme promises a bound of the energy, and none of the force, which may exceed that of the loop without delay";
+        let message = "the scheme bounds the energy but not the force, which may exceed the force of the loop without \
+            delay";
         Warning::new(Code::ForceNotBounded, message.to_owned())
             .of(&scenario.name)
             .at("passivity.scheme")

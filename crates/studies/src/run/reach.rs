@@ -25,7 +25,6 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// Computes the reach from the ticks, the metrics and the trace of a run; `None` without a trace.
     pub(super) fn of(grid: &TickGrid, metrics: &Metrics, trace: &Trace) -> Option<Self> {
         let tick_after = |rupture: &RuptureMetrics| nearest_ticks(rupture.time_s, grid.tick_s()) as usize + 1;
         let first = metrics.ruptures.last().map_or(0, tick_after);
@@ -49,7 +48,7 @@ enum Unreached<'a> {
 impl Run {
     pub(super) fn unreached(&self) -> Vec<Warning> {
         let Some(reach) = self.completed_reach() else { return vec![] };
-        let motion = if self.is_own("operator") { None } else { motion_beyond_run(&self.scenario) };
+        let motion = if self.is_user_defined("operator") { None } else { motion_beyond_run(&self.scenario) };
         let tissue = self.untouched(&reach).or_else(|| self.unruptured(&reach));
         motion.into_iter().chain(tissue).collect()
     }
@@ -78,7 +77,7 @@ impl Run {
         }
         let deepest = format!("the needle gets to {:.2} mm", 1e3 * reach.deepest_m);
         let surface_m = self.scenario.tissue.settings().and_then(|settings| settings.surface_m());
-        let (message, place) = match surface_m.filter(|_| !self.is_own("tissue")) {
+        let (message, place) = match surface_m.filter(|_| !self.is_user_defined("tissue")) {
             Some(surface_m) => (
                 format!("the needle never touches the tissue: {deepest}, the surface is at {:.2} mm", 1e3 * surface_m),
                 "tissue.contact_m",
@@ -91,7 +90,7 @@ impl Run {
     }
 
     fn first_unreached(&self, reach: &Reach) -> Option<Unreached<'_>> {
-        if self.is_own("tissue") {
+        if self.is_user_defined("tissue") {
             return None;
         }
         let occurred = self.metrics.ruptures.len();

@@ -4,25 +4,24 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::own::CheckedParts;
+use super::checked_parts::CheckedParts;
 use super::{Run, RunError, checked_outcome, empty_trace_with, metrics_observer, with_link};
-use trocar_engine::engine::{BuiltInOr, OwnEngine, OwnParts, Trace, Wiring};
+use trocar_engine::engine::{BuiltInOr, Trace, UserDefinedEngine, UserDefinedParts, Wiring};
 use trocar_engine::operator::{HumanOperator, Operator};
 use trocar_metrics::MetricsObserver;
 use trocar_scenario::Scenario;
 
-/// A run that the caller advances tick by tick. The caller can set the position of the person at each tick, for
-/// instance from another program's controller or from a person's input.
+/// A run that the caller advances tick by tick, optionally with the person's position from another program or a person.
 ///
 /// ```
 /// # mod trocar {
 /// #     pub use {trocar_engine::engine, trocar_scenario as scenario, trocar_studies::run};
 /// # }
-/// use trocar::engine::OwnParts;
+/// use trocar::engine::UserDefinedParts;
 /// use trocar::run::SteppedRun;
 /// use trocar::scenario::{Scenario, Source};
 ///
-/// let mut run = SteppedRun::new(Scenario::load(&Source::parse("layers/skin-augmented"), &[])?, OwnParts::default())?;
+/// let mut run = SteppedRun::new(Scenario::load(&Source::parse("layers/skin-augmented"), &[])?, UserDefinedParts::default())?;
 /// while run.step(None)? {
 ///     // The signals of the tick are the last ones of the trace.
 ///     if run.trace().tissue_force_n.last().is_some_and(|force_n| *force_n > 1.0) {
@@ -37,11 +36,10 @@ use trocar_scenario::Scenario;
 /// ```
 pub struct SteppedRun {
     scenario: Scenario,
-    engine: OwnEngine,
+    engine: UserDefinedEngine,
     observers: (CheckedParts, (MetricsObserver<f64>, Trace)),
     led: Arc<AtomicU64>,
     desired_m: f64,
-    /// The given position of the person at each tick, in m; NaN without one.
     led_m: Vec<f64>,
     has_ended: bool,
 }
@@ -51,38 +49,37 @@ impl SteppedRun {
     ///
     /// # Errors
     /// [`RunError::Scenario`] if the parts cannot be built.
-    pub fn new(scenario: Scenario, own: OwnParts) -> Result<Self, RunError> {
-        let trace = empty_trace_with(&scenario, &own);
-        let mut roles = own.roles();
-        if own.operator.is_none() {
+    pub fn new(scenario: Scenario, parts: UserDefinedParts) -> Result<Self, RunError> {
+        let trace = empty_trace_with(&scenario, &parts);
+        let mut roles = parts.roles();
+        if parts.operator.is_none() {
             roles.push("operator");
         }
-        let mut engine = scenario.build_with(own)?;
+        let mut engine = scenario.build_with(parts)?;
         let led = Arc::new(AtomicU64::new(f64::NAN.to_bits()));
         let operator = Led { operator: engine.parts.operator, led: led.clone() };
-        engine.parts.operator = BuiltInOr::Own(Box::new(operator));
+        engine.parts.operator = BuiltInOr::UserDefined(Box::new(operator));
         let desired_m = engine.parts.begin();
         let checked = CheckedParts::new(roles, scenario.grid);
         let observers = (checked, (metrics_observer(&scenario), trace));
         Ok(Self { scenario, engine, observers, led, desired_m, led_m: vec![], has_ended: false })
     }
 
-    /// Repeats the run of a scenario without user-defined parts from its [`SteppedRun::led_m`], and continues from the
-    /// same state. It takes the time of its ticks.
+    /// Repeats the run of a scenario without user-defined parts from its [`SteppedRun::led_m`], in the time of its
+    /// ticks, and continues from the same state.
     ///
     /// # Errors
     /// As [`SteppedRun::new`] and [`SteppedRun::step`].
     pub fn repeated(scenario: Scenario, led_m: &[f64]) -> Result<Self, RunError> {
-        let mut run = Self::new(scenario, OwnParts::default())?;
+        let mut run = Self::new(scenario, UserDefinedParts::default())?;
         for position_m in led_m {
             run.step(Some(*position_m).filter(|position_m| !position_m.is_nan()))?;
         }
         Ok(run)
     }
 
-    /// Runs a tick: the signals are observed, and then both machines move to the next tick. The desired position moves
-    /// linearly to `desired_m` (m) at the next tick, or to the operator's position with `None`. Returns true if there
-    /// are more ticks.
+    /// Runs a tick: observes the signals and moves both machines to the next tick. The desired position moves linearly
+    /// to `desired_m` (m), or to the operator's position with `None`. Returns true if there are more ticks.
     ///
     /// # Errors
     /// [`RunError::Engine`].
@@ -125,13 +122,13 @@ impl SteppedRun {
         self.led_m.len() as u64
     }
 
-    /// The given position of the person at each tick so far, in m; NaN at ticks without one.
+    /// The position that a person gave at each tick so far, in m; NaN at ticks without one.
     #[must_use]
     pub fn led_m(&self) -> &[f64] {
         &self.led_m
     }
 
-    /// Returns true if there are no more ticks.
+    /// True if there are no more ticks.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.has_ended
@@ -148,7 +145,7 @@ impl SteppedRun {
     pub fn conclude(self) -> Run {
         let (checked, (metrics, trace)) = self.observers;
         let metrics = with_link(&self.scenario, metrics.metrics(0), self.engine.parts.link_report(0));
-        Run::of_own_parts(self.scenario, checked.own().to_vec(), metrics, trace)
+        Run::of_user_defined_parts(self.scenario, checked.user_defined().to_vec(), metrics, trace)
     }
 }
 
@@ -167,9 +164,9 @@ struct Led {
 
 impl Operator<f64> for Led {
     fn desired_position_m(&mut self, tick: u64, felt_n: f64) -> f64 {
-        let own_m = self.operator.desired_position_m(tick, felt_n);
+        let operator_m = self.operator.desired_position_m(tick, felt_n);
         let led_m = f64::from_bits(self.led.load(Ordering::Relaxed));
-        if led_m.is_nan() { own_m } else { led_m }
+        if led_m.is_nan() { operator_m } else { led_m }
     }
 
     fn intended_position_m(&self, desired_m: f64) -> f64 {

@@ -42,7 +42,6 @@ pub(super) fn median(mut values: Vec<f64>) -> Option<f64> {
     values.get(values.len() / 2).copied()
 }
 
-/// The maximum minus the minimum; 0 without values.
 pub(super) fn range(values: &[f64]) -> f64 {
     interrupt::check();
     let bounds = (f64::INFINITY, f64::NEG_INFINITY);
@@ -53,8 +52,8 @@ pub(super) fn range(values: &[f64]) -> f64 {
 /// The strength of the motion in a signal: the standard deviation of its sample-to-sample changes.
 ///
 /// A constant offset and a steady drift have no effect. Unlike the distance from peak to trough, the strength does not
-/// beat with the samples if a period has only two or three samples. The weights are a Hann window, `1 - cos(2π (k +
-/// 1/2) / N)`, so that incomplete periods at the ends do not matter.
+/// beat with the samples for periods of two or three samples. The weights are a Hann window, `1 - cos(2π (k + 1/2) /
+/// N)`, so incomplete periods at the ends do not matter.
 pub(super) fn strength(values: &[f64]) -> f64 {
     interrupt::check();
     let count = values.len().saturating_sub(1);
@@ -103,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn range_and_median() {
+    fn the_range_of_no_values_is_0_and_their_median_is_undefined() {
         assert_eq!((range(&[1.0, -2.0, 3.0]), range(&[])), (5.0, 0.0));
         assert_eq!((median(vec![3.0, 1.0, 2.0]), median(vec![])), (Some(2.0), None));
     }

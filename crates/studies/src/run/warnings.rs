@@ -19,12 +19,11 @@ use trocar_scenario::{OperatorSpec, Scenario, TissueSpec, idle_keys};
 /// Trained people sustain about 100 W with one arm at a crank; a hand at a needle delivers a fraction of a watt.
 const MAX_HAND_POWER_W: f64 = 100.0;
 
-/// Energy that a run may deliver to the hand without a warning, in J and as a share of the work on the tissue. The
-/// controllers' lag stores and returns some energy.
+/// Energy that a run may deliver to the hand without a warning, in J and as a share of the work on the tissue: the
+/// controllers' lag stores and returns some.
 const MAX_GIVEN_J: f64 = 1e-3;
 const MAX_GIVEN_SHARE: f64 = 0.1;
 
-/// Rounding error of the energies of a run, in J and as a share of the transferred energy.
 const ROUNDING_J: f64 = 1e-9;
 const ROUNDING_SHARE: f64 = 1e-9;
 
@@ -42,17 +41,17 @@ impl Run {
         all.extend(delays_rounded(&self.scenario));
         all.extend(replayed(&self.scenario));
         all.extend(idle_keys(&self.scenario));
-        if !self.is_own("tissue") {
+        if !self.is_user_defined("tissue") {
             all.extend(outside_measured(&self.scenario));
         }
         all.into_iter().map(|warning| warning.of(&self.scenario.name)).collect()
     }
 
-    pub(super) fn is_own(&self, role: &str) -> bool {
-        self.own_parts.contains(&role)
+    pub(super) fn is_user_defined(&self, role: &str) -> bool {
+        self.user_defined_parts.contains(&role)
     }
 
-    /// Returns true if a rupture was missed because of an unmatched alarm, which has a separate warning.
+    /// True for a rupture missed because of an unmatched alarm, which has a separate warning.
     fn is_of_stray_alarm(&self, miss: &Miss) -> bool {
         let MissReason::AlarmOfAnother { alarm_s } = miss.reason else { return false };
         let half_tick_s = 0.5 * self.scenario.grid.tick_s();
@@ -65,9 +64,11 @@ impl Run {
             Some(miss.warning(index + 1, rupture.time_s))
         };
         let (missed, all) = (self.metrics.missed_ruptures, self.metrics.ruptures.len());
-        let unexplained = (!self.own_parts.is_empty() && missed > 0).then(|| {
-            let message =
-                format!("{missed} of {all} ruptures have no alarm; with parts of your own no reason is looked for");
+        let unexplained = (!self.user_defined_parts.is_empty() && missed > 0).then(|| {
+            let message = format!(
+                "{missed} of {all} ruptures have no alarm; trocar does not search for reasons if parts are \
+                    user-defined"
+            );
             let remedy = "look at the decision and the residual after the ruptures in the trace";
             Warning::new(Code::MissedRupture, message).remedy(remedy)
         });
@@ -75,11 +76,11 @@ impl Run {
     }
 
     fn oscillation(&self) -> Option<Warning> {
-        if !self.own_parts.is_empty() && self.metrics.outcome == Outcome::Completed {
+        if !self.user_defined_parts.is_empty() && self.metrics.outcome == Outcome::Completed {
             let Swing { swing_m, frequency_hz } = lasting_swing(&self.scenario, &self.trace)?;
             let message = format!(
-                "it swings by {:.3} mm at {frequency_hz:.2} Hz at the end; with parts of your own it is not known whether the hand \
-                 forces the swing",
+                "it swings by {:.3} mm at {frequency_hz:.2} Hz at the end; if parts are user-defined, trocar cannot \
+                 tell whether the hand causes the swing",
                 1e3 * swing_m
             );
             return Some(
@@ -92,7 +93,8 @@ impl Run {
             1e3 * swing_m
         );
         Some(Warning::new(Code::Oscillating, message).remedy(
-            "`trocar stability` shows the limits of scales, stiffness and delay; a passivity scheme bears more delay",
+            "`trocar stability` shows the limits of scales, stiffness and delay; a passivity scheme tolerates more \
+             delay",
         ))
     }
 
@@ -102,7 +104,8 @@ impl Run {
         let power_w = hand_j.abs() / duration_s;
         if power_w > MAX_HAND_POWER_W {
             let message = format!(
-                "hand and master exchange {hand_j:.3e} J in {duration_s:.3} s, {power_w:.3e} W on average; no person does"
+                "hand and master exchange {hand_j:.3e} J in {duration_s:.3} s, {power_w:.3e} W on average, more than \
+                 a person can"
             );
             return Some(
                 Warning::new(Code::HandEnergyImpossible, message)
@@ -110,12 +113,12 @@ impl Run {
                     .remedy("reduce scaling.force, the delays or the stiffness until the run settles"),
             );
         }
-        let is_model = matches!(self.scenario.tissue, TissueSpec::Model(_)) && !self.is_own("tissue");
+        let is_model = matches!(self.scenario.tissue, TissueSpec::Model(_)) && !self.is_user_defined("tissue");
         let is_passive = is_model && !self.scenario.organ_motion.moves();
         let allowed_j = MAX_GIVEN_J.max(MAX_GIVEN_SHARE * tissue_j.abs());
         (is_passive && hand_j < -allowed_j).then(|| {
             let message = format!(
-                "the master gives the hand {:.3} mJ, and the tissue model has none to give: the loop is not passive",
+                "the master gives the hand {:.3} mJ, but the tissue model supplies no energy: the loop is not passive",
                 -1e3 * hand_j
             );
             Warning::new(Code::ActiveLoop, message)
@@ -132,8 +135,8 @@ impl Run {
         let moved_j = ports.hand_energy_j.abs() + ports.needle_energy_j.abs();
         (ports.generated_j > promised_j + ROUNDING_J + ROUNDING_SHARE * moved_j).then(|| {
             let message = format!(
-                "hand and needle have received {:.3} mJ more than they have given at {:.3} s, with the needle at {:.3} mm; the \
-                 scheme promises at most {:.3} mJ",
+                "hand and needle have received {:.3} mJ more than they have given at {:.3} s, with the needle at {:.3} \
+                 mm; the scheme promises at most {:.3} mJ",
                 1e3 * ports.generated_j,
                 ports.generated_at_s,
                 1e3 * ports.generated_at_m,
@@ -222,7 +225,7 @@ pub fn outside_measured(scenario: &Scenario) -> Vec<Warning> {
     let warning = |Outside { key, value, bounds }: &Outside| {
         Warning::new(Code::OutsideMeasured, format!("{key} is {value}, outside of {}", bounds.stated))
             .at(key.clone())
-            .remedy("check its unit; a phantom may have it")
+            .remedy("check its unit; a phantom may have such a value")
     };
     found.iter().map(warning).collect()
 }

@@ -9,8 +9,7 @@ const DEPTH_M: f64 = 0.01;
 
 const DISPLACEMENT_M: f64 = 1e-3;
 
-/// The offset as a fraction of the distance that a ramp closes in a tick. It is small enough to close in one tick, as
-/// in the analysis.
+/// The offset as a fraction of the distance that a ramp closes in a tick: it closes in one tick, as in the analysis.
 const SMALL: f64 = 0.1;
 
 /// Number of events of a periodic sequence, and maximum length of the run, in s.
@@ -19,15 +18,13 @@ const LONGEST_S: f64 = 60.0;
 
 const AFTER_S: f64 = 0.5;
 
-/// A sequence of events: starts and length of the freeze in ticks, with one stiffness.
 struct Demonstration {
     stiffness_n_per_m: f64,
     starts: Vec<u64>,
     held_ticks: u64,
 }
 
-/// The sequence to run: a growing one if available, else the one that moves the needle farthest, else the one that
-/// decays slowest.
+/// A growing sequence if available, else the one that moves the needle farthest, else the one that decays slowest.
 fn demonstration(switching: &Switching) -> Demonstration {
     let phases = switching.phases;
     let (softest, stiffest) = switching.settings.stiffness_n_per_m;
@@ -78,7 +75,7 @@ pub fn worst_events(source: &Source, settings: &[String], switching: &Switching)
     let last = starts.last().map_or(0, |start| start + held_ticks + phases.blend);
     let duration_s = (last as f64 * tick_s + AFTER_S).min(LONGEST_S);
     let events: Vec<String> = starts.iter().map(|&tick| at(tick)).collect();
-    let own = [
+    let of_check = [
         "name=worst-events".to_owned(),
         format!("simulation.duration_s={duration_s:?}"),
         "simulation.engine=exact".to_owned(),
@@ -108,6 +105,6 @@ pub fn worst_events(source: &Source, settings: &[String], switching: &Switching)
         "augmentation.exit_quiet_s=0.0".to_owned(),
         format!("augmentation.refractory_s={}", at(phases.refractory)),
     ];
-    let all: Vec<String> = settings.iter().cloned().chain(own).collect();
+    let all: Vec<String> = settings.iter().cloned().chain(of_check).collect();
     Scenario::load(source, &all)
 }

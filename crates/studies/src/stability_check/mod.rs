@@ -1,8 +1,8 @@
 //! Comparison of the linear verdicts with the engine.
 //!
 //! A run begins in equilibrium, 10 mm inside a Kelvin-Voigt tissue that the needle can leave. The bias of the force
-//! sensor cancels the resting force, so that nothing moves until the hand moves by a micrometre and back. The needle's
-//! motion late in the run is compared with its earlier motion: an unstable loop grows long before contact is lost.
+//! sensor cancels the resting force, so nothing moves until the hand moves by a micrometre and back. The needle's late
+//! motion is compared with its earlier motion: an unstable loop grows long before contact is lost.
 
 mod document;
 mod events;
@@ -77,7 +77,7 @@ impl Check {
     }
 }
 
-/// Runs the engine at every point of a map, and calls `done` after each run. Once `stop` is set, no new run starts.
+/// Runs the engine at every point of a map, and calls `done` after each run, until `stop` is set.
 ///
 /// # Errors
 /// [`CheckError`] if a point cannot be analysed or run.

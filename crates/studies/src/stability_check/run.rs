@@ -41,7 +41,7 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// Returns the name used in files.
+    /// The name used in files.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {

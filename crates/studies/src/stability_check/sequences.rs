@@ -16,8 +16,8 @@ use trocar_stability::Phases;
 /// Depth of the resting needle in m, which keeps it in contact.
 const DEPTH_M: f64 = 0.05;
 
-/// Range of the distance of the hand from its desired position at the release, as exponents of 10 in m: from far below
-/// to far above the distance that a ramp closes in a tick.
+/// Range of the hand's distance from its desired position at the release, as exponents of 10 in m: from far below to
+/// far above the distance that a ramp closes in a tick.
 const DISTANCE_EXPONENT: (f64, f64) = (-6.0, -2.0);
 
 /// Maximum ticks between alarms. The supervisor ignores alarms that are too early.
@@ -87,7 +87,7 @@ pub fn without_alarms(source: &Source, settings: &[String]) -> Result<Scenario, 
 }
 
 impl EventRun {
-    /// Draws a random run: the stiffness from a range, and a length of the freeze that the phases allow.
+    /// Draws a random run: the stiffness from a range, and an allowed length of the freeze.
     #[must_use]
     pub fn drawn(seed: u64, index: u64, stiffness_n_per_m: (f64, f64), phases: Phases, ticks: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);

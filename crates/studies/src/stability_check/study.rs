@@ -32,7 +32,7 @@ pub struct StabilityStudy {
     pub z_width: Option<ZWidth>,
     /// The limits over the scenario's population, if it has one.
     pub population: Option<Population>,
-    /// The absolute stability with bounded hands and tissues. The default is any passive hand, and the tissues of the
+    /// The absolute stability with bounded hands and tissues; by default any passive hand, and the tissues of the
     /// switching analysis.
     pub bounded: Bounded,
     /// The absolute stability over a parameter, if computed.
@@ -49,7 +49,7 @@ pub struct StabilityStudy {
 
 impl StabilityStudy {
     /// Analyses a scenario, its map over two axes, and its switching with any tissue stiffness (N/m) in the range
-    /// `sector`. The range must satisfy [`is_tissue`]; its default is the range of the scenario's tissue.
+    /// `sector`, which must satisfy [`is_tissue`] (default: the scenario's).
     ///
     /// # Errors
     /// [`CheckError`].
@@ -122,8 +122,8 @@ impl StabilityStudy {
         Ok(())
     }
 
-    /// Creates the scenario that runs the worst sequence of events, from the source and settings of this study. It does
-    /// nothing if the switching is not analysed.
+    /// Creates the scenario that runs the worst sequence of events, from the source and settings of this study. Does
+    /// nothing without an analysis of the switching.
     ///
     /// # Errors
     /// As [`Scenario::load`].
@@ -139,8 +139,7 @@ impl StabilityStudy {
         &self.analysis.settings.tissue
     }
 
-    /// Returns true if the tissue is always a spring within the certificate's range of stiffness; `None` if the
-    /// switching is not analysed.
+    /// True if the tissue is always a spring within the certificate's range; `None` if the switching is not analysed.
     #[must_use]
     pub fn covers_tissue(&self) -> Option<bool> {
         let (low, high) = self.switching.as_ref().ok()?.settings.stiffness_n_per_m;
@@ -148,9 +147,8 @@ impl StabilityStudy {
         Some(self.tissue().is_whole_tissue() && low <= softest && stiffest <= high)
     }
 
-    /// Returns true if the switching between the modes is certified for the scenario. `None` if it is not analysed, if
-    /// the analysis leaves out a part of the scenario, or if the range of stiffness does not cover the scenario's
-    /// tissue.
+    /// True if the switching is certified for the scenario. `None` if it is not analysed, if the analysis leaves out a
+    /// part, or if the range of stiffness does not cover the tissue.
     #[must_use]
     pub fn is_certified(&self) -> Option<bool> {
         let switching = self.switching.as_ref().ok()?;
@@ -194,8 +192,7 @@ impl StabilityStudy {
         left_out.chain(uncovered).collect()
     }
 
-    /// Runs the engine at every point of the map, and calls `done` after each run. Once `stop` is set, no new run
-    /// starts.
+    /// Runs the engine at every point of the map, and calls `done` after each run, until `stop` is set.
     ///
     /// # Errors
     /// [`CheckError`].
@@ -210,8 +207,7 @@ impl StabilityStudy {
     }
 }
 
-/// Returns true if the switching can be analysed for a tissue between these stiffnesses in N/m: ascending, from 0 to
-/// [`MAX_STIFFNESS_N_PER_M`].
+/// True if the switching can be analysed for these stiffnesses in N/m: ascending, from 0 to [`MAX_STIFFNESS_N_PER_M`].
 #[must_use]
 pub fn is_tissue((low, high): (f64, f64)) -> bool {
     0.0 <= low && low <= high && high <= MAX_STIFFNESS_N_PER_M

@@ -1,4 +1,4 @@
-//! The stiffness of a scenario's tissue, from its parameters or, if they do not determine it, from a run.
+//! The stiffness of a scenario's tissue, from its parameters or else from a run.
 
 use super::CheckError;
 use crate::run::{RunError, observe};
@@ -13,8 +13,8 @@ const ADVANCE_M: f64 = 5e-5;
 /// Excluded time after a rupture in s, in which the force of the ruptured layer falls.
 const RUPTURE_S: f64 = 0.1;
 
-/// Determines the range of stiffness that the needle encounters. The scenario is run once only if the parameters do not
-/// determine the range: for the tissue of a unit, and for a tissue that stiffens with depth under a live hand.
+/// The range of stiffness that the needle encounters. The scenario is run once only if its parameters do not determine
+/// it: for the tissue of a unit, and for one that stiffens with depth under a live hand.
 ///
 /// # Errors
 /// [`RunError`].

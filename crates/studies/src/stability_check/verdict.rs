@@ -60,14 +60,14 @@ impl LoopVerdict {
         })
     }
 
-    /// Returns true if the loop is stable in contact with its tissue and in free motion, for every order of varying
-    /// delays; `None` if the analysis leaves out a part of the scenario.
+    /// True if the loop is stable in contact with its tissue and in free motion, for every order of varying delays;
+    /// `None` if the analysis leaves out a part.
     #[must_use]
     pub fn is_stable(&self) -> Option<bool> {
         self.left_out.is_empty().then_some(self.is_stable_in_range)
     }
 
-    /// Returns true if the loop is stable at the worst stiffness, without the parts that the analysis leaves out.
+    /// True if the loop is stable at the worst stiffness, without the omitted parts.
     #[must_use]
     pub fn is_linear_loop_stable(&self) -> bool {
         self.mode.spectral_radius < 1.0
@@ -79,8 +79,8 @@ impl LoopVerdict {
         document::verdict::sentence(self)
     }
 
-    /// The verdict as JSON, with its tissue and the parts that it leaves out: the first part of `stability.json`, also
-    /// used by the page and Python.
+    /// The verdict as JSON, with its tissue and the omitted parts: the first part of `stability.json`, also for the
+    /// page and Python.
     #[must_use]
     pub fn json(&self) -> serde_json::Value {
         json_of(&LoopPart::of(self))

@@ -8,15 +8,14 @@ use trocar_scenario::unit_of;
 
 const MAX_METRICS: usize = 4;
 
-/// Minimum share of the variance for which an axis is reported as decisive for a metric.
+/// Minimum share of the variance of a decisive axis.
 const MIN_SHARE: f64 = 0.1;
 
-/// Maximum difference of a metric between cases, relative to its largest magnitude, for which it is reported as hardly
-/// changing.
+/// Maximum difference of a metric between cases, relative to its largest magnitude, to count as hardly changing.
 const SMALL_CHANGE: f64 = 0.01;
 
-/// A sentence for each of the first varying metrics in focus: the axis with the largest influence, and the values of
-/// that axis with the smallest and largest mean of the metric.
+/// A sentence for each of the first varying metrics in focus: the axis with the largest influence, and its values with
+/// the smallest and largest mean of the metric.
 pub(super) fn sentences(findings: &Findings) -> Vec<String> {
     let varies = |of: &&Influences| !findings.summaries[of.column].is_unchanged(findings.cases);
     let sentence = |of: &Influences| of_metric(&findings.summaries[of.column], of);
@@ -33,7 +32,8 @@ fn of_metric(summary: &Summary, influences: &Influences) -> Option<String> {
     let Some([smallest, largest]) = strongest.means.as_ref().filter(|_| share >= MIN_SHARE) else {
         let Spread { quantile_5, quantile_95, .. } = summary.spread?;
         return Some(format!(
-            "No single axis decides {label} ({} to {} in 90 % of the cases): seeds, or several axes together, change it.",
+            "No single axis explains {label} ({} to {} in 90 % of the cases): seeds, or several axes together, change \
+             it.",
             number(quantile_5, summary),
             number(quantile_95, summary)
         ));
@@ -48,7 +48,6 @@ fn of_metric(summary: &Summary, influences: &Influences) -> Option<String> {
     ))
 }
 
-/// The range of a metric that is nearly equal in all cases; `None` for other metrics.
 pub(super) fn constancy(summary: &Summary) -> Option<String> {
     let Spread { min, max, .. } = summary.spread?;
     let is_constant = max - min < SMALL_CHANGE * min.abs().max(max.abs());
@@ -69,7 +68,6 @@ impl Influence {
     }
 }
 
-/// Formats a value of a metric; the mean of a Boolean metric is formatted as a share.
 fn number(value: f64, summary: &Summary) -> String {
     let is_flag = summary.unit == Unit::Count && summary.metric.contains("is_");
     if is_flag {

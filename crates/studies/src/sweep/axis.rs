@@ -52,8 +52,7 @@ impl Axis {
         }
     }
 
-    /// The value at a unit coordinate, from 0 to below 1: the level at the coordinate, or the interpolation between the
-    /// ends.
+    /// The value at a unit coordinate, from 0 to below 1: a level, or an interpolation between the ends.
     #[must_use]
     pub fn value(&self, coordinate: f64) -> Value {
         let level = |count: u64| ((coordinate * count as f64) as u64).min(count.saturating_sub(1));
@@ -98,20 +97,20 @@ impl Axis {
         }
     }
 
-    /// The levels as numbers, in order; empty for a range without points, and for values that are not numbers.
+    /// The levels as numbers; empty for a range without points, and for words.
     #[must_use]
     pub fn numbers(&self) -> Vec<f64> {
         let count = self.count().unwrap_or(0);
         (0..count).filter_map(|k| number(&self.value((k as f64 + 0.5) / count as f64))).collect()
     }
 
-    /// Returns true if the values are numbers.
+    /// True if the values are numbers.
     #[must_use]
     pub fn is_numeric(&self) -> bool {
         matches!(self.key.kind, Kind::Number(_) | Kind::Whole(_) | Kind::Sign)
     }
 
-    /// Returns true if the scale is logarithmic.
+    /// True if the scale is logarithmic.
     #[must_use]
     pub fn is_log(&self) -> bool {
         matches!(self.levels, Levels::Range { log: true, .. } | Levels::LogNormal { .. })
@@ -143,7 +142,6 @@ impl Axis {
     }
 }
 
-/// Interpolates between two numbers; the result never lies beyond them.
 fn between(from: f64, to: f64, log: bool, coordinate: f64) -> f64 {
     let value = if log { from * libm::exp(coordinate * libm::log(to / from)) } else { from + coordinate * (to - from) };
     value.clamp(from.min(to), from.max(to))

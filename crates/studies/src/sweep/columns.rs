@@ -85,13 +85,13 @@ impl Column {
         nearest_of(name, Self::names())
     }
 
-    /// Returns true if the value needs the closed loop of the case.
+    /// True if the value needs the closed loop of the case.
     #[must_use]
     pub fn is_of_loop(&self) -> bool {
         matches!(self.measure, Measure::Loop(_))
     }
 
-    /// Returns true if the value needs the energies at the ports, which are computed from the trace of a run.
+    /// True if the value needs the energies at the ports, which are computed from the trace of a run.
     #[must_use]
     pub fn is_of_ports(&self) -> bool {
         matches!(self.measure, Measure::Run(metric) if metric.declaration().scope == Scope::Port)
@@ -107,7 +107,7 @@ impl Column {
         value.filter(|value| value.is_finite())
     }
 
-    /// Returns true if the values are whole numbers.
+    /// True if the values are whole numbers.
     #[must_use]
     pub fn is_count(&self) -> bool {
         self.unit == Unit::Count

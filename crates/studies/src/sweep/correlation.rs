@@ -13,8 +13,8 @@ pub struct Correlation {
     pub coefficient: f64,
 }
 
-/// Correlates the unit coordinates of some axes (a Gaussian copula). They are converted to normal numbers, mixed with
-/// the Cholesky factor of their correlation matrix, and converted back. Each remains uniformly distributed.
+/// Correlates the unit coordinates of some axes (a Gaussian copula): converted to normal numbers, mixed with the
+/// Cholesky factor of their correlation matrix, and converted back, each remains uniformly distributed.
 #[derive(Debug, Clone)]
 pub(super) struct Mixer {
     axes: Vec<usize>,

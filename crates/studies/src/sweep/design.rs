@@ -55,7 +55,7 @@ impl SamplingScheme {
         [Self::Grid, random, hypercube, Self::Sobol { points, seed }, Self::List { points }]
     }
 
-    /// Returns the name used in sweep files.
+    /// The name used in sweep files.
     #[must_use]
     pub fn word(&self) -> &'static str {
         match self {

@@ -286,7 +286,6 @@ fn heat_map(design: &Design, map: &HeatMap) -> Result<Figure<'static>, FigureErr
     figures::heat_map(&HeatView { name: &design.name, caption: &caption, axes, x, y, means: &means })
 }
 
-/// `summary.csv`: a row per metric, in SI units.
 fn summary_columns(findings: &Findings) -> DataTable<'_> {
     let summaries = || findings.summaries.iter();
     type Read = fn(&Spread) -> f64;
@@ -316,7 +315,6 @@ fn summary_columns(findings: &Findings) -> DataTable<'_> {
     data
 }
 
-/// `tornado.csv`: the influence of each axis on each metric in focus.
 fn tornado_columns<'a>(design: &'a Design, findings: &'a Findings) -> DataTable<'a> {
     let rows = || findings.influences.iter().flat_map(|of| of.of_axes.iter().map(move |influence| (of, influence)));
     DataTable::new("tornado")

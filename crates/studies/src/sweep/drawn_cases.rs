@@ -21,8 +21,8 @@ pub struct DrawnCases {
 }
 
 impl DrawnCases {
-    /// Reads the drawn cases. The cases are divided into equal parts, and one case is drawn from each part. Its
-    /// position varies between parts, because a regular step could skip a level of an axis.
+    /// Reads the drawn cases, one from each of equal parts. Its position varies between parts, because a regular step
+    /// could skip a level of an axis.
     ///
     /// # Errors
     /// The errors of the rows.
@@ -65,7 +65,6 @@ impl DrawnCases {
         format!("{shown}. The line connects the medians of the drawn cases at each level or class of the axis.")
     }
 
-    /// Draws each metric in focus over each axis, with the names of the charts.
     pub(super) fn charts(&self, design: &Design) -> Vec<(String, Figure<'static>)> {
         let mut charts = vec![];
         for (metrics, index) in self.metrics.iter().zip(&design.focus) {
@@ -81,7 +80,7 @@ impl DrawnCases {
     }
 }
 
-/// The position of a value on its axis: the number itself, or the index of a word in the list, from 1.
+/// The position of a value on its axis: the number, or the index of a word in the list, from 1.
 fn place(axis: &Axis, value: &Value) -> f64 {
     match (value, &axis.levels) {
         (Value::Number(number), _) => *number,
@@ -115,8 +114,8 @@ fn chart(column: &Column, axis: &Axis, values: &[f64], metrics: &[f64]) -> Figur
     })
 }
 
-/// The median of each class at its middle case. `cases` are sorted by x. If x has few distinct values, each of them is
-/// a class.
+/// The median of each class at its middle case. `cases` are sorted by x. Few distinct values of x are classes of their
+/// own.
 fn medians(cases: &[(f64, f64)], log: bool) -> Vec<(f64, f64)> {
     let mut medians = vec![];
     let Some((&(low, _), &(high, _))) = cases.first().zip(cases.last()) else { return medians };

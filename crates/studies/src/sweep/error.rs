@@ -61,7 +61,7 @@ pub enum SweepError {
 }
 
 impl SweepError {
-    /// Returns true if the input is the cause.
+    /// True if the input is the cause.
     #[must_use]
     pub fn is_input(&self) -> bool {
         match self {

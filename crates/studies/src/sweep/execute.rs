@@ -37,8 +37,7 @@ pub struct Progress<'a> {
     pub done: &'a (dyn Fn(u64) + Sync),
 }
 
-/// Runs the missing packs of a part, and returns the total number of complete cases. The order of the packs has no
-/// effect, because each has a separate slot.
+/// Runs the missing packs of a part, in any order, and returns the total number of complete cases.
 ///
 /// # Errors
 /// [`SweepError`] of the failed case with the lowest number, or if a part cannot be read or written.
@@ -63,19 +62,19 @@ pub fn execute(plan: &Plan, part: &Part, how: Execution, progress: &Progress<'_>
     let layout = part.layout();
     let cases = layout.cases_of(packs.start).start..layout.cases_of(packs.end).start;
     let shared = if shares_runs { SharedRuns::of(plan, cases) } else { None };
-    // A thread takes whole groups of cases that share runs, so that no other thread runs the same cases. The share is
-    // limited, so that every thread has work.
+    // A thread takes whole groups of cases that share runs, so no other thread runs the same cases; at most a share, so
+    // every thread has work.
     let fair_share = (packs.end - packs.start) / (4 * threads as u64);
     let packs_per_turn = shared.as_ref().map_or(1, |shared| shared.span().div_ceil(PACK_CASES).min(fair_share).max(1));
     let work = || {
         let mut worker = Worker::new(plan, part, shared.as_ref(), threads);
-        let mut own = 0..0;
+        let mut packs_of_turn = 0..0;
         while !stop.load(Ordering::Relaxed) && !failed.load(Ordering::Relaxed) {
-            if own.is_empty() {
+            if packs_of_turn.is_empty() {
                 let first = next.fetch_add(packs_per_turn, Ordering::Relaxed);
-                own = first.min(packs.end)..(first + packs_per_turn).min(packs.end);
+                packs_of_turn = first.min(packs.end)..(first + packs_per_turn).min(packs.end);
             }
-            let Some(pack) = own.next() else { break };
+            let Some(pack) = packs_of_turn.next() else { break };
             // Without complete cases, no slot needs a check.
             let mut run = |is_done: bool| if is_done { Ok(0) } else { worker.run(pack) };
             match if before > 0 { part.has(pack).and_then(&mut run) } else { run(false) } {
@@ -99,7 +98,6 @@ pub fn execute(plan: &Plan, part: &Part, how: Execution, progress: &Progress<'_>
 struct Worker<'a> {
     plan: &'a Plan,
     part: &'a Part,
-    /// The results of shared runs, for all threads.
     shared: Option<&'a SharedRuns>,
     maker: CaseMaker<'a>,
     bank: NoiseBank,
@@ -132,7 +130,6 @@ impl<'a> Worker<'a> {
         Ok(cases.end - cases.start)
     }
 
-    /// A later case, if a lane is free.
     fn ahead(&self, lanes_taken: usize) -> Option<u64> {
         self.shared.filter(|_| lanes_taken < PACK_CASES as usize)?.ahead()
     }

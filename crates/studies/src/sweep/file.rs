@@ -13,22 +13,27 @@ use trocar_scenario::{
 
 /// The keys of a sweep file, with their meanings.
 pub const SWEEP_KEYS: [(&str, &str); 14] = [
-    ("name", "Name of the sweep's folder; the file name without extension when not given."),
+    ("name", "Name of the sweep's folder; default: the file name without extension."),
     ("question", "The question that the sweep answers, for its report."),
     ("base", "The scenario to vary: a path relative to this file, or a shipped one."),
-    ("seeds", "Number of noise seeds per point, or a list of them; 1 when not given."),
-    ("first_seed", "First noise seed, unless they are listed; the scenario's own when not given."),
-    ("metrics", "Metrics to keep for each case; a default set when not given."),
-    ("focus", "Metrics with figures and an analysis of influences; the first four when not given."),
-    ("csv", "Whether the rows are also written as CSV, in addition to Parquet; true when not given."),
+    ("seeds", "Number of noise seeds per point, or a list of seeds; default: 1."),
+    ("first_seed", "First noise seed, unless the seeds are listed; default: the seed of the scenario."),
+    ("metrics", "Metrics to keep for each case; default: a standard set."),
+    ("focus", "Metrics with figures and an analysis of influences; default: the first four."),
+    ("csv", "True if the rows are also written as CSV, in addition to Parquet; default: true."),
     (
         "design.kind",
-        "grid (every combination), random, latin-hypercube, sobol or list (the k-th values of all axes are a point); grid when not given.",
+        "grid (every combination), random, latin-hypercube, sobol or list (the k-th values of all axes are a point); \
+         default: grid.",
     ),
     ("design.points", "Number of points of a random, latin-hypercube or sobol design."),
-    ("design.seed", "Seed of the design's random numbers; 1 when not given."),
+    ("design.seed", "Seed of the design's random numbers; default: 1."),
     ("correlations.NAME.axes", "Axes that vary together, as a list of keys; not for a grid."),
-    ("correlations.NAME.coefficient", "Correlation of each two of them, as normal numbers."),
+    (
+        "correlations.NAME.coefficient",
+        "Correlation of each pair of these axes, after their transformation to normal \
+        variables.",
+    ),
     ("set", "Keys of the scenario with the same value in all cases, as in set.simulation.duration_s = 7.0."),
 ];
 
@@ -66,7 +71,6 @@ struct RangeEntries<'a> {
 }
 
 impl SweepFile {
-    /// Interprets the entries of a file. In a stored file, the `resolved` section is ignored.
     pub(super) fn of(mut entries: Vec<Entry>, is_stored: bool) -> Result<Self, ScenarioError> {
         if is_stored {
             entries.retain(|entry| !entry.path.starts_with("resolved."));
@@ -76,8 +80,7 @@ impl SweepFile {
         entries.retain(|entry| !(matches!(entry.path.as_str(), "axes" | "set" | "design") && is_bare(entry)));
         // A key is the same with and without quotes, as in axes."scaling.force".
         entries.iter_mut().for_each(|entry| entry.path.retain(|letter| letter != '"'));
-        // Sorted by position in the file instead of alphabetically, because the order of the axes determines the order
-        // of the cases.
+        // Sorted by position: the order of the axes determines the order of the cases.
         entries.sort_by_key(|entry| entry.key_place.span.start);
         let (axes, entries): (Vec<_>, Vec<_>) = entries.into_iter().partition(|entry| entry.path.starts_with("axes."));
         let (set, entries): (Vec<_>, Vec<_>) = entries.into_iter().partition(|entry| entry.path.starts_with("set."));
@@ -296,7 +299,7 @@ fn axes_of(entries: &[Entry], scheme: SamplingScheme) -> Result<Vec<Axis>, Scena
     for entry in entries {
         let path = &entry.path["axes.".len()..];
         if let Some(key) = find_key(path) {
-            refuse_own(entry, path)?;
+            refuse_reserved(entry, path)?;
             axes.push(list(entry, key, scheme)?);
             continue;
         }
@@ -311,7 +314,7 @@ fn axes_of(entries: &[Entry], scheme: SamplingScheme) -> Result<Vec<Axis>, Scena
                 None => error.remedy("axes are keys of the scenario: `trocar init --all` writes one with every key"),
             });
         };
-        refuse_own(entry, parent)?;
+        refuse_reserved(entry, parent)?;
         if ranges.iter().all(|(_, range)| range.path != parent) {
             ranges.push((axes.len() + ranges.len(), RangeEntries { path: parent, ..RangeEntries::default() }));
         }
@@ -338,7 +341,7 @@ fn axes_of(entries: &[Entry], scheme: SamplingScheme) -> Result<Vec<Axis>, Scena
     Ok(axes)
 }
 
-fn refuse_own(entry: &Entry, path: &str) -> Result<(), ScenarioError> {
+fn refuse_reserved(entry: &Entry, path: &str) -> Result<(), ScenarioError> {
     let error = |remedy: &str| {
         Err(ScenarioError::new(format!("{path} cannot be an axis")).at(Some(entry.key_place.clone())).remedy(remedy))
     };
@@ -384,14 +387,14 @@ fn distribution(entries: &RangeEntries<'_>, any: &Entry, is_grid: bool) -> Resul
         return refuse(any, format!("axes.{path} has only one of median and spread, must be {AXIS}"));
     };
     if is_grid {
-        let error = ScenarioError::new(format!("a grid has no distribution, as of axes.{path}"));
+        let error = ScenarioError::new(format!("axes.{path} is a distribution, which a grid cannot have"));
         return Err(error
             .at(Some(any.key_place.clone()))
             .remedy("give design.kind = \"random\", \"latin-hypercube\" or \"sobol\""));
     }
     let key = find_key(path).filter(|key| matches!(key.kind, Kind::Number(_)));
     let Some(key) = key else {
-        return refuse(any, format!("axes.{path} has a distribution, which only a key with a number has"));
+        return refuse(any, format!("axes.{path} has a distribution, but only a key with a number can have one"));
     };
     let Some(Value::Number(middle)) = Value::of_key(&key, &median.value).filter(|value| number(value) > Some(0.0))
     else {
@@ -420,7 +423,7 @@ fn correlations_of(
                 .remedy("write [correlations.NAME] with axes and coefficient below"));
         };
         if scheme.points_and_seed().is_none() {
-            return Err(refuse(format!("a design of the kind {} has no correlations", scheme.word()))
+            return Err(refuse(format!("a design of the kind {} cannot have correlations", scheme.word()))
                 .remedy("give design.kind = \"random\", \"latin-hypercube\" or \"sobol\""));
         }
         if groups.last().is_none_or(|(last, ..)| *last != name) {

@@ -61,7 +61,7 @@ fn read(path: &Path) -> Result<String, SweepError> {
     std::fs::read_to_string(path).or_else(|error| parts_error(format!("{} cannot be read: {error}", path.display())))
 }
 
-/// Verifies that the parts in folders belong to one sweep and contain every case once, and joins them.
+/// Joins the parts in folders, after verifying that they belong to one sweep and contain every case once.
 ///
 /// # Errors
 /// [`SweepError::Parts`] otherwise, with the folder or the cases, and the remedy.
@@ -69,7 +69,9 @@ pub fn join(folders: &[PathBuf]) -> Result<Joined, SweepError> {
     let mut found = folders.iter().map(|folder| read_part(folder)).collect::<Result<Vec<_>, _>>()?;
     found.retain(|part| !part.packs.is_empty());
     found.sort_by_key(|part| (part.packs.start, part.packs.end));
-    let Some(first) = found.first() else { return parts_error("no folder has a part with cases".into()) };
+    let Some(first) = found.first() else {
+        return parts_error("none of the folders contains a part with cases".into());
+    };
     if let Some(other) = found.iter().find(|part| part.hash != first.hash) {
         let (one, other) = (&first.folder, &other.folder);
         let difference = super::plan::difference(&read(&one.join(SWEEP))?, &read(&other.join(SWEEP))?);

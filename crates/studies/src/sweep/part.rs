@@ -1,8 +1,8 @@
 //! The file with the results of the cases until all are complete.
 //!
-//! Every pack of eight cases has a slot, at an offset that follows from the pack's number. Packs are written
-//! immediately when they complete, so an interruption loses only the packs in progress. A slot begins with a checksum
-//! over its content, its number and the sweep's hash. A slot that is torn, empty or of another sweep is computed again.
+//! Every pack of eight cases has a slot, at an offset that follows from its number, and is written when it completes,
+//! so an interruption loses only the packs in progress. A slot begins with a checksum over its content, its number and
+//! the sweep's hash. A torn, empty or foreign slot is computed again.
 
 use std::fs::{File, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -38,7 +38,7 @@ impl Outcome {
         }
     }
 
-    /// Returns the name used in files.
+    /// The name used in files.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -210,7 +210,7 @@ impl Part {
         write().map_err(|error| self.failed(error))
     }
 
-    /// Returns true if the slot of a pack is intact.
+    /// True if the slot of a pack is intact.
     ///
     /// # Errors
     /// [`SweepError::Io`].
@@ -234,7 +234,6 @@ impl Part {
         Ok(())
     }
 
-    /// Calls `each` for each pack, with its slot if intact.
     fn scan(&self, mut each: impl FnMut(u64, Option<&[u64]>) -> Result<(), SweepError>) -> Result<(), SweepError> {
         let Range { start, end } = self.layout.packs;
         let slot_words = self.layout.slot_words(PACK_CASES);

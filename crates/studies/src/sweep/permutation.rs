@@ -2,8 +2,8 @@
 
 /// A pseudo-random permutation of `0..length`, computed element by element.
 ///
-/// It is a balanced Feistel network over the next even number of bits, iterated until the result is below the length
-/// (Black and Rogaway, *Ciphers with Arbitrary Finite Domains*, CT-RSA 2002): at most four steps on average.
+/// A balanced Feistel network over the next even number of bits, iterated until the result is below the length (Black
+/// and Rogaway, *Ciphers with Arbitrary Finite Domains*, CT-RSA 2002): at most four steps on average.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Permutation {
     length: u64,
@@ -11,7 +11,7 @@ pub struct Permutation {
     half_bits: u32,
 }
 
-/// Number of rounds: four are sufficient for a pseudo-random result, and two more cost little.
+/// Number of rounds: four suffice for a pseudo-random result, and two more cost little.
 const ROUNDS: u64 = 6;
 
 impl Permutation {

@@ -29,11 +29,10 @@ pub struct Plan {
     canonical: String,
 }
 
-/// Maximum number of axes for which all corners are checked before the sweep starts; the ends of further axes are
-/// checked one by one.
+/// Maximum number of axes whose corners are all checked in advance; further axes' ends are checked one by one.
 const MAX_CORNER_AXES: usize = 7;
 
-/// Returns true if a file is a sweep file: a table with axes.
+/// True if a file is a sweep file: a table with axes.
 #[must_use]
 pub fn is_sweep(source: &Source) -> bool {
     entries(source).is_ok_and(|entries| entries.iter().any(is_axis))
@@ -110,7 +109,7 @@ impl Plan {
         sha256(self.canonical.as_bytes())
     }
 
-    /// Returns true if the scenario or an axis sets a key, so that its value is not derived from another key.
+    /// True if the scenario or an axis sets a key: no other key determines its value.
     #[must_use]
     pub fn gives(&self, path: &str) -> bool {
         self.template.gives(path)
@@ -145,8 +144,8 @@ impl Plan {
         self.template.whole(&values, self.design.seed(case))
     }
 
-    /// Checks that every axis has an effect, either in the first case or because another axis varies the keys on which
-    /// the effect depends.
+    /// Checks that every axis has an effect, in the first case or because another axis varies the keys on which it
+    /// depends.
     fn check_acting(&self) -> Result<(), ScenarioError> {
         let axes = &self.design.axes;
         let values = self.template.first().values();
@@ -165,7 +164,7 @@ impl Plan {
             .remedy(format!("remove the axis, or change {} in [set]", acts.key)))
     }
 
-    /// Resolves and builds scenarios at the ends of the axes, to report invalid values before the sweep starts.
+    /// Resolves and builds scenarios at the ends of the axes, to report invalid values in advance.
     fn check_corners(&self) -> Result<(), ScenarioError> {
         let axes = &self.design.axes;
         let mut factory = self.template.factory();
@@ -240,7 +239,7 @@ impl Plan {
                 in_list = None;
                 continue;
             }
-            // The content identifies a file on any machine, not its path. The seeds are part of the design.
+            // A file is identified by its content, on any machine. The seeds are part of the design.
             let is_apart = ["file = ", "delays_file = ", "seed = "].iter().any(|key| line.starts_with(key));
             if let Some(section) = line.strip_prefix('[') {
                 is_in_section = true;

@@ -92,7 +92,6 @@ pub fn sweep_schema() -> Json {
     })
 }
 
-/// Inserts a property at a path, and creates the tables of the path.
 fn insert(schema: &mut Json, path: &[&str], property: Json) {
     let Some((first, rest)) = path.split_first() else { return };
     let Json::Object(properties) = &mut schema["properties"] else { return };

@@ -14,7 +14,7 @@ impl Shard {
     /// The whole sweep.
     pub const WHOLE: Self = Self { index: 1, count: 1 };
 
-    /// Returns true if the shard is the whole sweep.
+    /// True if the shard is the whole sweep.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.count == 1

@@ -1,8 +1,7 @@
 //! Shared runs of cases that differ only in the detector's threshold.
 //!
 //! [`run_with_equivalents`](super::equivalent_thresholds::run_with_equivalents) returns a run with the higher
-//! thresholds for which it is identical, bit for bit. The cases of these thresholds need no run, so that a hundred
-//! thresholds need only a few runs.
+//! thresholds for which it is identical, bit for bit. Their cases need no run: a hundred thresholds need only a few.
 
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
@@ -13,7 +12,7 @@ use super::design::SamplingScheme;
 use super::part::Outcome;
 use super::plan::Plan;
 
-/// Maximum number of thresholds with stored results, over all groups. Beyond it, all stored results are removed.
+/// Maximum number of thresholds with stored results, over all groups; beyond it, all are removed.
 const MAX_KEPT: usize = 1 << 20;
 
 #[derive(Debug, Clone)]
@@ -22,13 +21,11 @@ pub(super) struct Row {
     pub(super) values: Vec<Option<f64>>,
 }
 
-/// The threshold axis of a sweep, and the results of cases that have not been written.
 #[derive(Debug)]
 pub(super) struct SharedRuns {
     thresholds: Vec<f64>,
     /// Distance of two cases with consecutive thresholds.
     stride: u64,
-    /// The cases of the part; no other case is needed.
     cases: Range<u64>,
     known: Mutex<Known>,
 }
@@ -54,7 +51,7 @@ impl SharedRuns {
     pub(super) fn of(plan: &Plan, cases: Range<u64>) -> Option<Self> {
         let design = &plan.design;
         let at = design.axes.iter().position(|axis| axis.key.path == "detector.threshold")?;
-        // A cap derived from the threshold also differs, and metrics of the closed loop are computed for each case.
+        // A cap derived from the threshold differs, too, and metrics of the closed loop are computed for each case.
         let is_usable = design.scheme == SamplingScheme::Grid && plan.gives("detector.cap");
         if !is_usable || design.columns.iter().any(Column::is_of_loop) {
             return None;
@@ -65,7 +62,6 @@ impl SharedRuns {
         (thresholds.len() > 1).then(|| Self { thresholds, stride, cases, known: Mutex::default() })
     }
 
-    /// The number of consecutive cases that contain whole groups.
     pub(super) fn span(&self) -> u64 {
         self.stride * self.thresholds.len() as u64
     }
@@ -89,7 +85,6 @@ impl SharedRuns {
         self.known().groups.is_empty()
     }
 
-    /// Returns the result of a case, if known, and marks it as read.
     pub(super) fn take(&self, case: u64) -> Option<Row> {
         let (first, at) = self.place(case);
         let mut known = self.known();
@@ -113,7 +108,6 @@ impl SharedRuns {
         unknown.filter(|&threshold| threshold > self.thresholds[at] && threshold < cap).collect()
     }
 
-    /// A case that still needs a run and that no thread is computing.
     pub(super) fn ahead(&self) -> Option<u64> {
         let mut known = self.known();
         let first = known.open.pop_first()?;
@@ -125,7 +119,7 @@ impl SharedRuns {
     }
 
     pub(super) fn keep(&self, case: u64, row: Row, equivalent: &[f64]) {
-        let (first, own) = self.place(case);
+        let (first, of_case) = self.place(case);
         let count = self.thresholds.len();
         let mut known = self.known();
         if known.groups.len() * count >= MAX_KEPT {
@@ -136,7 +130,7 @@ impl SharedRuns {
         let place = group.rows.len() as u32;
         group.rows.push(row);
         for at in 0..count {
-            if group.places[at].is_none() && (at == own || equivalent.contains(&self.thresholds[at])) {
+            if group.places[at].is_none() && (at == of_case || equivalent.contains(&self.thresholds[at])) {
                 group.places[at] = Some(place);
             }
         }

@@ -3,7 +3,7 @@
 /// Maximum number of coordinates of a point.
 pub const MAX_DIMENSIONS: usize = TABLE.len() + 1;
 
-/// Number of bits of a coordinate: one less than a double in [0, 1) represents exactly.
+/// Number of bits of a coordinate: a double in [0, 1) represents one more exactly.
 const BITS: u32 = 52;
 
 /// Inner coefficients of the primitive polynomial and first direction numbers, from the second coordinate on: S. Joe
@@ -67,7 +67,7 @@ impl Sobol {
     /// `shift`.
     ///
     /// The points are in the order of the Gray code (Antonov and Saleev, 1979). The inversion keeps the sequence even,
-    /// and moves the first point away from the corner.
+    /// and moves the first point off the corner.
     #[must_use]
     pub fn coordinate(&self, index: u64, shift: u64) -> f64 {
         let mut left = index ^ (index >> 1);

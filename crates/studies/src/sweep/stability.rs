@@ -23,7 +23,7 @@ pub struct LoopOfCase<'a> {
 }
 
 impl<'a> LoopOfCase<'a> {
-    /// Returns the closed loop of a case's scenario; every quantity is computed when it is first read.
+    /// The closed loop of a case's scenario; every quantity is computed when it is first read.
     #[must_use]
     pub fn new(scenario: &'a Scenario) -> Self {
         Self {

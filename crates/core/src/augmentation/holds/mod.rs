@@ -53,7 +53,7 @@ impl<L: Lane> AnyHold<L> {
     /// Creates the hold of the settings for ticks of `tick_s`.
     #[must_use]
     pub fn new(settings: &HoldSettings, tick_s: f64) -> Self {
-        of_kind!(settings, Part(own) => Part::<L>::build(own, tick_s).into())
+        of_kind!(settings, Part(kind_settings) => Part::<L>::build(kind_settings, tick_s).into())
     }
 }
 

@@ -166,7 +166,7 @@ fn if_the_end_of_a_freeze_is_lost_the_force_still_returns_through_the_cross_fade
 }
 
 #[test]
-fn if_the_re_engaging_is_cut_short_the_cross_fade_goes_on() {
+fn if_the_re_engaging_is_cut_short_the_cross_fade_continues() {
     let forces = received((90..155).chain(200..280));
     for step in 1..=20 {
         let weight = cross_fade(f64::from(step) / 20.0);

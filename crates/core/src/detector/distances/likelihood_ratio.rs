@@ -26,12 +26,12 @@ crate::settings! {
 /// ```text
 /// T_k = max over n = 1 … N of (e_{k-n+1} + … + e_k)² / (2 σ_0² n)
 /// ```
-/// Dimensionless. The size that maximises the likelihood is the mean of the `n` samples; the maximum is taken over the
-/// time of the shift. Source of the ratio: Basseville and Nikiforov, *Detection of Abrupt Changes* (1993), chapter 2.
-/// Source of the window, which bounds the work per sample: Willsky and Jones, *IEEE Transactions on Automatic Control*
-/// 21 (1976). Rises and falls count equally; the arming decides which of them is a rupture.
+/// Dimensionless. The maximum over the size of the shift is at the mean of the `n` samples; the maximum over its time
+/// is computed. Source of the ratio: Basseville and Nikiforov, *Detection of Abrupt Changes* (1993), chapter 2; of the
+/// window, which bounds the work per sample: Willsky and Jones, *IEEE Transactions on Automatic Control* 21 (1976).
+/// Rises and falls count equally; the arming selects ruptures.
 ///
-/// It assumes neither a size nor a drift. The price: `N` steps per sample, where a CUSUM takes one.
+/// It assumes neither a size nor a drift. The cost: `N` steps per sample, where a CUSUM takes one.
 #[derive(Debug, Clone)]
 pub struct LikelihoodRatio<L> {
     /// Ring buffer of the last samples, initially 0. Sums over initial zeros give smaller ratios.
@@ -43,7 +43,6 @@ pub struct LikelihoodRatio<L> {
 }
 
 impl<L: Lane> LikelihoodRatio<L> {
-    /// Creates a window of `samples` (clamped to 1 to [`MAX_WINDOW_SAMPLES`]), with `σ_0` in N.
     fn over(samples: usize, quiet_std_n: f64) -> Self {
         let weight = |n: usize| L::splat(1.0 / (2.0 * quiet_std_n * quiet_std_n * (n + 1) as f64));
         Self {
@@ -54,7 +53,6 @@ impl<L: Lane> LikelihoodRatio<L> {
         }
     }
 
-    /// Processes a residual in N. Returns `T_k`.
     #[inline(always)]
     fn ratio(&mut self, residual: L) -> L {
         self.newest = if self.newest + 1 < self.samples { self.newest + 1 } else { 0 };

@@ -35,7 +35,6 @@ impl<L: Lane> BuiltIn for LinearFit<L> {
 }
 
 impl<L: Lane> LinearFit<L> {
-    /// The line's value one sample after the end of the window.
     #[inline(always)]
     fn prediction(&self) -> L {
         let count = self.length as f64;

@@ -44,14 +44,14 @@ pub trait Distance<L: Lane> {
     #[inline(always)]
     fn reset(&mut self, _mask: L::Mask) {}
 
-    /// Returns true if the distance is accumulated (eq. 27). Otherwise, with a window, `s_k - ν` is compared with the
+    /// True if the distance is accumulated (eq. 27). Otherwise, with a window, `s_k - ν` is compared with the
     /// threshold.
     #[inline(always)]
     fn accumulates(&self) -> bool {
         true
     }
 
-    /// Returns the lanes in which a self-arming distance can judge a sample, without contact position and quiet time.
+    /// The lanes in which a self-arming distance can judge a sample, without contact position and quiet time.
     /// `None` if [`ArmingSettings`](super::ArmingSettings) arms the distance.
     #[inline(always)]
     fn is_ready(&self) -> Option<L::Mask> {
@@ -129,13 +129,13 @@ crate::settings! {
 }
 
 impl DistanceKind {
-    /// Returns true if the distance is accumulated (eq. 27). A distance with a window is not.
+    /// True if the distance is accumulated (eq. 27). A distance with a window is not.
     #[must_use]
     pub fn accumulates(self) -> bool {
         of_kind!(self, Part => Part::<f64>::ACCUMULATES)
     }
 
-    /// Returns true if only a shift of the mean with the sign of `m_1` counts.
+    /// True if only a shift of the mean with the sign of `m_1` counts.
     #[must_use]
     pub fn is_one_sided(self) -> bool {
         of_kind!(self, Part => Part::<f64>::IS_ONE_SIDED)
@@ -164,9 +164,9 @@ impl DistanceKind {
 impl Hypotheses {
     /// The threshold γ and the drift ν for a kind of distance, in its unit.
     ///
-    /// The drift is halfway between the two hypotheses. The threshold is the contribution of one sample after the
-    /// change. For the squared residual `γ = (σ_1² - σ_0²)/2` and `ν = (σ_1² + σ_0²)/2` (4.6). A log-likelihood ratio
-    /// includes its drift.
+    /// The drift is halfway between the hypotheses; the threshold is the contribution of one sample after the change.
+    /// For the squared residual `γ = (σ_1² - σ_0²)/2` and `ν = (σ_1² + σ_0²)/2` (4.6). A log-likelihood ratio includes
+    /// its drift.
     #[must_use]
     pub fn tuning(&self, kind: DistanceKind) -> (f64, f64) {
         of_kind!(kind, Part => Part::<f64>::tuning(self))
@@ -211,7 +211,7 @@ impl DistanceSettings {
     }
 }
 
-/// Returns `x²`, because `powi` is not in `core`.
+/// `powi` is not in `core`.
 fn square(x: f64) -> f64 {
     x * x
 }

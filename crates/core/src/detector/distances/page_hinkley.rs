@@ -12,11 +12,11 @@ use crate::lane::{Lane, Mask};
 /// ē_k = ē_{k-1} + (e_k - ē_{k-1}) / k
 /// s_k = ± (e_k - ē_k)
 /// ```
-/// in N, with the sign of `m_1` (eq. 22). Accumulated by eq. 27 with the drift `ν` it is the Page-Hinkley test: the sum
-/// of `s_i - ν` minus its smallest value so far (Page, *Biometrika* 41, 1954; Hinkley, *Biometrika* 58, 1971). The mean
-/// before the change is estimated, so a constant error of the model is not accumulated.
+/// in N, with the sign of `m_1` (eq. 22). Accumulated by eq. 27 with the drift `ν` it is the Page-Hinkley test (Page,
+/// *Biometrika* 41, 1954; Hinkley, *Biometrika* 58, 1971). The mean before the change is estimated, so a constant error
+/// of the model is not accumulated.
 ///
-/// The price: after a long quiet time the mean changes slowly, and a new offset counts as a change.
+/// The cost: after a long quiet time the mean changes slowly, and a new offset counts as a change.
 #[derive(Debug, Clone)]
 pub struct PageHinkley<L> {
     towards: L,
@@ -25,12 +25,11 @@ pub struct PageHinkley<L> {
 }
 
 impl<L: Lane> PageHinkley<L> {
-    /// Creates the test for changes with the sign of `m_1` (N).
     fn towards(rupture_mean_n: f64) -> Self {
         Self { towards: L::splat(rupture_mean_n.signum()), mean: L::zero(), samples: L::zero() }
     }
 
-    /// Processes a residual in N. Returns `s_k` in N, or 0 for NaN and infinite residuals, which are ignored.
+    /// Returns `s_k` in N for a residual in N; ignores NaN and infinite residuals and returns 0.
     #[inline(always)]
     fn excess(&mut self, residual: L) -> L {
         let finite = residual.abs().le(L::splat(f64::MAX));

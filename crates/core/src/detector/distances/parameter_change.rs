@@ -8,9 +8,9 @@ use crate::lane::Lane;
 /// `s_k = |(ΔK_k / K_1, ΔB_k / B_1)|`, dimensionless: the length of `H_k` (eq. 25), the correction of stiffness and
 /// damping by the sample, each component relative to its correction by a rupture.
 ///
-/// This is the earlier proposal of Barbé et al. (2006). Eq. 26 uses the vector, but eq. 27 accumulates one number, and
-/// the paper does not say how the components are combined. With the length each parameter can raise the alarm alone,
-/// and the distance does not depend on the units of the parameters.
+/// This is the earlier proposal of Barbé et al. (2006). Eq. 27 accumulates one number, and the paper does not say how
+/// the components of the vector in eq. 26 are combined. With the length, each parameter can raise the alarm alone, and
+/// the distance does not depend on the units.
 #[derive(Debug, Clone)]
 pub struct ParameterChange<L> {
     /// Reciprocals of the corrections by a rupture, in m/N and m/(N·s).

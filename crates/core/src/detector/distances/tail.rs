@@ -2,18 +2,17 @@
 
 use crate::lane::Lane;
 
-/// Length of a block in s. Only its largest value counts as a peak, because values closer together belong to the same
-/// fall.
+/// Length of a block in s. Its largest value is one peak, because values closer together belong to the same fall.
 const BLOCK_S: f64 = 0.1;
 
 /// Values above this belong to the tail.
 const TAIL_FROM: f64 = 3.0;
 
-/// Prior before the first sample, as if it had been observed: a time in s, the number of peaks above [`TAIL_FROM`] in
-/// it, and the means of `ln(peak / TAIL_FROM)` and of its square.
+/// Prior before the first sample: a time in s, the number of peaks above [`TAIL_FROM`] in it, and the means of `ln(peak
+/// / TAIL_FROM)` and of its square.
 ///
-/// One peak per 2 s with a shape of 0.13. The shape is heavier than normal noise, so the first minutes have too few
-/// false alarms rather than too many.
+/// One peak per 2 s with a shape of 0.13, heavier than normal noise: the first minutes have too few false alarms rather
+/// than too many.
 const ASSUMED_S: f64 = 20.0;
 const ASSUMED_PEAKS: f64 = 10.0;
 const ASSUMED_MOMENTS: [f64; 2] = [0.18, 0.062];
@@ -56,7 +55,6 @@ pub(super) struct Tail<L> {
 }
 
 impl<L: Lane> Tail<L> {
-    /// Creates the tail for bins of `bin_s`.
     pub(super) fn new(wanted_per_min: f64, bin_s: f64) -> Self {
         let block_bins = (libm::round(BLOCK_S / bin_s) as usize).max(1);
         let [first, second] = ASSUMED_MOMENTS;
@@ -92,9 +90,8 @@ impl<L: Lane> Tail<L> {
 
     /// Counts the present block as one with an alarm, in the lanes of the mask.
     ///
-    /// The alarm is a rupture or a false alarm. It counts as false, with the mean of larger peaks, only while the
-    /// wanted rate allows one. Without these peaks the tail would be cut off; with all of them ruptures would raise the
-    /// level.
+    /// An alarm counts as false only while the wanted rate allows one; its peak is then the mean of larger peaks.
+    /// Without any of these peaks the tail would be cut off; with all of them ruptures would raise the level.
     pub(super) fn take_alarm(&mut self, mask: L::Mask) {
         let zero = L::zero();
         self.peak = L::select(mask, zero, self.peak);
@@ -139,8 +136,8 @@ impl<L: Lane> Tail<L> {
     }
 }
 
-/// The value that is exceeded by one of `times` peaks, from the means of the logarithm and of its square, and the mean
-/// logarithm and mean squared logarithm of larger peaks.
+/// The value that one of `times` peaks exceeds, from the means of the logarithm and of its square; and both means over
+/// larger peaks.
 fn level(times: f64, [first, second]: [f64; 2]) -> (f64, [f64; 2]) {
     let spread = 1.0 - first * first / second;
     let lower = 1.0 - 0.5 / spread;
@@ -205,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn the_shape_is_bounded() {
+    fn the_shape_of_the_tail_is_bounded() {
         // A lower part of -2, then an upper part of 2.
         let (short, _) = level(100.0, [0.1, 0.012]);
         assert!(is_close(short, 3.0 + 0.3 * 3.0 * (1.0 - 100.0_f64.powf(-0.5)) / 0.5), "{short}");

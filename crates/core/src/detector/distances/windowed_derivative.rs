@@ -16,14 +16,14 @@ const MAX_SAMPLES: usize = 64;
 
 const MEMORY_S: f64 = 1.0;
 
-/// Smallest noise in N. Without it a sensor without noise would cause a division by 0.
+/// Smallest noise in N, against a division by 0.
 const LEAST_NOISE_N: f64 = 1e-6;
 
 /// Standard deviation of normal noise in multiples of its mean magnitude.
 const STD_OF_MEAN: f64 = 1.253_314_137_315_5;
 
 /// `s_k = (y_{k-w} - y_k) / σ_k`, with a window `w` of 3 ms. `σ_k` is the standard deviation of normal noise with the
-/// running mean magnitude of these changes. Like the adaptive distance, it needs no contact position and no quiet time.
+/// running mean magnitude of these changes. Needs no contact position and no quiet time.
 #[derive(Debug, Clone)]
 pub struct WindowedDerivative<L> {
     window: [L; MAX_SAMPLES],

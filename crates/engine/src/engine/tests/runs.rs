@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use super::super::{
-    Any, Engine, ExactPlants, MasterSide, OwnParts, Plants, ScheduledAlarms, SideEngine, SlaveSide, Trace, Wiring,
+    Any, Engine, ExactPlants, MasterSide, Plants, ScheduledAlarms, SideEngine, SlaveSide, Trace, UserDefinedParts,
+    Wiring,
 };
 use crate::channel::Delay;
 use crate::operator::{HumanOperator, Motion, Ramp};
@@ -281,9 +282,9 @@ fn only_a_delayed_link_has_a_report() {
 
 #[test]
 fn user_defined_parts_are_listed_by_role() {
-    assert!(OwnParts::default().roles().is_empty());
+    assert!(UserDefinedParts::default().roles().is_empty());
     let spring = KelvinVoigt::<f64>::new(&KelvinVoigtSettings::default()).expect("valid");
-    let parts = OwnParts::default().tissue(spring);
+    let parts = UserDefinedParts::default().tissue(spring);
     assert_eq!(parts.roles(), ["tissue"]);
     assert_eq!(format!("{parts:?}"), "{\"tissue\"}");
     let operator = HumanOperator::new(Motion::Recording(Arc::from([0.0])));

@@ -18,7 +18,6 @@ impl<L: Lane> Accelerometer<L> {
         Self { weight, inverse_tick, velocity: L::zero(), acceleration: L::zero() }
     }
 
-    /// Processes a velocity in m/s. Returns the acceleration in m/s².
     #[inline(always)]
     pub(super) fn update(&mut self, velocity: L) -> L {
         let raw = (velocity - self.velocity) * self.inverse_tick;

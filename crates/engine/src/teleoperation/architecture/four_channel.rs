@@ -32,7 +32,7 @@ pub struct FourChannel<L> {
     velocity: L,
     acceleration: L,
     hand_force: L,
-    own_force: L,
+    local_force: L,
     at_master: Accelerometer<L>,
     at_slave: Accelerometer<L>,
     frozen: FrozenForce<L>,
@@ -53,7 +53,7 @@ impl<L: Lane> Architecture<L> for FourChannel<L> {
     fn slave_target(&mut self, arrived: &MasterSample<L>, slave: &AtSlave<L>) -> L {
         self.coupling.position_scale * arrived.position_m
             + (self.velocity * arrived.velocity_m_per_s + self.acceleration * arrived.acceleration_m_per_s2)
-            + (self.hand_force * arrived.hand_force_n - self.own_force * slave.force_n)
+            + (self.hand_force * arrived.hand_force_n - self.local_force * slave.force_n)
     }
 
     #[inline(always)]
@@ -77,8 +77,8 @@ impl<L: Lane> BuiltInArchitecture<L> for FourChannel<L> {
     const KEYS: &'static [&'static [Key]] =
         &[CouplingSettings::KEYS, LocalForceSettings::KEYS, FourChannelSettings::KEYS];
 
-    /// Lawrence's `C_1 = Z_s + C_s`, `C_2 = 1 + C_6`, `C_3 = 1 + C_5`, `C_4 = -(Z_m + C_m)`. `C_3` is scaled down by
-    /// the slave's compliance where the tissue moves the slave less than in Lawrence's model.
+    /// Lawrence's `C_1 = Z_s + C_s`, `C_2 = 1 + C_6`, `C_3 = 1 + C_5`, `C_4 = -(Z_m + C_m)`. The slave's compliance
+    /// scales `C_3` down, because the tissue moves this slave less than in Lawrence's model.
     fn gains(settings: &ControllerSettings, machines: &Machines) -> Result<(MasterGains, SlaveGains), InvalidValue> {
         let Machines { position_scale, force_scale, proportional_gain: k_p, .. } = *machines;
         let (load, local) = LocalForce::<L>::gains(settings, machines)?;
@@ -93,7 +93,7 @@ impl<L: Lane> BuiltInArchitecture<L> for FourChannel<L> {
         let at_slave = SlaveGains {
             velocity: position_scale * (machines.velocity_gain + machines.slave_drag) / k_p,
             acceleration: position_scale * machines.slave_inertia / k_p,
-            hand_force: (local.own_force + machines.compliance_m_per_n) / force_scale,
+            hand_force: (local.local_force + machines.compliance_m_per_n) / force_scale,
             ..local
         };
         Ok((at_master, at_slave))
@@ -110,7 +110,7 @@ impl<L: Lane> BuiltInArchitecture<L> for FourChannel<L> {
             velocity: L::splat(at_slave.velocity),
             acceleration: L::splat(at_slave.acceleration),
             hand_force: L::splat(at_slave.hand_force),
-            own_force: L::splat(at_slave.own_force),
+            local_force: L::splat(at_slave.local_force),
             at_master: accelerometer.clone(),
             at_slave: accelerometer,
             frozen: FrozenForce::default(),
@@ -126,7 +126,7 @@ trocar_core::lane::gather!(FourChannel {
     velocity,
     acceleration,
     hand_force,
-    own_force,
+    local_force,
     at_master,
     at_slave,
     frozen,

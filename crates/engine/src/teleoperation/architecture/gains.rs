@@ -37,5 +37,5 @@ pub struct SlaveGains {
     /// `g_h` in m/N, on the hand's force.
     pub hand_force: f64,
     /// `g_e` in m/N, on the slave's measured force.
-    pub own_force: f64,
+    pub local_force: f64,
 }

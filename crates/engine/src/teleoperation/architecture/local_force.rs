@@ -24,12 +24,12 @@ trocar_core::settings! {
     }
 }
 
-/// Local force feedback that reduces the apparent mass and damping of the master and makes the slave compliant:
-/// `x_ref = P x_h - g_e f_e`, `F_ed = k_f F_e - k_h F_h`.
+/// Local force feedback, which reduces the master's apparent mass and damping and makes the slave compliant: `x_ref = P
+/// x_h - g_e f_e`, `F_ed = k_f F_e - k_h F_h`.
 #[derive(Debug, Clone)]
 pub struct LocalForce<L> {
     position_scale: L,
-    own_force: L,
+    local_force: L,
     load: HandLoad<L>,
     frozen: FrozenForce<L>,
 }
@@ -37,7 +37,7 @@ pub struct LocalForce<L> {
 impl<L: Lane> Architecture<L> for LocalForce<L> {
     #[inline(always)]
     fn slave_target(&mut self, arrived: &MasterSample<L>, slave: &AtSlave<L>) -> L {
-        self.position_scale * arrived.position_m - self.own_force * slave.force_n
+        self.position_scale * arrived.position_m - self.local_force * slave.force_n
     }
 
     #[inline(always)]
@@ -54,15 +54,15 @@ impl<L: Lane> BuiltInArchitecture<L> for LocalForce<L> {
         let (k_p, settings) = (machines.proportional_gain, &settings.local_force);
         require("slave.proportional_gain", k_p, k_p > 0.0, "above 0 for this controller.kind")?;
         let (force, hand) = (1.0 + settings.master_force_gain, settings.master_force_gain);
-        let own_force = settings.slave_force_gain / k_p;
-        Ok((MasterGains { force, hand, ..MasterGains::default() }, SlaveGains { own_force, ..SlaveGains::default() }))
+        let local_force = settings.slave_force_gain / k_p;
+        Ok((MasterGains { force, hand, ..MasterGains::default() }, SlaveGains { local_force, ..SlaveGains::default() }))
     }
 
     fn build(settings: &ControllerSettings, machines: &Machines, _tick_s: f64) -> Result<Self, InvalidValue> {
         let (at_master, at_slave) = Self::gains(settings, machines)?;
         Ok(Self {
             position_scale: L::splat(machines.position_scale),
-            own_force: L::splat(at_slave.own_force),
+            local_force: L::splat(at_slave.local_force),
             load: HandLoad::new(&at_master),
             frozen: FrozenForce::default(),
         })
@@ -87,5 +87,5 @@ impl<L: Lane> HandLoad<L> {
     }
 }
 
-trocar_core::lane::gather!(LocalForce { position_scale, own_force, load, frozen });
+trocar_core::lane::gather!(LocalForce { position_scale, local_force, load, frozen });
 trocar_core::lane::gather!(HandLoad { force, hand });

@@ -74,7 +74,7 @@ pub struct ArrivedAtMaster<L> {
 
 /// Defines the message of each side and its use by the receiver.
 pub trait Architecture<L: Lane> {
-    /// Returns the master's sample. The default has an acceleration of 0.
+    /// The master's sample. The default has an acceleration of 0.
     #[inline(always)]
     fn master_sends(&mut self, master: &AtMaster<L>) -> MasterSample<L> {
         MasterSample {
@@ -88,8 +88,7 @@ pub trait Architecture<L: Lane> {
     /// The target of the slave's reference in m, on the slave's scale.
     fn slave_target(&mut self, arrived: &MasterSample<L>, slave: &AtSlave<L>) -> L;
 
-    /// Returns the slave's sample, from the measured force scaled to the master (`force_n`, N). The default has an
-    /// acceleration of 0.
+    /// The slave's sample, from the measured force scaled to the master (`force_n`, N). The default acceleration is 0.
     #[inline(always)]
     fn slave_sends(&mut self, slave: &AtSlave<L>, force_n: L) -> SlaveSample<L> {
         SlaveSample::without_acceleration(slave, force_n)
@@ -97,8 +96,8 @@ pub trait Architecture<L: Lane> {
 
     /// The feedback force in N.
     ///
-    /// While the slave is frozen, the position coupling must keep its value. Otherwise the feedback force would grow as
-    /// the hand moves away from the frozen needle.
+    /// While the slave is frozen, the position coupling must keep its value, or the feedback force would grow as the
+    /// hand moves away.
     fn master_force(&mut self, arrived: &ArrivedAtMaster<L>, master: &AtMaster<L>) -> L;
 }
 
@@ -120,7 +119,7 @@ impl<L: Lane, T: Architecture<L> + ?Sized> Architecture<L> for Box<T> {
     }
 }
 
-/// Requirements of the registry besides the trait: the linear law, for the stability analysis, and a constructor.
+/// The registry's requirements besides the trait: the linear law for the stability analysis, and a constructor.
 pub(super) trait BuiltInArchitecture<L: Lane>: Architecture<L> + Sized {
     const COUPLES_POSITIONS: bool = false;
     const MODELS_SLAVE: bool = false;
@@ -167,13 +166,13 @@ impl ControllerKind {
         ActsFor::built_from(keys, Self::KEY.path, &kinds)
     }
 
-    /// Returns true if the feedback force depends on both positions, so the slave must send its own.
+    /// True if the feedback force depends on both positions, so the slave must send its own.
     #[must_use]
     pub fn couples_positions(self) -> bool {
         of_kind!(self, Part => Part::<f64>::COUPLES_POSITIONS)
     }
 
-    /// Returns true if the gains depend on the slave's dynamics ([`Machines::slave_drag`] and
+    /// True if the gains depend on the slave's dynamics ([`Machines::slave_drag`] and
     /// [`Machines::slave_inertia`]).
     #[must_use]
     pub fn models_slave(self) -> bool {

@@ -38,10 +38,10 @@ fn the_gains_are_lawrences_gains_for_the_machines() {
     let coupled = MasterGains { position: 2400.0, velocity: 36.0, ..none };
     assert_eq!(gains::<PositionPosition<f64>>(), (coupled, still));
     let load = MasterGains { force: 7.0, hand: 6.0, ..none };
-    assert_eq!(gains::<LocalForce<f64>>(), (load, SlaveGains { own_force: 2e-3, ..still }));
+    assert_eq!(gains::<LocalForce<f64>>(), (load, SlaveGains { local_force: 2e-3, ..still }));
     let (master, slave) = gains::<FourChannel<f64>>();
     assert_eq!(master, MasterGains { position: 2400.0, velocity: 36.0, drag: 10.0, inertia: 0.6, ..load });
-    assert_eq!(slave.own_force, 2e-3);
+    assert_eq!(slave.local_force, 2e-3);
     assert!((slave.velocity - 0.5 * 20.0 / 1000.0).abs() < 1e-15, "{slave:?}");
     assert!((slave.acceleration - 0.5 * 0.2 / 1000.0).abs() < 1e-15, "{slave:?}");
     assert!((slave.hand_force - (2e-3 + 1e-4) / 3.0).abs() < 1e-15, "{slave:?}");
@@ -78,7 +78,7 @@ fn compare<A: BuiltInArchitecture<f64>>() {
             + s.velocity * master.velocity_m_per_s
             + s.acceleration * a_h
             + s.hand_force * master.hand_force_n
-            - s.own_force * slave.force_n;
+            - s.local_force * slave.force_n;
         assert!((target - expected).abs() < 1e-12, "{tick}: {target} instead of {expected}");
 
         let sample = architecture.slave_sends(&slave, f_e);

@@ -7,8 +7,8 @@ use trocar_core::lane::Lane;
 /// ```text
 /// A += work of the port + received - sent,   A(0) = the side's share of E_0
 /// ```
-/// A side never spends more than its account holds, and the energy in transit is never negative. With `A_m` at the
-/// master and `A_s` at the slave, therefore, at every tick
+/// No side spends more than its account holds, and the energy in transit is never negative. With `A_m` at the master
+/// and `A_s` at the slave, therefore, at every tick
 ///
 /// ```text
 /// E_m - E_s = A_m + A_s + in transit - E_0 >= -E_0
@@ -26,7 +26,6 @@ impl<L: Lane> Account<L> {
         Self { energy_j, sent: L::zero(), received: L::zero() }
     }
 
-    /// Adds the work (J) that has entered at the port since the last tick.
     #[inline(always)]
     pub(super) fn add(&mut self, work_j: L) {
         self.energy_j = self.energy_j + work_j;

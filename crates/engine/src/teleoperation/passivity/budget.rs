@@ -12,8 +12,7 @@ pub(super) const DEMAND: usize = 3;
 /// Index in the master's payload of the feedback force over the last tick.
 pub(super) const FELT: usize = 1;
 
-/// Share of its spare energy that a side sends each tick if energy in transit does not count: within 0.2 s at a tick of
-/// 1 ms.
+/// Share of its spare energy that a side sends each tick if energy in transit does not count: all within 0.2 s at 1 ms.
 const SHARE: f64 = 0.005;
 
 /// An account on each side, both with the level `budget_j` at the start, and the limits that keep them above 0:
@@ -25,13 +24,12 @@ const SHARE: f64 = 0.005;
 ///         + max(open - short, 0) / 2     and the shortages are evened out
 /// d       = limit · max(short of the master, open) / level    damping of the hand, at most the limit
 /// ```
-/// A side sends its demand as a running total: the received energy plus its shortage. The sender therefore knows the
-/// energy in transit and does not send it twice. The hand is not damped while it pays for the needle's work, however
-/// long the energy takes to arrive. It is damped for energy that is not paid, so the operator pays for a motion that
-/// costs energy, such as a withdrawal against friction. A shortage only sets damping and sharing, so a wrong shortage
-/// cannot break the promise.
+/// A side sends its demand as a running total: the received energy plus its shortage. The sender thus knows the energy
+/// in transit and does not send it twice. The hand is damped only for energy that is not paid, so the operator pays for
+/// a motion that costs energy, such as a withdrawal against friction, but not for delay. A shortage only sets damping
+/// and sharing, so a wrong shortage cannot break the promise.
 ///
-/// Without a delay each side sends all its energy at each tick, so the two accounts act as one. The hand is then damped
+/// Without a delay each side sends all its energy at each tick, so both accounts act as one. The hand is then damped
 /// only over the fifth of `E_0` above the reserve.
 #[derive(Debug, Clone)]
 pub(super) struct Budget<L> {
@@ -46,7 +44,6 @@ pub(super) struct Budget<L> {
 }
 
 impl<L: Lane> Budget<L> {
-    /// Creates a budget whose reference catches up with its target at a speed (m/s).
     pub(super) fn new(settings: &PassivitySettings, context: &SchemeContext<L>, speed_m_per_s: f64) -> Self {
         let level_j = settings.budget.budget_j;
         Self {
@@ -59,12 +56,12 @@ impl<L: Lane> Budget<L> {
         }
     }
 
-    /// Ignores energy in transit: the hand's damping does not count it, and the accounts are evened out slowly.
+    /// Excludes energy in transit: the hand's damping ignores it, and the accounts are balanced slowly.
     pub(super) fn without_energy_under_way(self) -> Self {
         Self { counts_under_way: false, ..self }
     }
 
-    /// The energy to send from an account, of which `needed_j` is needed, to a side that demands `open_j` (all in J).
+    /// The energy to send from an account that needs `needed_j` to a side that demands `open_j` (all in J).
     #[inline(always)]
     fn sent_j(&self, account_j: L, needed_j: L, open_j: L) -> L {
         let zero = L::zero();
@@ -75,25 +72,22 @@ impl<L: Lane> Budget<L> {
         over + even.min(max)
     }
 
-    /// The master's running totals of sent and demanded energy, after a displacement (m).
     #[inline(always)]
     pub(super) fn master_sends(&mut self, displacement_m: L) -> (L, L) {
         self.sides.master_moves(displacement_m);
         let demand = self.sides.master.demand(self.sides.wanted, self.counts_under_way);
-        // A force that resists the hand needs no energy: the reserve is for a force that drives it.
+        // A force that resists the hand needs no energy; the reserve is for a driving force.
         let needed = self.sides.reserve.min(self.kept);
         let sent = self.sent_j(self.sides.master.energy_j, needed, self.open_at_master);
         (self.sides.master.send(sent), demand)
     }
 
-    /// Receives the slave's payload and the work of its port.
     #[inline(always)]
     pub(super) fn slave_receives(&mut self, payload: &Payload<L>, port: &SlavePort<L>) {
         self.sides.slave_receives(payload[ENERGY], port);
         self.open_at_slave = self.sides.slave.open(payload[DEMAND], self.counts_under_way);
     }
 
-    /// The slave's running totals of sent and demanded energy.
     #[inline(always)]
     pub(super) fn slave_sends(&mut self) -> (L, L) {
         let Sides { wanted, reserve, reference, slave, .. } = &self.sides;
@@ -104,7 +98,6 @@ impl<L: Lane> Budget<L> {
         (self.sides.slave.send(sent), demand)
     }
 
-    /// Receives the master's payload besides the tissue force (N).
     #[inline(always)]
     pub(super) fn master_receives(&mut self, force_n: L, payload: &Payload<L>) {
         self.sides.master_receives(force_n, payload[ENERGY]);

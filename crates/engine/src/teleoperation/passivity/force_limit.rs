@@ -43,7 +43,6 @@ impl<L: Lane> ForceLimit<L> {
         }
     }
 
-    /// The work (J) since the last tick, for a displacement (m).
     #[inline(always)]
     pub(super) fn work_j(&mut self, displacement_m: L) -> L {
         self.dissipated_j = self.dissipated_j + (self.force_n - self.command_n) * displacement_m;
@@ -55,10 +54,10 @@ impl<L: Lane> ForceLimit<L> {
         self.shown_n = self.shown_n.max(force_n.abs());
     }
 
-    /// The force for a command (N) with added damping (N·s/m), at a velocity (m/s), with an available energy (J).
+    /// The force (N) for a command (N) with added damping (N·s/m), a velocity (m/s) and an available energy (J).
     ///
-    /// The damping never raises the force above the command or above the largest tissue force so far. The operator
-    /// therefore pays for the slave's motion with a force of the tissue's size.
+    /// The damping never raises the force above the command or above the largest tissue force so far: the operator pays
+    /// for the slave's motion with a force of the tissue's size.
     #[inline(always)]
     pub(super) fn limit(&mut self, command_n: L, damping: L, velocity: L, energy_j: L) -> L {
         let zero = L::zero();

@@ -3,21 +3,21 @@
 use super::SchemeContext;
 use trocar_core::lane::Lane;
 
-/// Stiffness in N/m and damping in N·s/m of the nominal hand that holds the master: the static stiffness of the paper's
-/// arm (eq. 32), and the damping of master and arm together.
+/// Stiffness in N/m and damping in N·s/m of the nominal hand at the master: the static stiffness of the paper's arm
+/// (eq. 32), and the damping of master and arm.
 const HAND_STIFFNESS_N_PER_M: f64 = 700.0;
 const HAND_DAMPING_N_S_PER_M: f64 = 41.0;
 
 /// Predicts at the slave how far the hand will yield, like a Smith predictor (Smith 1959, *A controller to overcome
-/// dead time*), with a spring and a damper for the hand:
+/// dead time*), with a spring and a damper:
 ///
 /// ```text
 /// b y' + k y = f - F_ed    F_ed: the feedback force at the last known position of the hand
 /// ```
-/// A hand pushes on until the force has come back, a round trip after the contact, and the slave would push as far. The
-/// slave therefore stays behind the received position by `y`. At a constant force that the hand feels, `y` is 0. The
-/// slave only yields: it never goes deeper than the hand because a force has ended. The prediction promises nothing:
-/// the energy account limits the reference after it, and a wrong hand model only costs force or tracking.
+/// A hand pushes on until it feels the force, a round trip after the contact, and the slave would push as far. The
+/// slave therefore stays behind the received position by `y`, which is 0 at a constant felt force. The slave only
+/// yields: it never goes deeper than the hand because a force has ended. The energy account limits the reference after
+/// this prediction, so a wrong hand model costs force or tracking, but no passivity.
 #[derive(Debug, Clone)]
 pub(super) struct HandYield<L> {
     compliance: L,
@@ -37,7 +37,6 @@ impl<L: Lane> HandYield<L> {
         }
     }
 
-    /// The yielding in m on the master's scale, for a tissue force and the feedback force (N).
     #[inline(always)]
     pub(super) fn update(&mut self, force_n: L, felt_n: L) -> L {
         let zero = L::zero();
@@ -64,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn without_delay_nothing_changes() {
+    fn without_delay_the_signals_do_not_change() {
         let context = SchemeContext::<f64> { is_immediate: true, ..SchemeContext::for_tests() };
         assert_eq!(HandYield::new(&context).update(5.0, 0.0), 0.0);
     }

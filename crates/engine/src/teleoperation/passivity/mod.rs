@@ -1,12 +1,12 @@
 //! Schemes that keep the teleoperator from generating energy under any delay.
 //!
-//! The two ports are the physical contacts of the teleoperator with the hand and the tissue: `(F_ed, x_h)` on the
-//! master's side, `(f_e, x_e)` on the slave's, with energy positive into the master's port and out of the slave's.
-//! Energies use displacements instead of velocities, so a force held over a tick gives the integral exactly. The
-//! slave's energies are scaled to the master's by force scale over position scale.
+//! The ports are the physical contacts with the hand and the tissue: `(F_ed, x_h)` on the master's side, `(f_e, x_e)`
+//! on the slave's, with energy positive into the master's port and out of the slave's. Energies use displacements, so a
+//! force held over a tick gives the integral exactly. The slave's energies are scaled to the master's by force scale
+//! over position scale.
 //!
-//! A scheme promises `E_m - E_s >= -E_0` at every tick. It keeps an energy account on each side ([`account`]): the
-//! slave's pays for the motion of the needle, the master's for the force on the hand.
+//! A scheme promises `E_m - E_s >= -E_0` at every tick. Its energy account on each side ([`account`]) pays for the
+//! motion of the needle and for the force on the hand, respectively.
 
 mod account;
 mod budget;
@@ -33,8 +33,8 @@ use trocar_core::settings::{ActsFor, Key};
 
 use trocar_core::lane::Lane;
 
-/// Share of an account that is reserved for effects that its limits cannot foresee: hand force and tissue force may
-/// change within the motion to which a command commits a machine.
+/// Share of an account reserved for unforeseen effects: hand force and tissue force may change within the motion to
+/// which a command commits a machine.
 ///
 /// A friction of 2 N that reverses within 0.5 mm takes 1 mJ, half of the reserve of the default budget of 10 mJ.
 const RESERVE: f64 = 0.2;
@@ -67,11 +67,10 @@ pub struct SchemeEnergies<L> {
 
 /// Adds a payload to each side's samples, and changes received samples.
 ///
-/// At each tick the methods are called once, in this order. Send energies as running totals, which survive late and
-/// lost samples. The default methods pass everything through.
+/// Each method is called once per tick, in this order. Send energies as running totals, which survive late and lost
+/// samples. The default methods pass everything through.
 pub trait PassivityScheme<L: Lane> {
-    /// Returns true if the scheme sends payloads and uses received ones. Otherwise nothing is received, and the link is
-    /// faster.
+    /// True if the scheme uses payloads. Otherwise the link is faster.
     #[inline(always)]
     fn sends_payload(&self) -> bool {
         true
@@ -187,7 +186,6 @@ impl SchemeContext<f64> {
     }
 }
 
-/// Requirements of the registry besides the trait.
 pub(super) trait BuiltInScheme<L: Lane>: PassivityScheme<L> + Sized {
     const CARRIES_POSITIONS: bool = true;
     const KEYS: &'static [&'static [Key]];
@@ -240,7 +238,7 @@ impl Scheme {
         ActsFor::built_from(keys, Self::KEY.path, &schemes)
     }
 
-    /// Returns true if the slave's position reaches the master besides the payload.
+    /// True if the slave's position reaches the master besides the payload.
     #[must_use]
     pub fn carries_positions(self) -> bool {
         of_kind!(self, Part => Part::<f64>::CARRIES_POSITIONS)

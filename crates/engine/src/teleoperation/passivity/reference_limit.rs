@@ -4,11 +4,11 @@ use super::SchemeContext;
 use super::port::SlavePort;
 use trocar_core::lane::Lane;
 
-/// Time constant in s with which the slave catches up after it was held back, at no more than the catch-up speed.
+/// Time constant in s with which a slave that was held back catches up, at most at the catch-up speed.
 const CATCH_UP_S: f64 = 0.2;
 
-/// Follows a target at no more than the target's speed plus a catch-up speed, and only while the account pays for the
-/// motion to which the command commits the slave.
+/// Follows a target at most at the target's speed plus a catch-up speed, and only while the account pays for the motion
+/// to which the command commits the slave.
 ///
 /// With a force `f` and a tissue of stiffness up to `K`, a further travel `d` takes at most the work
 ///
@@ -18,9 +18,8 @@ const CATCH_UP_S: f64 = 0.2;
 /// and `d` is known from the command and the slave's state, including the slave's lag
 /// ([`SlaveMotion`](super::slave_motion::SlaveMotion)). A retreat that the tissue pays for is always possible.
 ///
-/// Over a delayed link the reference moves against the force only so fast that the account lasts for the time constant
-/// `β` of the brake, `|f v| β <= A`. A slave that is short of energy therefore slows down instead of running into its
-/// brake repeatedly.
+/// Over a delayed link the reference moves against the force only so fast that the account lasts for the brake's time
+/// constant `β`, `|f v| β <= A`. A slave short of energy thus slows down instead of hitting its brake repeatedly.
 #[derive(Debug, Clone)]
 pub(super) struct ReferenceLimit<L> {
     step: L,
@@ -39,7 +38,7 @@ pub(super) struct ReferenceLimit<L> {
     state: L,
     target: L,
     reference: L,
-    /// Maximum work in J of the motion to which the slave is committed. The account must keep it.
+    /// Maximum work in J of the motion to which the slave is committed, kept in the account.
     pub(super) committed_j: L,
     /// Work in J of the way to the hand against the present force.
     pub(super) missing_j: L,
@@ -48,7 +47,6 @@ pub(super) struct ReferenceLimit<L> {
 }
 
 impl<L: Lane> ReferenceLimit<L> {
-    /// Creates a limit for tissues up to a stiffness (N/m), with a catch-up speed (m/s).
     pub(super) fn new(context: &SchemeContext<L>, stiffness_n_per_m: f64, speed_m_per_s: f64) -> Self {
         let motion = &context.motion;
         let start = context.reference_m;
@@ -76,7 +74,6 @@ impl<L: Lane> ReferenceLimit<L> {
         }
     }
 
-    /// The reference for a target, with an available energy (J), for a hand at `hand` (m, on the slave's scale).
     #[inline(always)]
     pub(super) fn follow(&mut self, target: L, hand: L, port: &SlavePort<L>, energy_j: L) -> L {
         let zero = L::zero();

@@ -27,7 +27,6 @@ pub(super) struct Sides<L> {
 }
 
 impl<L: Lane> Sides<L> {
-    /// Creates accounts with `level_j` each, and a reference that catches up with its target at a speed (m/s).
     pub(super) fn new(
         settings: &PassivitySettings,
         context: &SchemeContext<L>,
@@ -63,32 +62,28 @@ impl<L: Lane> Sides<L> {
         self.master.add(self.force.work_j(displacement_m));
     }
 
-    /// Updates the slave's account by the work of its port and the received running total (J).
     #[inline(always)]
     pub(super) fn slave_receives(&mut self, total_j: L, port: &SlavePort<L>) {
         self.slave.receive(total_j);
         self.slave.add(-port.work_j);
     }
 
-    /// Receives at the master the tissue force (N) and the running total of the energy (J).
     #[inline(always)]
     pub(super) fn master_receives(&mut self, force_n: L, total_j: L) {
         self.force.show(force_n);
         self.master.receive(total_j);
     }
 
-    /// The slave's reference for a target, for a hand at `hand_m` on the slave's scale (m).
     #[inline(always)]
     pub(super) fn limit_reference(&mut self, target_m: L, hand_m: L, port: &SlavePort<L>) -> L {
         self.reference.follow(target_m, hand_m, port, self.slave.energy_j - self.reserve)
     }
 
-    /// The feedback force for a command (N), for an unpaid shortage of the slave (J).
     #[inline(always)]
     pub(super) fn limit_force(&mut self, command_n: L, velocity_m_per_s: L, unpaid_j: L) -> L {
         let (zero, one) = (L::zero(), L::splat(1.0));
-        let own = one - self.master.energy_j * self.inverse_wanted;
-        let damping = self.max_damping * own.max(unpaid_j * self.inverse_wanted).clamp(zero, one);
+        let from_energy = one - self.master.energy_j * self.inverse_wanted;
+        let damping = self.max_damping * from_energy.max(unpaid_j * self.inverse_wanted).clamp(zero, one);
         self.force.limit(command_n, damping, velocity_m_per_s, self.master.energy_j - self.reserve)
     }
 }

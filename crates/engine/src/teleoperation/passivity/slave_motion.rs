@@ -4,14 +4,14 @@ use crate::plant::SlaveStep;
 
 /// Time constant of the emergency brake, as a multiple of the slave's lag.
 ///
-/// With 1 the brake puts the reference as far behind the slave as it leads in a steady motion. With 2 a motion of the
-/// paper's slave ends after 3 ms instead of 11. Larger factors need large commands and gain little.
+/// With 1 the brake puts the reference as far behind the slave as it leads in a steady motion. With 2 the paper's slave
+/// stops after 3 ms instead of 11. Larger factors need large commands and gain little.
 const BRAKE_PER_LAG: f64 = 2.0;
 
 /// The slave's travel after a command, as a linear function of its state.
 ///
-/// Let the slave have the velocity `v`, the third state `w` and the reference `u` ahead of it at a tick, and let the
-/// brake `u = -β v` act from the next tick on. The slave then comes to rest after
+/// Let the slave have the velocity `v`, the third state `w` and the reference `u` ahead of it, and let the brake `u =
+/// -β v` act from the next tick on. The slave then comes to rest after
 ///
 /// ```text
 /// travel = per_velocity · v + per_state · w + per_lead · u
@@ -67,7 +67,6 @@ impl SlaveMotion {
     }
 }
 
-/// Solves two linear equations, row by row; `None` without a unique solution.
 fn solve([[a, b], [c, d]]: [[f64; 2]; 2], [e, f]: [f64; 2]) -> Option<[f64; 2]> {
     let determinant = a * d - b * c;
     let solution = [(e * d - b * f) / determinant, (a * f - e * c) / determinant];

@@ -26,21 +26,21 @@ const MAX_LEVELS: f64 = 10.0;
 
 /// After Franken, Stramigioli, Misra, Secchi and Macchelli (2011, *Bilateral telemanipulation with time delays: a
 /// two-layer approach combining passivity and transparency*). The transparency layer sets the command; the passivity
-/// layer limits it to the energy in the side's tank.
+/// layer limits it to the energy in the tank.
 ///
 /// ```text
 /// H_m += F_ed Δx_h + received - sent      F_ed = F + d v_h,  d = limit · max(1 - H_m / level, 0)
 /// H_s -= f_e Δx_e - received + sent       H_s limits the steps of the reference
 /// ```
-/// At each tick each tank sends a fraction of its energy, as a running total, so a lost sample loses no energy. Without
-/// a delay it sends all its energy, and the hand is damped only over the fifth of `E_0` above the reserve. Both tanks
-/// are full at the start. The promise, with `E_m = Σ F_ed Δx_h` and `E_s = ∫ f_e dx_e` scaled to the master:
+/// Each tick each tank sends a fraction of its energy, as a running total, so a lost sample loses no energy. Without a
+/// delay it sends all, and the hand is damped only over the fifth of `E_0` above the reserve. Both tanks start full.
+/// The promise, with `E_m = Σ F_ed Δx_h` and `E_s = ∫ f_e dx_e` scaled to the master:
 ///
 /// ```text
 /// E_m - E_s >= -2 tank_level_j    at every tick
 /// ```
-/// A tank pays for the motion to which a command commits the slave, including its lag. The promise therefore holds at
-/// the physical ports, also from a preloaded contact. The slave yields to the tissue as the hand will when it feels the
+/// A tank pays for the motion to which a command commits the slave, including its lag, so the promise holds at the
+/// physical ports, also from a preloaded contact. The slave yields to the tissue as the hand will when it feels the
 /// force ([`HandYield`]).
 #[derive(Debug, Clone)]
 pub struct Tank<L> {
@@ -53,7 +53,7 @@ pub struct Tank<L> {
 }
 
 impl<L: Lane> Tank<L> {
-    /// Discards a tank's energy above its capacity, and sends a share of the energy above `kept_j`. Returns the running
+    /// Discards a tank's energy above its capacity and sends a share of the energy above `kept_j`. Returns the running
     /// total.
     #[inline(always)]
     fn share(tank: &mut Account<L>, max: L, share: L, kept_j: L) -> L {

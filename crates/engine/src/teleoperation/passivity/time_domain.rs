@@ -17,12 +17,11 @@ use trocar_core::settings::Key;
 /// ```text
 /// E_m - E_s >= -2 budget_j    at every tick
 /// ```
-/// The slave's account pays for the motion of the needle, including its lag, and not for the motion of the reference.
-/// Two additions prevent position drift (Chawda, Van Quang, O'Malley and Ryu 2014, *Compensating position drift in time
-/// domain passivity approach based teleoperation*; Coelho, Singh, Muskardin, Balachandran and Kondak 2018, *Smoother
+/// The slave's account pays for the motion of the needle, including its lag, not of the reference. Two additions
+/// prevent position drift (Chawda, Van Quang, O'Malley and Ryu 2014, *Compensating position drift in time domain
+/// passivity approach based teleoperation*; Coelho, Singh, Muskardin, Balachandran and Kondak 2018, *Smoother
 /// position-drift compensation for time domain passivity approach based teleoperation*): a slave that was held back
-/// catches up while its account allows it, and a hand that moves while the slave is short of energy is damped, which
-/// pays the shortage.
+/// catches up while its account allows it, and damping of a moving hand pays the slave's shortage.
 ///
 /// The slave yields to the tissue as the hand will when it feels the force ([`HandYield`]).
 #[derive(Debug, Clone)]

@@ -22,16 +22,16 @@ trocar_core::settings! {
 
 /// Time constant in s of the filter on the wave that returns to the master.
 ///
-/// A wave that the master reflects arrives again after the two delays with the opposite sign; without a delay it would
+/// A wave that the master reflects arrives again after both delays with the opposite sign; without a delay it would
 /// alternate from tick to tick. A low-pass filter of a wave is passive (Niemeyer and Slotine 2004, *Telemanipulation
-/// with time delays*). This filter acts above 30 Hz, beyond the bandwidth of hand and slave.
+/// with time delays*). This one acts above 30 Hz, beyond the bandwidth of hand and slave.
 const FILTER_S: f64 = 5e-3;
 
 /// Largest force as a multiple of the tissue force: the force with which the hand pays for the slave's motion.
 const FORCE_MARGIN: f64 = 1.2;
 
-/// Time constant in s with which the force's limit decays after the tissue force has ended. A hand in free motion then
-/// soon feels no force.
+/// Time constant in s with which the force's limit decays after the tissue force, so a hand in free motion soon feels
+/// no force.
 const RELEASE_S: f64 = 0.15;
 
 /// Index in a payload of the wave over the last tick.
@@ -39,9 +39,8 @@ const WAVE: usize = 1;
 /// Index in a payload of the running energy of the wave.
 const WAVE_ENERGY: usize = 2;
 
-/// After Niemeyer and Slotine (1991, *Stable adaptive teleoperation*). The link carries the waves
-/// `u = (b v + F) / √(2b)` forward and `v = (b v - F) / √(2b)` back in place of velocity and force. A delay cannot
-/// amplify waves.
+/// After Niemeyer and Slotine (1991, *Stable adaptive teleoperation*). The link carries the waves `u = (b v + F) /
+/// √(2b)` forward and `v = (b v - F) / √(2b)` back in place of velocity and force. A delay cannot amplify waves.
 ///
 /// ```text
 /// master  F_ed = b Δx_h / T - √(2b) v_arrived / T   u = (b Δx_h + F_ed T) / √(2b)
@@ -52,18 +51,17 @@ const WAVE_ENERGY: usize = 2;
 /// ```text
 /// E_m - E_s >= -2 budget_j    at every tick
 /// ```
-/// The waves are passive at `(f_e, x_ref)`, and the needle follows the reference with a lag. An energy budget on both
-/// sides ([`Budget`]) accounts for this lag, for augmentation, and for links with jitter and loss. On such links the
-/// last sample is held while the received energy, less the spent energy, plus the budget pays for it (Hirche and Buss
-/// 2004, *Packet loss effects in passive telepresence systems*; 2012, *Human-oriented control for haptic
-/// teleoperation*). The position is sent besides the waves: a slave that is ahead of the hand, or behind it without a
-/// force, returns to it slowly, which compensates for drift (Chawda and O'Malley 2015, *Position synchronization in
-/// bilateral teleoperation under time-varying communication delays*).
+/// The waves are passive at `(f_e, x_ref)`, but the needle follows the reference with a lag. An energy budget on both
+/// sides ([`Budget`]) accounts for this lag, for augmentation, and for links with jitter and loss. There the last
+/// sample is held while the received energy, less the spent energy, plus the budget pays for it (Hirche and Buss 2004,
+/// *Packet loss effects in passive telepresence systems*; 2012, *Human-oriented control for haptic teleoperation*). The
+/// position is sent, too: a slave ahead of the hand, or behind it without a force, returns to it slowly, against drift
+/// (Chawda and O'Malley 2015, *Position synchronization in bilateral teleoperation under time-varying communication
+/// delays*).
 ///
-/// The force exceeds the received tissue force, or a recent one that decays, by at most a fifth. Without this limit a
-/// hand in free motion would feel `b v`, and waves that return from a free needle would make it overshoot. While the
-/// needle pushes, it advances no deeper than the hand. Without delay, positions and forces are sent under the same
-/// budget.
+/// The force exceeds the received tissue force, or a recent one that decays, by at most a fifth. Otherwise a hand in
+/// free motion would feel `b v`, and waves that return from a free needle would make it overshoot. While the needle
+/// pushes, it advances no deeper than the hand. Without delay, positions and forces are sent under the same budget.
 #[derive(Debug, Clone)]
 pub struct Waves<L> {
     budget: Budget<L>,
@@ -92,8 +90,8 @@ pub struct Waves<L> {
     recent_n: L,
     kept_share: L,
     force_margin: L,
-    /// The slave's reference without the supervisor's changes, on the master's scale, in m: at the last tick, and as
-    /// now commanded by the waves.
+    /// The slave's reference without the supervisor's changes, on the master's scale, in m: at the last tick, and now
+    /// by the waves.
     reference: L,
     target: L,
     force_n: L,
@@ -148,14 +146,13 @@ impl<L: Lane> PassivityScheme<L> for Waves<L> {
         }
         let wave = self.forward.receive(arrived);
         let drift = ((position_m - self.reference) * self.drift_share).clamp(-self.max_drift, self.max_drift);
-        // A lag of the slave behind a pushing hand is the stretch of the link and not drift.
+        // A lag of the slave behind a pushing hand is the stretch of the link, not drift.
         let is_stretch = drift.gt(L::zero()) & port.force_n.gt(L::zero());
         let drift = L::select(is_stretch, L::zero(), drift);
         self.force_n = port.force_n;
         let pushed = self.inverse_impedance * port.force_n * self.tick;
         let free = self.reference + (self.gain_in * wave - pushed) + drift;
-        // Otherwise a force that the hand still feels, but the slave no longer has, would drive the slave beyond the
-        // hand.
+        // Otherwise a force that the hand still feels, but the slave does not, would drive the slave beyond the hand.
         let (deepest, shallowest) = (position_m.max(self.reference), position_m.min(self.reference));
         let zero = L::zero();
         let not_deeper = L::select(port.force_n.gt(zero), free.min(deepest), free);
@@ -168,8 +165,8 @@ impl<L: Lane> PassivityScheme<L> for Waves<L> {
         // Excludes the hand's motion during an event, for which the operator does not pay in advance.
         let hand_m = commanded_m + (self.hand - self.target * self.position_scale);
         let reference_m = self.budget.sides.limit_reference(commanded_m, hand_m, port);
-        // The budget's limit acts on the waves, the supervisor's change does not. The freeze is therefore felt through
-        // the force law and not as a wall.
+        // The budget limits the waves, not the supervisor's change, so the freeze is felt through the force law and not
+        // as a wall.
         let reference = self.target - (commanded_m - reference_m) * self.inverse_scale;
         let moved = self.impedance * (reference - self.reference);
         self.back_wave = (moved - self.force_n * self.tick) * self.inverse_gain_out;
@@ -316,7 +313,7 @@ mod tests {
         SlavePort { force_n, cost_j_per_m: force_n, work_j: 0.0, position_m: 0.0, velocity_m_per_s: 0.0 }
     }
 
-    /// Returns a received wave with more energy than it takes.
+    /// A received wave with more energy than it takes.
     fn arrived(wave: f64) -> Arrived<f64> {
         let mut payload = [0.0; PAYLOAD];
         (payload[WAVE], payload[WAVE_ENERGY]) = (wave, 1.0);

@@ -38,7 +38,7 @@ fn only_layers_rupture_and_their_names_are_known() {
 }
 
 #[test]
-fn the_surface_is_known_only_of_simulated_tissues() {
+fn the_surface_is_known_only_for_simulated_tissues() {
     let surface = Surface { contact_m: 0.013 };
     let settings = TissueSettings::KelvinVoigt(KelvinVoigtSettings { surface, ..Default::default() });
     assert_eq!(settings.surface_m(), Some(0.013));

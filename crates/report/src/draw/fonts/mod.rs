@@ -1,4 +1,4 @@
-//! The bundled typeface. System fonts are not used, so a figure has the same bytes on every computer.
+//! The bundled typeface: without system fonts a figure has the same bytes everywhere.
 //!
 //! `DejaVuSans.ttf` and `DejaVuSans-Bold.ttf` are subsets of DejaVu Sans 2.37 (Latin, Greek, the mathematical signs of
 //! the figures). `fonts/LICENSE` is their licence.
@@ -9,21 +9,19 @@ use plotters_backend::text_anchor::HPos;
 use plotters_backend::{BackendCoord, BackendTextStyle, FontStyle, FontTransform};
 use ttf_parser::{Face, GlyphId};
 
-/// The font family in SVG files. Verdana has the widths of DejaVu, so the layout is the same in a viewer without
-/// DejaVu.
+/// The font family in SVG files. Verdana has the widths of DejaVu, so the layout stays the same without DejaVu.
 pub(super) const FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
 
 /// Size of a plotters font relative to the em.
 pub(super) const PER_SIZE: f64 = 1.24;
 
-/// Height of the letters above the baseline relative to the em. plotters backends place a text by its top.
+/// Height of the letters above the baseline relative to the em. plotters places a text by its top.
 const ASCENT: f64 = 0.76;
 
 /// Maximum number of lines of a text; the rest is cut.
 const MAX_LINES: usize = 3;
 
 pub(super) struct Typeface {
-    /// The PostScript name.
     pub(super) name: &'static str,
     pub(super) data: &'static [u8],
     pub(super) face: Face<'static>,
@@ -46,7 +44,7 @@ impl Typeface {
         self.face.glyph_index(letter).unwrap_or(GlyphId(0))
     }
 
-    /// Returns the advance of a glyph relative to the em.
+    /// The advance of a glyph relative to the em.
     pub(super) fn advance(&self, glyph: GlyphId) -> f64 {
         f64::from(self.face.glyph_hor_advance(glyph).unwrap_or(0)) / f64::from(self.face.units_per_em())
     }
@@ -105,8 +103,8 @@ impl Placed {
     }
 }
 
-/// Breaks a text at spaces into lines that are at most `max_width` wide. A longer word, and any text beyond the third
-/// line, is cut and ends with an ellipsis.
+/// Breaks a text at spaces into lines of at most `max_width`. A longer word, and text beyond the third line, ends with
+/// an ellipsis.
 pub(super) fn lines(text: &str, size: f64, is_bold: bool, max_width: f64) -> Vec<String> {
     let clean: String = text.chars().take(400).map(|c| if c.is_control() { ' ' } else { c }).collect();
     let mut lines: Vec<String> = vec![];

@@ -12,10 +12,10 @@ const trocarAnimation = (() => {
   const REST_S = 1.2;
 
   function html(name, attributes = {}, text = "") {
-    const made = document.createElement(name);
-    for (const [attribute, value] of Object.entries(attributes)) made.setAttribute(attribute, value);
-    made.textContent = text;
-    return made;
+    const node = document.createElement(name);
+    for (const [attribute, value] of Object.entries(attributes)) node.setAttribute(attribute, value);
+    node.textContent = text;
+    return node;
   }
 
   const setText = (element, text) => {
@@ -58,10 +58,10 @@ const trocarAnimation = (() => {
       const isSame = this.shapes?.length === drawing.shapes.length && this.shapes.every(({ role, kind }, index) => role === drawing.shapes[index].role && kind === drawing.shapes[index].kind);
       if (!isSame) {
         this.elements = drawing.shapes.map(({ kind, role, anchor }) => {
-          const made = document.createElementNS(SVG, kind);
-          made.setAttribute("class", role);
-          if (anchor) made.setAttribute("text-anchor", anchor);
-          return made;
+          const node = document.createElementNS(SVG, kind);
+          node.setAttribute("class", role);
+          if (anchor) node.setAttribute("text-anchor", anchor);
+          return node;
         });
         this.svg.replaceChildren(...this.elements);
       }

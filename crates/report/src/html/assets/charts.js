@@ -111,10 +111,10 @@ const trocarCharts = (() => {
   }
 
   function html(name, attributes = {}, text = "") {
-    const made = document.createElement(name);
-    for (const [attribute, value] of Object.entries(attributes)) made.setAttribute(attribute, value);
-    made.textContent = text;
-    return made;
+    const node = document.createElement(name);
+    for (const [attribute, value] of Object.entries(attributes)) node.setAttribute(attribute, value);
+    node.textContent = text;
+    return node;
   }
 
   /** Returns the sample of a legend's entry. */
@@ -128,9 +128,9 @@ const trocarCharts = (() => {
       rupture: '<path d="M12 0v12" stroke="var(--grey)" stroke-width="1.5" stroke-dasharray="3 3"/>',
       alarm: '<path d="M12 0v12M8 0h8l-4 5z" stroke="var(--black)" fill="var(--black)"/>',
     };
-    const made = html("span", { class: "sample", "aria-hidden": "true" });
-    made.innerHTML = shapes[kind] ? `<svg width="24" height="12">${shapes[kind]}</svg>` : "";
-    return made;
+    const node = html("span", { class: "sample", "aria-hidden": "true" });
+    node.innerHTML = shapes[kind] ? `<svg width="24" height="12">${shapes[kind]}</svg>` : "";
+    return node;
   }
 
   /** Returns an item of a legend. */

@@ -25,7 +25,7 @@ pub(in super::super) struct Block {
     pub(in super::super) loose: Vec<(usize, DMatrix<f64>)>,
 }
 
-/// Returns the unknown matrix that begins at `start`.
+/// The unknown matrix that begins at `start`.
 pub(in super::super) fn matrix_at(y: &DVector<f64>, start: usize, size: usize) -> DMatrix<f64> {
     DMatrix::from_fn(size, size, |i, j| y[start + row(i.min(j), i.max(j))])
 }

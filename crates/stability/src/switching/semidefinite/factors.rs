@@ -1,8 +1,8 @@
 //! Cholesky factors of a sparse symmetric matrix.
 //!
 //! Row `i` of the factor begins at the first nonzero entry of row `i` of the matrix (its envelope; George and Liu,
-//! *Computer Solution of Large Sparse Positive Definite Systems*, 1981). The unknown matrices of a programme form a
-//! chain, so most rows begin near the diagonal.
+//! *Computer Solution of Large Sparse Positive Definite Systems*, 1981). The unknown matrices form a chain, so most
+//! rows begin near the diagonal.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -12,7 +12,6 @@ pub(super) struct Factors {
     rows: Vec<Vec<f64>>,
 }
 
-/// Returns the inner product of slices of equal length, in four independent sums.
 #[allow(clippy::needless_range_loop, reason = "adapters of iterators are calls if they are compiled in another unit")]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let b = &b[..a.len()];

@@ -7,14 +7,14 @@
 //! The blocks have matrices `X_k` as multipliers, the equation has a number `λ`. At the optimum `S_k` and `X_k` are
 //! positive semidefinite, `S_k X_k = 0` and `b + Σ_k A_kᵀ X_k = λ a`.
 //!
-//! The method is a primal-dual interior-point method: Mehrotra's predictor and corrector along the Nesterov-Todd
-//! direction, from an infeasible start (Vandenberghe and Boyd, *SIAM Review* 38, 1996; Todd, Toh and Tütüncü, *SIAM J.
-//! Optim.* 8, 1998; steps in scaled coordinates after Vandenberghe, *The CVXOPT linear and quadratic cone program
-//! solvers*, 2010). It is implemented here because the available libraries call BLAS and LAPACK, whose unmangled
-//! symbols would become part of every program that uses this crate.
+//! A primal-dual interior-point method: Mehrotra's predictor and corrector along the Nesterov-Todd direction, from an
+//! infeasible start (Vandenberghe and Boyd, *SIAM Review* 38, 1996; Todd, Toh and Tütüncü, *SIAM J. Optim.* 8, 1998;
+//! steps in scaled coordinates after Vandenberghe, *The CVXOPT linear and quadratic cone program solvers*, 2010).
+//! Implemented here because the available libraries call BLAS and LAPACK, whose unmangled symbols would become part of
+//! every program that uses this crate.
 //!
-//! Each iteration factors one matrix with a row per variable, within its envelope. Its entries come from products of
-//! the small maps of each block, without a matrix per variable.
+//! Each iteration factors one matrix with a row per variable, within its envelope, built from the small maps of each
+//! block without a matrix per variable.
 
 mod block;
 mod factors;
@@ -94,7 +94,6 @@ struct Residuals {
     of_equation: f64,
 }
 
-/// A change of a point; `s` and `x` are in scaled coordinates.
 struct Direction {
     y: DVector<f64>,
     multiplier: f64,
@@ -160,7 +159,6 @@ impl Iterate {
 }
 
 impl Programme {
-    /// Returns the starting point: least squares for primal and dual, shifted into the cone.
     fn start(&self) -> Option<Iterate> {
         let scalings: Vec<Scaling> = self.blocks.iter().map(|block| Scaling::identity(block.size)).collect();
         let zeros = || self.blocks.iter().map(|block| DMatrix::zeros(block.size, block.size)).collect::<Vec<_>>();
@@ -192,7 +190,6 @@ impl Programme {
         now.multiplier * self.equation.1
     }
 
-    /// Returns true if a feasible point reaches `enough`, or the multipliers prove that none does.
     fn is_decided(&self, now: &Iterate, residuals: &Residuals) -> bool {
         let Some(enough) = self.enough else { return false };
         let of_blocks = residuals.of_blocks.iter().map(DMatrix::norm_squared).sum::<f64>().sqrt();
@@ -215,15 +212,14 @@ impl Programme {
         .fold(0.0, |max, value| if value > max || value.is_nan() { value } else { max })
     }
 
-    /// Returns true if the multipliers prove that no `y` with a norm below [`MAX_NORM`] satisfies the conditions. Such
-    /// a `y` would give `0 <= Σ_k <S_k, X_k> = β + yᵀd` with `β = λ e` and `d = Σ_k A_kᵀ X_k - λ a`.
+    /// True if the multipliers prove that no `y` with a norm below [`MAX_NORM`] satisfies the conditions: it would give
+    /// `0 <= Σ_k <S_k, X_k> = β + yᵀd` with `β = λ e` and `d = Σ_k A_kᵀ X_k - λ a`.
     fn is_infeasible(&self, now: &Iterate, residuals: &Residuals) -> bool {
         let bound = self.bound(now);
         MAX_NORM * (&residuals.of_multipliers - &self.objective).norm() < -bound
     }
 }
 
-/// Shifts matrices along the identity until all are positive definite.
 fn shifted_into_cone(mut matrices: Vec<DMatrix<f64>>) -> Option<Vec<DMatrix<f64>>> {
     let mut min = f64::INFINITY;
     for matrix in &matrices {

@@ -51,7 +51,6 @@ impl<'a> Newton<'a> {
         Some(Self { programme, scalings, residuals, of_blocks, h, factors, of_equation })
     }
 
-    /// Solves `H u + v a = rhs`, `aᵀ u = e`.
     fn solve_once(&self, rhs: &DVector<f64>, e: f64) -> (DVector<f64>, f64) {
         let a = &self.programme.equation.0;
         let u = self.factors.solve(rhs);
@@ -70,7 +69,7 @@ impl<'a> Newton<'a> {
         (u, v)
     }
 
-    /// Returns the direction to targets; `None` is the target 0.
+    /// The direction to targets; `None` is the target 0.
     pub(super) fn direction(&self, targets: Option<&[DMatrix<f64>]>) -> Direction {
         let blocks = &self.programme.blocks;
         let mut rhs = self.residuals.of_multipliers.clone();
@@ -94,8 +93,7 @@ impl<'a> Newton<'a> {
         Direction { y, multiplier, s, x }
     }
 
-    /// Returns Mehrotra's direction: a predictor towards complementarity, then centring and second-order correction
-    /// from its result.
+    /// Mehrotra's direction: a predictor towards complementarity, then centring and second-order correction.
     pub(super) fn corrected_direction(&self) -> Direction {
         let target = |scaling: &Scaling| -DMatrix::from_diagonal(&scaling.lambda);
         let predictor = self.direction(Some(&self.scalings.iter().map(target).collect::<Vec<_>>()));
@@ -119,7 +117,6 @@ impl<'a> Newton<'a> {
         self.scalings.iter().map(|scaling| scaling.lambda.norm_squared()).sum::<f64>() / rows as f64
     }
 
-    /// Returns the maximum steps of the matrices and of the multipliers along a direction.
     pub(super) fn longest_steps(&self, direction: &Direction) -> (f64, f64) {
         let longest = |steps: &[DMatrix<f64>]| {
             let each = self.scalings.iter().zip(steps).map(|(scaling, step)| scaling.longest_step(step));

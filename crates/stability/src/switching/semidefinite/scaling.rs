@@ -48,18 +48,17 @@ impl Scaling {
         symmetric(&transposed_times(&self.g, &times(a, &self.g)))
     }
 
-    /// Returns `G X Gᵀ`, a multiplier in unscaled coordinates.
     pub(super) fn unscaled_multiplier(&self, x: &DMatrix<f64>) -> DMatrix<f64> {
         symmetric(&times_transposed(&times(&self.g, x), &self.g))
     }
 
-    /// Returns the `D` with `(Λ D + D Λ) / 2 = R`.
+    /// The `D` with `(Λ D + D Λ) / 2 = R`.
     pub(super) fn quotient(&self, r: &DMatrix<f64>) -> DMatrix<f64> {
         let lambda = &self.lambda;
         DMatrix::from_fn(r.nrows(), r.ncols(), |i, j| 2.0 * r[(i, j)] / (lambda[i] + lambda[j]))
     }
 
-    /// Returns the maximum `t` with a positive semidefinite `Λ + t D`; infinite if every `t` qualifies.
+    /// The maximum `t` with a positive semidefinite `Λ + t D`; infinite if every `t` qualifies.
     pub(super) fn longest_step(&self, d: &DMatrix<f64>) -> f64 {
         let root = self.lambda.map(f64::sqrt);
         let relative = DMatrix::from_fn(d.nrows(), d.ncols(), |i, j| d[(i, j)] / (root[i] * root[j]));

@@ -15,7 +15,7 @@ const PHASE_S: f64 = 0.02;
 const PASSES: f64 = 0.01;
 const DELAY_S: f64 = 0.010;
 
-const PUT_IN: &str = "Put in: the recording was generated from this number.";
+const INPUT: &str = "Input: the recording was generated from this number.";
 
 fn delays(run: &Run) -> Vec<Option<f64>> {
     run.metrics.ruptures.iter().map(|rupture| rupture.detection_delay_s).collect()
@@ -45,7 +45,7 @@ impl PaperStudy {
     }
 
     /// A statement about the seeds of the noise, which may depend on the fall of the force: section, subject, the
-    /// paper's words, the condition, and a reason.
+    /// paper's words, condition, reason.
     fn of_seeds(
         &self,
         [section, what, paper, condition, why]: [&'static str; 5],
@@ -54,20 +54,21 @@ impl PaperStudy {
     ) -> Statement {
         let counts = self.seeds(is_so);
         let judgement = Judgement::over(counts.iter().map(|count| is_met(*count)));
-        let [own, others @ ..] = &counts[..] else { unreachable!("the shipped fall is the first") };
+        let [shipped, others @ ..] = &counts[..] else { unreachable!("the shipped fall is the first") };
         let others: Vec<String> = others.iter().map(usize::to_string).collect();
         let others = others.join(" and ");
         let decided = match judgement {
             Judgement::NotCheckable => {
                 format!(
-                    "How fast the force falls decides it, and was chosen (45 ms): with half and double of it {others} seeds. {why}"
+                    "The result depends on the duration of the fall, which was chosen (45 ms): with half and double \
+                     of it {others} seeds. {why}"
                 )
             }
             _ => format!("{why} With half and double of the chosen fall of 45 ms it is {others} seeds."),
         };
         Statement::checked(
             [section, what, paper, condition],
-            format!("{own} of {NOISE_SEEDS} seeds"),
+            format!("{shipped} of {NOISE_SEEDS} seeds"),
             judgement,
             decided,
         )
@@ -82,14 +83,14 @@ impl PaperStudy {
         let extracted_s = lowest.map_or(f64::NAN, |(time_s, _)| *time_s);
         let alarms = self.unarmed.metrics.alarms.iter().filter(|alarm| alarm.time_s > extracted_s - 1.0).count();
         vec![
-            Statement::open(["4.1", "transitions", "5.52 s and 8.85 s"], format!("{} s", times.join(" and ")), PUT_IN),
-            Statement::open(["4.1", "fast extraction", "14.5 s"], format!("{extracted_s:.2} s (largest pull)"), PUT_IN),
+            Statement::open(["4.1", "transitions", "5.52 s and 8.85 s"], format!("{} s", times.join(" and ")), INPUT),
+            Statement::open(["4.1", "fast extraction", "14.5 s"], format!("{extracted_s:.2} s (largest pull)"), INPUT),
             Statement::checked(
-                ["4.1", "alarms at the extraction", "none, as it is no transition", "none"],
+                ["4.1", "alarms at the extraction", "none, because it is not a transition", "none"],
                 format!("{alarms}"),
                 alarms == 0,
-                "The force changes slowly enough for the estimate; alarms are taken in any motion and direction here, without the \
-                 conditions that trocar adds to the paper.",
+                "The force changes slowly enough for the estimate; alarms are taken in any motion and direction here, \
+                 without the conditions that trocar adds to the paper.",
             ),
         ]
     }
@@ -103,7 +104,8 @@ impl PaperStudy {
                     "no threshold on the derivative for both ruptures",
                     "very difficult to select",
                     "there is none in most of 20 seeds, with each fall",
-                    "The change of the force in one sample of a rupture has to exceed those of white noise of 6.25e-4 N².",
+                    "A change of the force in one sample of a rupture must exceed every change caused by white noise of \
+                     6.25e-4 N².",
                 ],
                 |seed| seed.derivative_contrast <= 1.0,
                 |count| 2 * count > NOISE_SEEDS,
@@ -114,8 +116,8 @@ impl PaperStudy {
                     "failure of any other high-pass filter",
                     "noise amplified, too many parameters",
                     "the force less its moving average fails in most of 20 seeds, with each fall",
-                    "The force less its moving average, a high-pass filter with one weight, finds both ruptures and nothing else under \
-                     the same CUSUM, so the derivative is a weak baseline.",
+                    "The force less its moving average, a high-pass filter with one weight, finds both ruptures and \
+                     nothing else under the same CUSUM, so the derivative is a weak baseline.",
                 ],
                 |seed| !seed.moving_average_detects,
                 |count| 2 * count > NOISE_SEEDS,
@@ -134,7 +136,7 @@ impl PaperStudy {
         let text = |range: Option<(f64, f64)>| {
             range.map_or_else(|| "none".to_owned(), |(low, high)| format!("{low:.2} to {high:.2}"))
         };
-        let own = |of: &Varied<Option<(f64, f64)>>| of.0.first().copied().flatten();
+        let shipped = |of: &Varied<Option<(f64, f64)>>| of.0.first().copied().flatten();
         let others = of_vector.0.iter().skip(1).map(|range| text(*range)).collect::<Vec<_>>().join(" and ");
         let widths = of_vector.0.iter().zip(&of_error.0).map(|(vector, error)| (width(*vector), width(*error)));
         let widths: Vec<(f64, f64)> = widths.collect();
@@ -156,8 +158,8 @@ impl PaperStudy {
                 ],
                 format!("differs by {}", shown(corrections)),
                 corrections <= 1e-9,
-                "Recomputed from the estimates of the trace; eq. 26 takes the vector, and as eq. 27 accumulates one number, \
-                 parameter-change takes its length, each component relative to its change by a rupture.",
+                "Recomputed from the estimates of the trace; eq. 26 takes the vector, and as eq. 27 accumulates one \
+                 number, parameter-change takes its length, each component relative to its change by a rupture.",
             ),
             Statement::checked(
                 [
@@ -166,11 +168,12 @@ impl PaperStudy {
                     "satisfactory",
                     "some threshold announces both ruptures and nothing else, with each fall",
                 ],
-                format!("threshold {} times its own", text(own(of_vector))),
+                format!("threshold {} times its own", text(shipped(of_vector))),
                 of_vector.judge(Option::is_some),
                 format!(
-                    "The threshold that follows from corrections of 20 N/m and 20 N·s/m, chosen here, announces {}; how fast the force \
-                     falls was chosen, too (45 ms): with half and double of it the thresholds are {others} times.",
+                    "The threshold that follows from corrections of 20 N/m and 20 N·s/m, chosen here, announces {}; \
+                     the duration of the fall was chosen, too (45 ms): with half and double of it the thresholds are \
+                     {others} times.",
                     detection_text(&self.vector)
                 ),
             ),
@@ -181,17 +184,20 @@ impl PaperStudy {
                     "rather difficult",
                     "the range that works is smaller than for e², with each fall",
                 ],
-                format!("largest over smallest {:.1}, for e² {:.0}", width(own(of_vector)), width(own(of_error))),
+                format!(
+                    "largest over smallest {:.1}, for e² {:.0}",
+                    width(shipped(of_vector)),
+                    width(shipped(of_error))
+                ),
                 Judgement::over(widths.iter().map(|(vector, error)| vector < error)),
                 format!(
-                    "The size of a correction depends on depth, velocity and F, not on the rupture alone; with half and double of the \
-                     chosen fall of 45 ms it is {ratios}."
+                    "The size of a correction depends on depth, velocity and F, not on the rupture alone; with half \
+                     and double of the chosen fall of 45 ms it is {ratios}."
                 ),
             ),
         ]
     }
 
-    /// The largest difference between the distance of eq. 26 and the changes of the estimates.
     fn vector_difference(&self) -> f64 {
         let trace = &self.vector.trace;
         let h = &self.vector.scenario.detector.distance.hypotheses;
@@ -222,8 +228,8 @@ impl PaperStudy {
                 format!("{:.4} N", -mean),
                 mean.abs() <= ZERO_SHARE * PAPER_VARIANCE_N2.sqrt(),
                 format!(
-                    "The estimator ignores errors within its dead zone of {zone_n} N (eq. 15), which leaves a mean in each stretch, in \
-                     the direction in which the force changes."
+                    "The estimator ignores errors within its dead zone of {zone_n} N (eq. 15), which leaves a mean in \
+                     each stretch, in the direction in which the force changes."
                 ),
             ),
             Statement::checked(
@@ -231,7 +237,8 @@ impl PaperStudy {
                 format!("{variance:.1e} N²"),
                 Judgement::over(varied.0.iter().map(|of| is_within(of.quiet_variance_n2, PAPER_VARIANCE_N2))),
                 format!(
-                    "The dead zone decides it, and the paper does not state N_0: {SETTINGS_TEXT} it is {low:.1e} to {high:.1e} N²."
+                    "The result depends on the dead zone, and the paper does not state N_0: {SETTINGS_TEXT} it is \
+                     {low:.1e} to {high:.1e} N²."
                 ),
             ),
             Statement::checked(
@@ -248,8 +255,8 @@ impl PaperStudy {
                     each.join(", ")
                 ),
                 of_tests(|tests| tests.jarque_bera_p) >= PASSES,
-                "The means of the stretches differ, so that together they are skewed; the test takes samples as independent, which they \
-                 are not.",
+                "The means of the stretches differ, so that together they are skewed; the test assumes independent \
+                 samples, which these are not.",
             ),
             Statement::checked(
                 ["4.3", "residual without changes", "white", "p of Ljung and Box (1978) is at least 0.01"],
@@ -289,7 +296,7 @@ impl PaperStudy {
                     "e² beside the derivative of figure 9",
                     "less corrupted by noise",
                     "the peaks stand out more in each of 20 seeds, with each fall",
-                    "Compared is the smaller peak at a rupture over the largest value elsewhere.",
+                    "The comparison uses the ratio of the smaller peak at a rupture to the largest value elsewhere.",
                 ],
                 |seed| seed.residual_contrast > seed.derivative_contrast,
                 is_each,
@@ -345,14 +352,14 @@ impl PaperStudy {
                 ],
                 format!("{} N²", phases.iter().map(|phase| format!("{phase:.3}")).collect::<Vec<_>>().join(" and ")),
                 !phases.is_empty() && phases.iter().all(|phase| *phase >= 4e-2),
-                "The second rupture releases less force, and the estimate follows it better; its peak exceeds 4e-2 N², its mean does \
-                 not.",
+                "The second rupture releases less force, and the estimate follows it better; its peak exceeds 4e-2 N², \
+                 its mean does not.",
             ),
             Statement::checked(
                 ["4.6", "detection delay", "always below 10 ms", "both are below 10 ms, with each fall"],
                 format!("{} ({} s)", texts(delays), detected.join(" and ")),
                 Judgement::over(falls.iter().map(in_time)),
-                format!("How fast the force falls decides it, and was chosen (45 ms): {others}."),
+                format!("The result depends on the duration of the fall, which was chosen (45 ms): {others}."),
             ),
             Statement::checked(
                 ["4.6", "delay of the second detection", "longer than the first", "it is longer, with each fall"],
@@ -363,14 +370,16 @@ impl PaperStudy {
             Statement::open(
                 ["4.6", "true time of rupture 1", "5.22 s, detected at 5.52 s"],
                 "5.52 s (4.1)",
-                "The paper contradicts itself: these times are 300 ms apart, not 10 ms, and section 4.1 has the rupture at 5.52 s.",
+                "The paper contradicts itself: these times are 300 ms apart, not 10 ms, and section 4.1 has the \
+                 rupture at 5.52 s.",
             ),
             Statement::checked(
                 ["4.6", "detection signal apart from the two", "zero", "there is no other alarm"],
                 format!("{} other alarms", self.unarmed.metrics.false_alarms),
                 detects_both(&self.unarmed.metrics),
-                "Over the whole record, contact and extraction included, with alarms in any motion and direction; after an alarm the decision \
-                 function crosses γ again, which trocar ignores within the refractory period.",
+                "Over the whole record, contact and extraction included, with alarms in any motion and direction; \
+                 after an alarm the decision function crosses γ again, which trocar ignores within the refractory \
+                 period.",
             ),
         ]
     }

@@ -6,13 +6,14 @@ use serde::Serialize;
 use super::{Judgement, PaperFigure, PaperStudy, Statement};
 use trocar_document::{Document, Section, Shown, Study, Table, Verdict, counted, json_of};
 
-const ABOUT: &str = "Barbé, Bayle, de Mathelin and Gangi, In Vivo Model Estimation and Haptic Characterization of Needle Insertions: each \
-                     figure but the photographs (2 and 3), drawn from the shipped scenarios with the signs of the paper, in which a force \
-                     that resists insertion is negative";
+const ABOUT: &str = "Barbé, Bayle, de Mathelin and Gangi, In Vivo Model Estimation and Haptic Characterization of \
+                     Needle Insertions: each figure but the photographs (2 and 3), drawn from the shipped scenarios \
+                     with the signs of the paper, in which a force that resists insertion is negative";
 
-const RULE: &str = "Reproduced: the result meets the condition, which is chosen here. Contradicted: it does not. Not checkable: the \
-                    number was put in, what the paper does not state decides it, the simulation lacks what the statement is about, or \
-                    the statement names no criterion. The insertion of figures 6 to 16 is generated, as the paper's recording was never \
+const RULE: &str = "Reproduced: the result meets the condition, which is chosen here. Contradicted: it does not. Not \
+    checkable: the number is an input, the result depends on a value that the paper does not state, the simulation \
+    lacks the subject of the statement, or the statement names no criterion. The insertion of figures 6 to 16 is \
+    generated, as the paper's recording was never \
                     published.";
 
 impl Study for PaperStudy {

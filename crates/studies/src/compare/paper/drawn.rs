@@ -9,8 +9,7 @@ use trocar_figures::{self as figures, EstimationView, FigureError};
 /// Time of the puncture in figures 4 and 5 of the paper, in s (3.2.1).
 pub(super) const PUNCTURE_S: f64 = 4.6;
 
-/// A run for figures of the paper. Forces have the paper's sign: a force that resists insertion is negative. Times are
-/// later by `shift_s`.
+/// A run for figures of the paper: forces that resist insertion are negative, times are later by `shift_s`.
 pub(super) fn in_the_papers_terms(run: &Run, shift_s: f64) -> Run {
     let mut run = run.clone();
     let trace = &mut run.trace;
@@ -28,7 +27,6 @@ pub(super) fn in_the_papers_terms(run: &Run, shift_s: f64) -> Run {
     run
 }
 
-/// The estimation of a run without standard errors, as drawn in the paper.
 fn estimation(run: &Run) -> EstimationView<'_> {
     EstimationView { standard_errors: None, ..run.estimation() }
 }
@@ -59,10 +57,10 @@ impl PaperStudy {
     fn distribution_drawn(&self) -> Figure<'static> {
         let residual_n: Vec<f64> = quiet_residual_n(&self.quiet).iter().map(|e| -e).collect();
         let count = residual_n.len().max(1) as f64;
-        let own = (residual_n.iter().map(|e| e * e).sum::<f64>() / count).sqrt();
+        let std_n = (residual_n.iter().map(|e| e * e).sum::<f64>() / count).sqrt();
         let paper = PAPER_VARIANCE_N2.sqrt();
         let gaussians = [
-            (own, format!("zero-mean Gaussian of the same power, σ = {own:.3} N")),
+            (std_n, format!("zero-mean Gaussian of the same power, σ = {std_n:.3} N")),
             (paper, format!("the paper's, σ = {paper:.3} N")),
         ];
         figures::distribution("classical, quiet stretches", &residual_n, &gaussians)

@@ -16,10 +16,9 @@ const CLEAR: f64 = 2.0;
 /// The condition for a number of the paper that depends on settings.
 const WITHIN: &str = "within a factor of 1.5 with each setting of the estimator";
 
-const PUT_IN: &str = "Put in: the simulated tissue was made from this number.";
-const GENERATED: &str = "Put in: the recording was generated from this number.";
+const INPUT: &str = "Input: this number is a parameter of the simulated tissue.";
+const GENERATED: &str = "Input: the recording was generated from this number.";
 
-/// The range of the measured force in the paper's sign, in N.
 fn force_range(run: &Run) -> (f64, f64) {
     let (low, high) = range(&run.trace.measured_force_n);
     (-high, -low)
@@ -37,24 +36,23 @@ fn true_viscous_share(run: &Run, velocity: f64) -> Option<f64> {
     Some(factor / (1.0 + factor))
 }
 
-/// A statement about an error in N, which depends on the settings of the estimator: section, subject, the paper's
-/// number.
+/// A statement about an error in N, which depends on the estimator's settings: section, subject, the paper's number.
 fn of_settings(
     [section, what, text]: [&'static str; 3],
     paper: f64,
     varied: &Varied<OfSettings>,
     read: fn(&OfSettings) -> f64,
 ) -> Statement {
-    let own = varied.0.first().map_or(f64::NAN, read);
+    let shipped = varied.0.first().map_or(f64::NAN, read);
     let (low, high) = varied.range(read);
     let judgement = varied.judge(|of| is_within(read(of), paper));
     let why = match judgement {
-        Judgement::NotCheckable => "The settings decide it, and the paper states neither F_0 nor N_0",
-        Judgement::Reproduced => "The paper states neither F_0 nor N_0, but neither decides it",
+        Judgement::NotCheckable => "The result depends on the settings, and the paper states neither F_0 nor N_0",
+        Judgement::Reproduced => "The paper states neither F_0 nor N_0, but the result depends on neither",
         Judgement::Contradicted => "The paper states neither F_0 nor N_0, but none of these settings gives it",
     };
     let why = format!("{why}: {SETTINGS_TEXT} it is {low:.4} to {high:.4} N.");
-    Statement::checked([section, what, text, WITHIN], format!("{own:.4} N"), judgement, why)
+    Statement::checked([section, what, text, WITHIN], format!("{shipped:.4} N"), judgement, why)
 }
 
 impl PaperStudy {
@@ -72,13 +70,15 @@ impl PaperStudy {
                     "Simone and others",
                 ],
                 "the tissue model has them",
-                "Put in: the layers of the simulated tissue deflect, rupture at a force and hold the shaft by friction; the paper \
+                "Input: the layers of the simulated tissue deflect, rupture at a force and hold the shaft by \
+                 friction; the paper \
                  cites the phases from earlier work.",
             ),
             Statement::open(
                 ["1.2", "position of the needle when it is extracted", "not the initial contact"],
                 format!("{:+.2} mm from it", 1e3 * leaves_m),
-                "Put in: the friction of the shaft lifts the surface in the tissue model, which follows the paper's figure 1.",
+                "Input: the friction of the shaft lifts the surface in the tissue model, which follows the paper's \
+                 figure 1.",
             ),
         ]
     }
@@ -95,10 +95,11 @@ impl PaperStudy {
             Statement::open(
                 ["3.2.1", "time of the puncture", "4.6 s"],
                 format!("{puncture_s:.2} s"),
-                "The speed of the hand decides it, which the paper does not state; figures 4 and 5 are shifted so that the puncture is \
+                "The result depends on the speed of the hand, which the paper does not state; figures 4 and 5 are \
+                 shifted so that the puncture is \
                  at the paper's time.",
             ),
-            Statement::open(["3.2.1", "force", "-1.45 to 0.37 N"], range_text(force_range(run)), PUT_IN),
+            Statement::open(["3.2.1", "force", "-1.45 to 0.37 N"], range_text(force_range(run)), INPUT),
             of(["3.2.1", "mean of the absolute error", "0.019 N"], 0.019, |of| of.both.mean_n),
             of(["3.2.1", "standard deviation of the absolute error", "0.0136 N"], 0.0136, |of| of.both.std_n),
             of(["3.2.1", "largest transient error", "0.32 N"], 0.32, |of| of.both.max_n),
@@ -158,7 +159,8 @@ impl PaperStudy {
                 format!("{fall:+.1} N/m in 20 ms; elsewhere up to {elsewhere:.1} N/m"),
                 self.direct_settings.judge(is_clear),
                 format!(
-                    "The estimate follows the drop of the force within 20 ms; B falls at the same time, by {:.0} N·s/m.",
+                    "The estimate follows the drop of the force within 20 ms; B falls at the same time, by {:.0} \
+                     N·s/m.",
                     -after(damping)
                 ),
             ),
@@ -172,9 +174,10 @@ impl PaperStudy {
                 format!("K p {:.2} N, B v {:.2} N of {:.2} N", terms.elastic_n, terms.viscous_n, terms.force_n),
                 self.direct_settings.judge(is_elastic),
                 format!(
-                    "K and B are not identifiable here: in the 0.1 s before the puncture depth and velocity are nearly proportional \
-                     (cosine {:.3}), so one force does not fix two parameters; with F_0 a multiple of the identity, which is chosen \
-                     here, eq. 12 then puts {} of a correction of the force into B, while the true share of the viscosity is {truth}.",
+                    "K and B are not identifiable here: in the 0.1 s before the puncture depth and velocity are nearly \
+                     proportional (cosine {:.3}), so one force does not fix two parameters; with F_0 a multiple of the \
+                     identity, which is chosen here, eq. 12 then puts {} of a correction of the force into B, while \
+                     the true share of the viscosity is {truth}.",
                     terms.alignment,
                     percent(terms.viscous_share),
                 ),
@@ -195,14 +198,14 @@ impl PaperStudy {
                 ["3.2.1", "reconstruction with K alone", "quite satisfactory: 3.4 % of 1.82 N"],
                 format!("{:.1} % of {width_n:.2} N", 100.0 * alone.mean_n / width_n),
                 format!(
-                    "The paper names no criterion; with the default estimator, which adapts within a few samples, the mean error with K \
-                     alone is {alone_n:.4} N, and {both_n:.4} N with B."
+                    "The paper names no criterion; with the default estimator, which adapts within a few samples, the \
+                     mean error with K alone is {alone_n:.4} N, and {both_n:.4} N with B."
                 ),
             ),
             Statement::open(
                 ["3.2.1", "viscosity between needle and liver", "low"],
                 format!("{truth} of the force"),
-                "Put in: the damping is a setting of the simulated tissue.",
+                "Input: the damping is a setting of the simulated tissue.",
             ),
         ]
     }
@@ -220,7 +223,7 @@ impl PaperStudy {
             Statement::open(
                 ["3.2.2", "force beside direct access", "higher"],
                 format!("{:.1} times", (high - low) / (direct_high - direct_low)),
-                "Put in: both were made from the paper's forces.",
+                "Input: the paper's forces are the parameters of both.",
             ),
             Statement::open(
                 ["3.2.2", "origin of most of the force", "skin, fat and muscle"],
@@ -274,7 +277,8 @@ impl PaperStudy {
                     "they change in 20 ms by at most half of that at any rupture, with each setting of the estimator",
                 ],
                 format!(
-                    "up to {k_elsewhere:.1} N/m and {b_elsewhere:.1} N·s/m in 20 ms; at the ruptures {k:.1} and {b:.1} or more"
+                    "up to {k_elsewhere:.1} N/m and {b_elsewhere:.1} N·s/m in 20 ms; at the ruptures {k:.1} and {b:.1} \
+                     or more"
                 ),
                 settings.judge(is_slow),
                 "Contact, rest and the fast extraction are included.",
@@ -307,8 +311,9 @@ impl PaperStudy {
             format!("B is {:.0} N·s/m between the ruptures", damping_between(run)),
             self.classical_settings.judge(|of| damping_between(&of.run) < 0.0),
             format!(
-                "B is not identifiable between the ruptures: at {:.1} mm/s eq. 12 corrects K and leaves B where rupture 1 has put it \
-                 ({low:.0} to {high:.0} N·s/m, while K runs from {:.0} to {:.0} N/m), which costs nothing, as B v is {:.2} N of {:.2} N; \
+                "B is not identifiable between the ruptures: at {:.1} mm/s eq. 12 corrects K and leaves B at its \
+                 value after rupture 1 ({low:.0} to {high:.0} N·s/m, while K runs from {:.0} to {:.0} N/m), which \
+                 hardly changes the estimated force, since B v is {:.2} N of {:.2} N; \
                  the mean absolute error is {alone:.4} N with K alone, and {both:.4} N with K and B.",
                 1e3 * mean(&trace.slave_velocity_m_per_s),
                 stiffness.0,
@@ -319,7 +324,6 @@ impl PaperStudy {
         )
     }
 
-    /// The estimator of section 2 and the experiment of section 3.1, which no figure shows.
     pub(super) fn estimator(&self) -> Vec<Statement> {
         let [with_reset, without] = [&self.classical, &self.no_reset].map(|run| Errors::of(run).mean_n);
         let [with_zone, without_zone] = [&self.classical, &self.no_dead_zone].map(|run| self.wandering(run));
@@ -328,7 +332,8 @@ impl PaperStudy {
             Statement::open(
                 ["2.2.2, eq. 15", "dead zone at small errors", "noticeable gain in robustness"],
                 format!("K changes by {with_zone:.3} N/m a sample, {without_zone:.3} N/m without it"),
-                "The paper names no measure; this is the root mean square of the change of K in the quiet stretches of figure 11.",
+                "The paper names no measure; this is the root mean square of the change of K in the quiet stretches of \
+                 figure 11.",
             ),
             Statement::checked(
                 [
@@ -339,12 +344,13 @@ impl PaperStudy {
                 ],
                 format!("error {with_reset:.4} N, {without:.4} N without"),
                 with_reset <= 0.5 * without,
-                "Without resetting the gain of eq. 13 goes to zero, and the estimate keeps its first values (insertion of figure 6).",
+                "Without resetting the gain of eq. 13 goes to zero, and the estimate keeps its first values (insertion \
+                 of figure 6).",
             ),
             Statement::open(
                 ["3.1", "sampling", "1 kHz"],
                 format!("{:.0} kHz", 1e-3 * rate_hz),
-                "Put in: it is the tick of the shipped scenarios.",
+                "Input: it is the tick of the shipped scenarios.",
             ),
             Statement::open(
                 ["3.1", "velocity from the encoders", "noisy, needs a Kalman filter"],
@@ -354,7 +360,7 @@ impl PaperStudy {
         ]
     }
 
-    /// The root mean square of the sample-to-sample changes of the stiffness in the quiet stretches, in N/m.
+    /// Root mean square of the sample-to-sample changes of the stiffness in the quiet stretches, in N/m.
     fn wandering(&self, run: &Run) -> f64 {
         let stiffness = &run.trace.stiffness_n_per_m;
         let squares = self.quiet.iter().flat_map(|stretch| {

@@ -27,7 +27,6 @@ impl Errors {
     }
 }
 
-/// The two parts of the estimated force at a time, and how well they can be distinguished.
 pub(super) struct Terms {
     /// `K p`, in N.
     pub(super) elastic_n: f64,
@@ -62,7 +61,6 @@ impl Terms {
     }
 }
 
-/// The two parts of the estimated force of a run at each tick: `K p` and `B v`, in N.
 pub(super) fn terms(run: &Run) -> [Vec<f64>; 2] {
     let trace = &run.trace;
     let elastic = trace.stiffness_n_per_m.iter().zip(&trace.slave_position_m);
@@ -71,7 +69,6 @@ pub(super) fn terms(run: &Run) -> [Vec<f64>; 2] {
     [elastic.map(|(k, x)| k * depth(*x)).collect(), viscous.map(|(b, v)| b * v).collect()]
 }
 
-/// The first tick of a run at or after a time in s, at most the last one.
 pub(super) fn tick(run: &Run, time_s: f64) -> usize {
     // Half a tick earlier, because the times of ticks are rounded.
     let from_s = time_s - 0.5 * run.scenario.grid.tick_s();
@@ -85,8 +82,8 @@ pub(super) fn ruptures_s(run: &Run) -> Vec<f64> {
 /// A sudden change begins within this time after a rupture, in s.
 const SUDDEN_S: f64 = 0.1;
 
-/// The changes of a column over [`CHANGE_S`] at each rupture of a run: the last change before it, and the largest
-/// change that begins within [`SUDDEN_S`] after it.
+/// The changes of a column over [`CHANGE_S`] at each rupture: the last one before it, and the largest one that begins
+/// within [`SUDDEN_S`] after it.
 pub(super) fn jumps(run: &Run, column: &[f64]) -> Vec<(f64, f64)> {
     let ticks = tick(run, CHANGE_S);
     let change = |from: usize| column[(from + ticks).min(column.len() - 1)] - column[from];
@@ -99,7 +96,7 @@ pub(super) fn jumps(run: &Run, column: &[f64]) -> Vec<(f64, f64)> {
 }
 
 /// The largest change of a column over [`CHANGE_S`] that neither begins in the [`TRANSIENT_S`] after a rupture nor
-/// contains a rupture.
+/// contains one.
 pub(super) fn largest_change_elsewhere(run: &Run, column: &[f64]) -> f64 {
     let ruptures_s = ruptures_s(run);
     let ticks = tick(run, CHANGE_S);
@@ -110,7 +107,7 @@ pub(super) fn largest_change_elsewhere(run: &Run, column: &[f64]) -> f64 {
     elsewhere.map(|(_, window)| (window[ticks] - window[0]).abs()).fold(0.0, f64::max)
 }
 
-/// The smaller of the peaks of a distance at the ruptures of a run, divided by its largest value elsewhere.
+/// The smaller of a distance's peaks at the ruptures, divided by its largest value elsewhere.
 pub(super) fn contrast(run: &Run, distance: &[f64]) -> f64 {
     let ruptures_s = ruptures_s(run);
     let mut at_ruptures = vec![0.0_f64; ruptures_s.len()];
@@ -123,7 +120,6 @@ pub(super) fn contrast(run: &Run, distance: &[f64]) -> f64 {
     at_ruptures.into_iter().reduce(f64::min).unwrap_or(0.0) / elsewhere
 }
 
-/// The squared sample-to-sample changes of the measured force in N²: the distance of figure 9.
 pub(super) fn squared_changes_n2(run: &Run) -> Vec<f64> {
     let force = &run.trace.measured_force_n;
     let changes = force.windows(2).map(|pair| (pair[1] - pair[0]).powi(2));
@@ -141,8 +137,7 @@ pub(super) fn mean_and_variance(values: impl IntoIterator<Item = f64>) -> (f64, 
     (moments.mean, moments.squares / moments.count.max(1) as f64)
 }
 
-/// The largest difference between the positions of master and slave in m, at ticks of teleoperation between two times
-/// (s).
+/// The largest difference between master and slave in m, in teleoperation between two times (s).
 pub(super) fn tracking_error_m(run: &Run, (from_s, to_s): (f64, f64)) -> f64 {
     let trace = &run.trace;
     let ticks = tick(run, from_s)..=tick(run, to_s);

@@ -44,8 +44,7 @@ const RUNS: [(&str, &[&str]); 12] = [
     ("paper/classical", &["slave.damping=as-printed"]),
 ];
 
-/// Time after a rupture until the estimate has converged again, in s. It contains the peak of the rupture, and is not
-/// part of a quiet stretch.
+/// Time after a rupture until the estimate has converged again, in s; not part of a quiet stretch.
 const TRANSIENT_S: f64 = 0.5;
 /// Variance of the residual without changes in the paper, in N² (4.3).
 pub const PAPER_VARIANCE_N2: f64 = 4e-4;
@@ -97,7 +96,6 @@ pub struct PaperStudy {
     /// The classical run with the paper's noise: figures 9 and 12.
     noisy: Run,
     noisy_changes_n2: Vec<f64>,
-    /// Results of the seeds of the noise, for each fall of the force.
     noisy_seeds: Varied<Vec<NoisySeed>>,
     falls: Varied<Run>,
     direct_settings: Varied<OfSettings>,
@@ -107,7 +105,6 @@ pub struct PaperStudy {
     /// The factors of the working thresholds, for the squared residual and for eq. 26.
     thresholds: [Varied<Option<(f64, f64)>>; 2],
     quiet: Vec<QuietStretch>,
-    /// The direct access, the classical and the augmented run, with the signs and times of the paper.
     drawn: [Run; 3],
 }
 
@@ -222,7 +219,6 @@ impl PaperStudy {
     }
 }
 
-/// The parts of an insertion away from its ruptures.
 fn quiet_stretches(run: &Run) -> Vec<QuietStretch> {
     let trace = &run.trace;
     let phases =

@@ -38,8 +38,7 @@ impl From<bool> for Judgement {
 }
 
 impl Judgement {
-    /// Judges a condition over variations of the details that the paper does not state. If only some variations meet
-    /// it, the statement is not checkable.
+    /// Judges a condition over variations that the paper leaves open: not checkable if only some meet it.
     pub(super) fn over(met: impl IntoIterator<Item = bool>) -> Self {
         let met: Vec<bool> = met.into_iter().collect();
         if met.iter().all(|met| *met) {
@@ -99,7 +98,6 @@ impl Statement {
 /// Maximum ratio, in either direction, of a reproduced number to the paper's.
 const FACTOR: f64 = 1.5;
 
-/// Returns true if a number agrees with the paper's within [`FACTOR`].
 pub(super) fn is_within(ours: f64, paper: f64) -> bool {
     (paper / FACTOR..=paper * FACTOR).contains(&ours)
 }

@@ -32,7 +32,6 @@ fn milliseconds(time_s: Option<f64>) -> String {
     time_s.map_or_else(|| "never".to_owned(), |time_s| format!("{:.0} ms", 1e3 * time_s))
 }
 
-/// The setting of a run's force law that determines how fast the force falls.
 fn force_law_text(run: &Run) -> String {
     match &run.scenario.augmentation.force {
         ForceLawSettings::Decay(decay) => format!("a time constant of {:.0} ms", 1e3 * decay.time_constant_s),
@@ -61,20 +60,21 @@ impl PaperStudy {
                     "5.1",
                     "force law: adapted scale factors",
                     "increases the variation of force",
-                    "the drop of the force on the hand is larger than classically",
+                    "the drop of the force on the hand is larger than in classical teleoperation",
                 ],
                 format!("drop {amplified_n:.2} N, {classical_n:.2} N classically"),
                 amplified_n > classical_n,
                 format!(
-                    "This is amplification (paper/amplified), with {law} chosen here; section 5.2 and figure 16 have a decay instead. The drop \
-                     grows by less than the factor, as the force ends at zero."
+                    "This is amplification (paper/amplified), with {law} chosen here; section 5.2 and figure 16 have a \
+                     decay instead. The drop grows by less than the factor, as the force ends at zero."
                 ),
             ),
             Statement::checked(
                 ["5.1", "slave during the event", "frozen", "it moves by at most 0.1 mm"],
                 format!("{:.3} mm", 1e3 * frozen_m),
                 frozen_m <= 1e-4,
-                "The reference is held at the measured position; the slave settles by what it moved within the alarm's tick.",
+                "The reference is held at the measured position; the slave settles by what it moved within the alarm's \
+                 tick.",
             ),
             Statement::checked(
                 [
@@ -85,12 +85,14 @@ impl PaperStudy {
                 ],
                 format!("{:.0e} N beyond its law", excess_n.max(0.0)),
                 excess_n <= 1e-9,
-                "In a tick a decay changes by its exponential and an amplified force by the scaled measured change, at entry and exit, too.",
+                "In a tick a decay changes by its exponential and an amplified force by the scaled measured change, at \
+                 entry and exit, too.",
             ),
             Statement::open(
                 ["5.1", "stability of the adaptation", "may raise no problem"],
                 "both runs complete",
-                "The force of this recording is replayed, so there is no loop through the tissue; the paper leaves the analysis out as well.",
+                "The force of this recording is replayed, so there is no loop through the tissue; the paper leaves the \
+                 analysis out as well.",
             ),
         ]
     }
@@ -107,8 +109,8 @@ impl PaperStudy {
                 format!("{travel_mm:.2} mm"),
                 Judgement::over([travel_mm, arm_mm].map(|jump_mm| is_within(jump_mm, 9.0))),
                 format!(
-                    "The arm of eq. 32 springs back by {arm_mm:.1} mm when the force, which is the paper's, is gone; the rest is the \
-                     hand's motion, which was chosen."
+                    "The arm of eq. 32 springs back by {arm_mm:.1} mm when the force, which is the paper's, is gone; \
+                     the rest is the hand's motion, which was chosen."
                 ),
             ),
             Statement::open(
@@ -119,7 +121,8 @@ impl PaperStudy {
             Statement::open(
                 ["5.2", "control of the simulation", "stable and as transparent as possible"],
                 "completes",
-                "The force is replayed and does not depend on the position, so the run does not show stability in contact.",
+                "The force is replayed and does not depend on the position, so the run does not show stability in \
+                 contact.",
             ),
         ]
     }
@@ -152,13 +155,14 @@ impl PaperStudy {
             Statement::open(
                 ["5.2", "duration of the transition", "about 0.5 s"],
                 format!("{:.3} s", or_nan(event.and_then(|event| event.augmented_s))),
-                "Put in: augmentation.min_hold_s is 0.5 s.",
+                "Input: augmentation.min_hold_s is 0.5 s.",
             ),
             Statement::open(
                 ["5.2", "force law: force fed back", "converges to zero faster"],
                 format!("down to 5 % after {}, {} classically", milliseconds(decay_s), milliseconds(classical_s)),
                 format!(
-                    "This is a decay (paper/augmented), and put in: {} and the fall of the recording are chosen; section 5.1 has an \
+                    "This is a decay (paper/augmented), and an input: {} and the fall of the recording are chosen; \
+                     section 5.1 has an \
                      amplification instead, which takes {}.",
                     force_law_text(augmented),
                     milliseconds(amplified_s)
@@ -169,7 +173,7 @@ impl PaperStudy {
                     "5.2",
                     "variation of the force felt",
                     "more abrupt",
-                    "its rate after rupture 1 is higher than classically",
+                    "its rate after rupture 1 is higher than in classical teleoperation",
                 ],
                 format!("{:.0} N/s, {:.0} N/s classically", rate(augmented), rate(classical)),
                 rate(augmented) > rate(classical),
@@ -187,7 +191,7 @@ impl PaperStudy {
             Statement::open(
                 ["5.2", "position of the master at its start", "19 mm"],
                 format!("{from_mm:.2} mm"),
-                "Put in: the depth of the first rupture in the recording was chosen so.",
+                "Input: the depth of the first rupture in the recording was chosen so.",
             ),
             Statement::open(
                 ["5.2", "tracking outside the event", "good"],
@@ -203,13 +207,12 @@ impl PaperStudy {
                     later(augmented),
                     later(classical)
                 ),
-                "The paper measures no safety, and does not say how the slave returns; here it catches up, so the needle goes as deep \
-                 later.",
+                "The paper measures no safety, and does not say how the slave returns; here it catches up, so the \
+                 needle goes as deep later.",
             ),
         ]
     }
 
-    /// The appendix.
     pub(super) fn appendix(&self) -> Vec<Statement> {
         let outcome = self.master_as_printed.metrics.outcome;
         let ours = match outcome {
@@ -227,12 +230,14 @@ impl PaperStudy {
                 ],
                 ours,
                 outcome == Outcome::Completed,
-                "In eq. 28 as printed the hand's force does not act on the master; the other runs let it act (master.coupling = physical).",
+                "In eq. 28 as printed the hand's force does not act on the master; the other runs let it act \
+                 (master.coupling = physical).",
             ),
             Statement::open(
                 ["5.2, eq. 31", "tracking of the slave, as printed", "good"],
                 format!("within {:.2} mm; {:.2} mm with velocity damping", errors[0], errors[1]),
-                "Eq. 31 as printed damps by position, which leaves a static error of 15/1315; the paper names no criterion for good.",
+                "Eq. 31 as printed damps by position, which leaves a static error of 15/1315; the paper names no \
+                 criterion for good.",
             ),
         ]
     }

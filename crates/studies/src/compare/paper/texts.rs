@@ -3,8 +3,8 @@
 const GENERATED: &str =
     "The paper's recording was never published; a generator makes one from the facts that the paper states.";
 
-/// Describes the paper's figure, the reproduced figure and their differences; without a number, the statements that no
-/// figure shows.
+/// The paper's figure, the reproduced figure and their differences; without a number, the statements that no figure
+/// shows.
 pub(super) fn texts(figure: Option<u8>) -> [&'static str; 3] {
     match figure {
         Some(1) => [
@@ -14,14 +14,14 @@ pub(super) fn texts(figure: Option<u8>) -> [&'static str; 3] {
         ],
         Some(4) => [
             "Measured and estimated force, and the absolute error of the estimate, for direct access to a liver.",
-            "The same signals of a simulated insertion through capsule and organ, in the paper's sign, shifted in time so that the \
-             puncture is at 4.6 s.",
+            "The same signals of a simulated insertion through capsule and organ, in the paper's sign, shifted in time \
+             so that the puncture is at 4.6 s.",
             "A simulated tissue instead of a pig: the insertion is faster, and has one puncture and no small vessels.",
         ],
         Some(5) => [
             "Estimated stiffness and damping of the same insertion.",
             "The same estimates, and below them the two parts of the estimated force, -K p and -B v.",
-            "The tissue is simulated, so its stiffness and damping are other numbers.",
+            "The tissue is simulated, so its stiffness and damping differ from those of the liver.",
         ],
         Some(6) => [
             "Measured and estimated force, and the absolute error, for an insertion through the skin.",
@@ -30,11 +30,13 @@ pub(super) fn texts(figure: Option<u8>) -> [&'static str; 3] {
         ],
         Some(7) => [
             "Estimated stiffness and damping of the insertion through the skin.",
-            "The same estimates of the in-vivo-like recording, and below them the two parts of the estimated force, -K p and -B v.",
+            "The same estimates of the in-vivo-like recording, and below them the two parts of the estimated force, -K \
+             p and -B v.",
             "The generator knows loads and drops, not the animal's parameters: their values differ.",
         ],
         Some(8) => [
-            "The force of the insertion that is used for the detection: two ruptures, and a fast extraction that is none.",
+            "The force of the insertion that is used for the detection: two ruptures, and a fast extraction, which is \
+             not a rupture.",
             "The force of the in-vivo-like recording with its ruptures, in the paper's sign.",
             GENERATED,
         ],
@@ -75,7 +77,8 @@ pub(super) fn texts(figure: Option<u8>) -> [&'static str; 3] {
         ],
         Some(16) => [
             "The same with augmentation: the slave is frozen for about 0.5 s while the master moves on.",
-            "The same signals of the augmented run, with the time that the slave is frozen and re-engaging, in the paper's sign.",
+            "The same signals of the augmented run, with the time that the slave is frozen and re-engaging, in the \
+             paper's sign.",
             "The paper does not say how the slave returns to the master; here a ramp re-engages it.",
         ],
         _ => [

@@ -29,7 +29,6 @@ pub const NOISE_SEEDS: usize = 20;
 /// The factors of threshold and drift are powers of the square root of two, up to this power.
 const THRESHOLD_STEPS: i32 = 10;
 
-/// A quantity for each of several variations; the shipped scenario is the first.
 #[derive(Debug, Clone)]
 pub(super) struct Varied<T>(pub(super) Vec<T>);
 
@@ -80,7 +79,7 @@ pub(super) fn over_settings(name: &str) -> Result<Varied<OfSettings>, PaperError
     Ok(Varied(try_map(SETTINGS.len(), of)?))
 }
 
-/// The mean absolute errors of an insertion with the default estimator, with K and B and with K alone, in N.
+/// Mean absolute errors of an insertion with the default estimator, with K and B and with K alone, in N.
 pub(super) fn with_default_estimator(name: &str) -> Result<[f64; 2], PaperError> {
     let base = load(name, &[])?;
     let with = |parameters: Parameters| {
@@ -91,19 +90,18 @@ pub(super) fn with_default_estimator(name: &str) -> Result<[f64; 2], PaperError>
     Ok([with(Parameters::StiffnessAndDamping)?, with(Parameters::Stiffness)?])
 }
 
-/// The classical scenario with a recording whose force falls with another time constant.
 fn with_fall(scenario: &Scenario, fall_s: f64) -> Scenario {
     let variant = InVivoLikeVariant { fall_s: Some(fall_s), ..InVivoLikeVariant::default() };
     let text = in_vivo_like_variant_csv(RECORDING_SEED, &variant);
     let rows = text.lines().skip(1);
-    let mut made = rows.filter_map(|row| row.rsplit(',').next()?.parse::<f64>().ok());
+    let mut recorded = rows.filter_map(|row| row.rsplit(',').next()?.parse::<f64>().ok());
     let mut scenario = scenario.clone();
     if let TissueSpec::Recording { force_n, .. } = &mut scenario.tissue {
         let mut last = 0.0;
         let forces: Arc<[f64]> = force_n
             .iter()
             .map(|_| {
-                last = made.next().unwrap_or(last);
+                last = recorded.next().unwrap_or(last);
                 last
             })
             .collect();
@@ -119,7 +117,6 @@ pub(super) fn over_falls(classical: &Scenario) -> Result<Varied<Run>, PaperError
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct NoisySeed {
-    /// The smaller peak of the squared change at the ruptures, divided by its largest value elsewhere.
     pub(super) derivative_contrast: f64,
     pub(super) residual_contrast: f64,
     pub(super) residual_detects: bool,
@@ -133,17 +130,17 @@ pub(super) fn detects_both(metrics: &Metrics) -> bool {
 pub(super) fn in_noise() -> Result<Varied<Vec<NoisySeed>>, PaperError> {
     let noise = format!("sensor.force_noise_std_n={ADDED_NOISE_STD_N}");
     let with = |further: &str| load("paper/classical", &[noise.clone(), further.to_owned()]);
-    let own = with("simulation.seed=0")?;
+    let shipped = with("simulation.seed=0")?;
     let baseline = with("detector.distance=moving-average")?;
     let of_fall = |fall_s: f64| {
-        let (own, baseline) = (with_fall(&own, fall_s), with_fall(&baseline, fall_s));
+        let (shipped, baseline) = (with_fall(&shipped, fall_s), with_fall(&baseline, fall_s));
         let of = |index: usize| {
             let seeded = |scenario: &Scenario| {
                 let mut scenario = scenario.clone();
                 scenario.seed = index as u64 + 1;
                 scenario
             };
-            let noisy = run(seeded(&own))?;
+            let noisy = run(seeded(&shipped))?;
             Ok::<_, PaperError>(NoisySeed {
                 derivative_contrast: contrast(&noisy, &squared_changes_n2(&noisy)),
                 residual_contrast: contrast(&noisy, &noisy.trace.distance),
@@ -157,7 +154,7 @@ pub(super) fn in_noise() -> Result<Varied<Vec<NoisySeed>>, PaperError> {
 }
 
 /// The smallest and largest factor of threshold and drift with which a distance detects both ruptures without a false
-/// alarm, for each of [`FALLS_S`]; `None` if there is none.
+/// alarm, for each of [`FALLS_S`].
 pub(super) fn working_thresholds(distance: &str) -> Result<Varied<Option<(f64, f64)>>, PaperError> {
     let base = load("paper/classical", &[format!("detector.distance={distance}")])?;
     let steps = -THRESHOLD_STEPS..=THRESHOLD_STEPS;
@@ -189,9 +186,9 @@ mod tests {
         assert_eq!(with_fall(&classical, FALLS_S[0]).tissue, classical.tissue);
         assert_ne!(with_fall(&classical, FALLS_S[1]).tissue, classical.tissue);
         let varied = over_settings("layers/direct-access").expect("runs");
-        let own = Errors::of(&run(load("layers/direct-access", &[]).expect("shipped")).expect("runs"));
-        assert_eq!(varied.0[0].both.mean_n, own.mean_n);
+        let shipped = Errors::of(&run(load("layers/direct-access", &[]).expect("shipped")).expect("runs"));
+        assert_eq!(varied.0[0].both.mean_n, shipped.mean_n);
         let (low, high) = varied.range(|of| of.both.mean_n);
-        assert!(low < own.mean_n && own.mean_n < high, "{low} {high}");
+        assert!(low < shipped.mean_n && shipped.mean_n < high, "{low} {high}");
     }
 }

@@ -65,7 +65,6 @@ pub struct StrategiesFile<'a> {
     study: &'a StrategyStudy,
 }
 
-/// Compares the strategies that reach the ruptures, and names the costs of the others.
 fn verdict(study: &StrategyStudy) -> Verdict {
     let compared = || study.rows.iter().filter(|row| row.is_compared());
     let mut sentences = vec![];
@@ -214,17 +213,16 @@ fn missed_share(row: &StrategyRow) -> Option<f64> {
 
 fn correlations(study: &StrategyStudy) -> String {
     let correlations = WINDOWS_S.iter().zip(&study.rank_correlations);
-    let told = |(window_s, correlation): (&f64, &Option<f64>)| {
+    let text = |(window_s, correlation): (&f64, &Option<f64>)| {
         correlation.map(|correlation| format!("{correlation:.3} for {window_s} s"))
     };
-    let correlations: Vec<String> = correlations.filter_map(told).collect();
+    let correlations: Vec<String> = correlations.filter_map(text).collect();
     if correlations.is_empty() {
         return String::new();
     }
     format!("Rank correlation of the excess with that of the 2 s after a rupture: {}.", correlations.join(", "))
 }
 
-/// `strategies.csv`: a row per strategy, in SI units.
 fn columns(study: &StrategyStudy) -> DataTable<'_> {
     type Read = fn(&StrategyRow) -> Option<f64>;
     let columns: [(&str, Read); 21] = [

@@ -1,5 +1,5 @@
-//! Studies every strategy against a rupture over patients, persons and seeds: the excess, the noticed ruptures, and the
-//! cost of a false alarm.
+//! Every strategy against a rupture over patients, persons and seeds: the excess, the noticed ruptures, and the cost of
+//! a false alarm.
 
 mod catalogue;
 mod document;
@@ -39,8 +39,8 @@ const KEPT_NUMBERS: usize = 1 << 20;
 pub struct StrategyOptions {
     /// The persons.
     pub persons: Vec<&'static Person>,
-    /// Maximum number of patients. The patients are points of the sweep file or, for a scenario, members of a group; a
-    /// scenario without a group has one patient.
+    /// Maximum number of patients: points of the sweep file, or members of a scenario's group; a scenario without a
+    /// group has one patient.
     pub patients: u64,
     /// Number of seeds per patient and person.
     pub seeds: u64,
@@ -81,8 +81,8 @@ pub struct FalseAlarmCost {
     pub excess_m: f64,
 }
 
-/// Minimum share of the ruptures reached, relative to the runs without a strategy, for a strategy to be compared. The
-/// excess after a rupture does not describe a needle that stops before the layer.
+/// Minimum share of the ruptures reached, relative to the runs without a strategy, for a comparison: the excess after a
+/// rupture does not describe a needle that stops before the layer.
 pub(super) const REACHED_SHARE: f64 = 0.95;
 
 /// The results of a strategy over all patients, persons and seeds.
@@ -185,7 +185,6 @@ pub struct StrategyStudy {
     pub rank_correlations: Vec<Option<f64>>,
 }
 
-/// The scenarios of a strategy: the cases of a sweep file, or a single scenario.
 enum Cases {
     Population(Box<Plan>),
     One(Box<Template>),
@@ -374,13 +373,13 @@ impl Tally {
 }
 
 impl StrategyRow {
-    /// Returns true if the strategy reaches enough of the ruptures to be compared.
+    /// True if the strategy reaches enough of the ruptures to be compared.
     #[must_use]
     pub fn reaches_the_ruptures(&self) -> bool {
         self.reached_share.is_some_and(|share| share >= REACHED_SHARE)
     }
 
-    /// Returns true if the strategy is compared: it reaches the ruptures, and its runs settle.
+    /// True if the strategy is compared: it reaches the ruptures, and its runs settle.
     #[must_use]
     pub fn is_compared(&self) -> bool {
         self.reaches_the_ruptures() && self.verdict == Verdict::Settles
@@ -389,7 +388,7 @@ impl StrategyRow {
 
 impl StrategyStudy {
     /// Runs every strategy with every person on a scenario or on the patients of a sweep file. `done` receives the
-    /// number of runs after each patient and strategy. The results do not depend on the number of threads.
+    /// number of runs after each patient and strategy. The results do not depend on the threads.
     ///
     /// False alarms are raised in separate runs, with the first seed, halfway to the patient's first rupture.
     ///
@@ -402,8 +401,8 @@ impl StrategyStudy {
         done: impl Fn(u64) + Sync,
     ) -> Result<Self, RunError> {
         let load = |strategy: &Strategy| {
-            let own = strategy.settings.iter().chain(&PERCEIVING).map(|&setting| setting.to_owned());
-            Cases::load(source, &settings.iter().cloned().chain(own).collect::<Vec<_>>(), options)
+            let of_strategy = strategy.settings.iter().chain(&PERCEIVING).map(|&setting| setting.to_owned());
+            Cases::load(source, &settings.iter().cloned().chain(of_strategy).collect::<Vec<_>>(), options)
         };
         let cases: Vec<Cases> = try_map(STRATEGIES.len(), |strategy| load(&STRATEGIES[strategy]))?;
         let patients = cases.first().map_or(0, |first| first.patients(options));
@@ -475,7 +474,6 @@ impl StrategyStudy {
     }
 }
 
-/// Runs one patient with one strategy: every person and seed, a false alarm at `alarm_s`, and the windows.
 fn run_unit(
     bank: &mut NoiseBank,
     cases: &Cases,
@@ -526,7 +524,6 @@ fn set_reached(rows: &mut [StrategyRow]) {
     rows.iter_mut().filter(|_| all > 0).for_each(|row| row.reached_share = Some(row.ruptures as f64 / all as f64));
 }
 
-/// Marks the Pareto front in mean excess and noticed share, among the rows that settle and reach the ruptures.
 fn mark_front(rows: &mut [StrategyRow]) {
     let point = |row: &StrategyRow| row.mean_excess_m.zip(row.noticed.share()).filter(|_| row.is_compared());
     let points: Vec<Option<(f64, f64)>> = rows.iter().map(point).collect();
@@ -536,7 +533,6 @@ fn mark_front(rows: &mut [StrategyRow]) {
     }
 }
 
-/// The rank correlations of the mean excess between every window and the horizon of the metric.
 fn rank_correlations(rows: &[StrategyRow]) -> Vec<Option<f64>> {
     let of_window =
         |window: usize| -> Vec<Option<f64>> { rows.iter().map(|row| row.window_excess_m[window]).collect() };

@@ -54,9 +54,9 @@ fn practise(of: &mut PerceptionSettings) {
     of.reaction_std_s = 0.03;
 }
 
-/// Every person. The settings are a choice of this project, in the directions of the sources: experienced surgeons
-/// detect contact sooner than novices (Zhou et al., Surg. Endosc. 22, 2008); children of 5 to 6 years do not
-/// discriminate grip forces by a constant Weber fraction, as adults do (Murase et al., Percept. Mot. Skills 82, 1996).
+/// Every person. The settings are chosen here, in the directions of the sources: experienced surgeons detect contact
+/// sooner than novices (Zhou et al., Surg. Endosc. 22, 2008); children of 5 to 6 years do not discriminate grip forces
+/// by a constant Weber fraction, as adults do (Murase et al., Percept. Mot. Skills 82, 1996).
 pub const PERSONS: [Person; 6] = [
     Person { name: "attentive", meaning: "The [perception] of the scenario.", decide: |_| {}, group: None },
     Person {
@@ -107,9 +107,9 @@ impl Person {
         PERSONS.iter().find(|person| person.name == name)
     }
 
-    /// Replaces the operator of a scenario with [`PERCEIVING`] by the person, or by the patient's member of the group.
-    /// Members depend on the scenario's seed and the number of the patient. All groups draw the same random numbers, so
-    /// that they differ only by their settings.
+    /// Replaces the operator of a scenario with [`PERCEIVING`] by the person, or by the patient's member of the group,
+    /// which depends on the scenario's seed and the patient's number. All groups draw the same random numbers, so they
+    /// differ only by their settings.
     pub(super) fn replace_operator(&self, scenario: &mut Scenario, patient: u64) {
         let Perception::Psychometric(perception) = &mut scenario.perception else { return };
         (self.decide)(perception);

@@ -4,7 +4,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{STEP_S, log_uniform, uniform};
 
-/// Falls closer than this, in s, are one event: a force sensor cannot distinguish them from one fall in two steps.
+/// Falls closer than this, in s, are one event: a force sensor cannot distinguish two steps.
 const APART_S: f64 = 0.05;
 
 /// The matter that the needle touches.
@@ -29,15 +29,14 @@ pub struct Fall {
     pub start_s: f64,
     /// Duration, in s.
     pub duration_s: f64,
-    /// Fall of the force between two samples of the recording without noise, in N. It is smaller than the drop of the
-    /// layer if other layers load the needle meanwhile, or if the sensor is too slow to show the load before the
-    /// rupture.
+    /// Fall of the force between two samples of the recording without noise, in N: smaller than the drop of the layer
+    /// if other layers load the needle meanwhile, or if the sensor is too slow for the load before the rupture.
     pub drop_n: f64,
 }
 
 impl Fall {
-    /// Merges falls that begin within [`APART_S`] of the end of the previous one, and measures their drops in forces
-    /// (N) without noise, every `tick_s` (s).
+    /// Merges falls that begin within [`APART_S`] of the end of the previous one, and measures their drops in
+    /// noise-free forces (N), every `tick_s` (s).
     pub(super) fn merged(all: Vec<Self>, forces: &[f64], tick_s: f64) -> Vec<Self> {
         let mut merged: Vec<Self> = vec![];
         for fall in all {
@@ -158,7 +157,6 @@ impl Contact {
         last.fold(self.surface_m, f64::max) + 4e-3
     }
 
-    /// The depth below the surface at which the force is `force_n`, in m, for matter without ruptures.
     pub(super) fn depth_m(&self, force_n: f64) -> f64 {
         match self.matter {
             Matter::Foam => libm::sqrt(force_n / self.stiffness),
@@ -167,13 +165,12 @@ impl Contact {
         }
     }
 
-    /// Compliance of the hand or the machine that holds the needle, in m/N.
     pub(super) fn hand_compliance_m_per_n(&self, random: &mut ChaCha8Rng) -> f64 {
         let is_machine = uniform(random, 0.0, 1.0) < 0.3;
         if is_machine && self.matter != Matter::RigidStop { 1e-5 } else { 1.0 / log_uniform(random, 1000.0, 5000.0) }
     }
 
-    /// The force in N at a time (s) and a position (m), without damping and friction. It lets layers rupture.
+    /// The force in N at a time (s) and a position (m), without damping and friction. Lets layers rupture.
     fn static_n(&mut self, time_s: f64, position_m: f64) -> f64 {
         let depth_m = position_m - self.surface_m;
         if depth_m <= 0.0 {
@@ -196,8 +193,8 @@ impl Contact {
         force_n
     }
 
-    /// Returns the velocity of the needle in m/s and the force on it in N. The needle is at a position (m), and a hand
-    /// with a compliance (m/N) and a lag (s) pulls it towards the desired position.
+    /// The velocity of the needle in m/s and the force on it in N. A hand with a compliance (m/N) and a lag (s) pulls
+    /// the needle at a position (m) towards the desired position.
     pub(super) fn step(&mut self, time_s: f64, position_m: f64, wanted_m: f64, hand: (f64, f64)) -> (f64, f64) {
         let (compliance, lag_s) = hand;
         let static_n = self.static_n(time_s, position_m);
@@ -209,7 +206,7 @@ impl Contact {
             return (velocity_m_per_s, 0.0);
         }
         let resisting_n = static_n + damping * velocity_m_per_s;
-        // Nothing pulls at a blunt tip. Friction acts along the shaft in both directions, and reverses over a distance.
+        // Nothing pulls at a blunt tip. Friction acts along the shaft and reverses over a distance.
         self.stretch_m = (self.stretch_m + velocity_m_per_s * STEP_S).clamp(-self.presliding_m, self.presliding_m);
         (velocity_m_per_s, resisting_n.max(0.0) + self.friction_n * self.stretch_m / self.presliding_m)
     }

@@ -1,11 +1,10 @@
-//! Synthetic recordings with known ruptures, or without ruptures. They are drawn from a seed, and resemble recordings
-//! of laboratories.
+//! Synthetic recordings with or without ruptures, drawn from a seed, which resemble recordings of laboratories.
 //!
 //! In a trial, a hand or a machine moves a needle with some compliance into layers, foam, springs, rigid stops or
 //! nothing. A force sensor, which may not be tared, and an encoder record it. After a rupture half of the machines
 //! ring. Rates, stiffness, noise, speeds, drops and their durations are drawn from the ranges of recorded needle
-//! insertions and teleoperators. The mechanics are integrated in steps of 0.1
-//! ms and then sampled, so that a fast fall lies between two samples of a slow sensor, as in reality.
+//! insertions and teleoperators. The mechanics are integrated in steps of 0.1 ms and then sampled, so a fast fall lies
+//! between two samples of a slow sensor, as in reality.
 
 mod hand;
 mod matter;
@@ -91,8 +90,8 @@ impl Trial {
     /// The seeds of a study are above this number.
     pub const BEFORE_FIRST: u64 = 2_000_000;
 
-    /// Generates the trial of a seed. [`Signal::trials`](super::Signal::trials) uses seeds above
-    /// [`Trial::BEFORE_FIRST`]; the settings of the detectors were chosen on seeds below it.
+    /// The trial of a seed. [`Signal::trials`](super::Signal::trials) uses seeds above [`Trial::BEFORE_FIRST`]; the
+    /// detectors' settings were chosen on seeds below.
     #[must_use]
     pub fn new(seed: u64) -> Self {
         let random = &mut ChaCha8Rng::seed_from_u64(seed);
@@ -165,16 +164,12 @@ const MIN_DROP_N: f64 = 0.2;
 const ACCELERATION_M_PER_S2: f64 = 10.0;
 
 impl Trial {
-    /// Returns true if a fall exceeds six standard deviations of the noise and 0.2 N.
+    /// True if a fall exceeds six standard deviations of the noise and 0.2 N.
     #[must_use]
     pub fn is_above_noise(&self, fall: &Fall) -> bool {
         fall.drop_n > MIN_NOISE_STDS * self.noise_std_n && fall.drop_n > MIN_DROP_N
     }
 
-    /// The samples, with velocities filtered from the positions.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] of the velocity filter.
     pub(super) fn samples(self) -> Result<Samples, InvalidValue> {
         let steps = self.position_m.windows(2).map(|pair| (pair[1] - pair[0]).abs());
         let step_m = steps.filter(|step_m| *step_m > ROUNDING_M).fold(MAX_STEP_M, f64::min);
@@ -193,7 +188,6 @@ impl Trial {
 const ROUNDING_M: f64 = 1e-9;
 const MAX_STEP_M: f64 = 1e-3;
 
-/// Rounds positions to the steps of an encoder, or leaves them.
 fn encode(random: &mut ChaCha8Rng, positions: &mut [f64]) {
     let step_m = one_of(random, &[0.0, 1e-6, 5e-6, 2e-5, 5e-5]);
     if step_m > 0.0 {

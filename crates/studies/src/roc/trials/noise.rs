@@ -33,7 +33,6 @@ impl Noise {
         super::one_of(random, &Self::ALL)
     }
 
-    /// Adds noise with a standard deviation (N) to forces (N) that are `tick_s` (s) apart.
     pub(super) fn add(self, random: &mut ChaCha8Rng, std_n: f64, tick_s: f64, forces: &mut [f64]) {
         let memory_s = log_uniform(random, 1e-3, 1e-2);
         let keep = libm::exp(-tick_s / memory_s);

@@ -21,8 +21,6 @@ fn range((low, high): (f64, f64), unit: &str) -> String {
     }
 }
 
-/// The damping of the hand needed with the tissues of the range at each frequency, and the damping of the scenario's
-/// arm.
 pub(super) fn hand_damping(analysis: &Analysis, bounded: &Bounded) -> DataTable<'static> {
     let needed = &bounded.needed;
     let arm = |hertz: f64| arm_impedance(&analysis.settings.arm, hertz).re;
@@ -32,7 +30,6 @@ pub(super) fn hand_damping(analysis: &Analysis, bounded: &Bounded) -> DataTable<
         .numbers("arm_n_s_per_m", needed.iter().map(|point| arm(point.frequency_hz)))
 }
 
-/// Describes the stability with the ranges of hands and tissues; empty without a two-port.
 pub(super) fn bounded_line(analysis: &Analysis, bounded: &Bounded) -> String {
     let (Some(most), Some(needed), Some(is_stable)) = (bounded.most(), bounded.needed_damping(), bounded.is_stable())
     else {
@@ -146,7 +143,6 @@ impl AbsolutePart {
     }
 }
 
-/// States up to which value of a parameter the loop is absolutely stable.
 pub(super) fn line(absolute: &AbsoluteOver) -> String {
     let key = absolute.parameter.key();
     let unit = unit_of(key).map_or(String::new(), |unit| format!(" {unit}"));

@@ -68,7 +68,6 @@ pub(super) fn ports(analysis: &Analysis) -> DataTable<'static> {
     table
 }
 
-/// Adds the real and imaginary part of a value.
 fn with_parts(
     table: DataTable<'static>,
     name: &str,

@@ -248,7 +248,7 @@ impl CheckPart {
     }
 }
 
-/// Returns true if a condition holds at every frequency; `None` without frequencies.
+/// True if a condition holds at every frequency; `None` without frequencies.
 pub(super) fn all(ports: &[PortPoint], holds: impl Fn(&PortPoint) -> bool) -> Option<bool> {
     (!ports.is_empty()).then(|| ports.iter().all(holds))
 }

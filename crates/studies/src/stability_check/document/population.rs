@@ -19,8 +19,8 @@ const FACTORS: [&str; 7] = [
     "tissue_damping_factor",
 ];
 
-/// A row per member. A limit is 0 if no value is stable, and `inf` beyond the search range. The delay is empty if the
-/// scenario gives it.
+/// A row per member. A limit is 0 if no value is stable, `inf` beyond the search, and empty for a delay given by the
+/// scenario.
 pub(super) fn members(population: &Population) -> DataTable<'static> {
     let members = &population.members;
     let factors = |draw: &Draw| {

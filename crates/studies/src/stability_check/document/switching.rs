@@ -43,7 +43,8 @@ pub(super) fn lines(study: &StabilityStudy, switching: &Switching) -> Vec<String
     let conditions = conditions.or(switching.kept_gap.as_ref().map(|found| found.conditions));
     lines.push(match (switching.dwell_ticks(), conditions) {
         (Some(dwell), Some(conditions)) => format!(
-            "certificate: the motion decays under any sequence of events with {} of teleoperation between them; {conditions} conditions verified",
+            "certificate: the motion decays under any sequence of events with {} of teleoperation between them; \
+             {conditions} conditions verified",
             ms(dwell),
         ),
         _ => format!(
@@ -89,8 +90,8 @@ pub(super) fn lines(study: &StabilityStudy, switching: &Switching) -> Vec<String
     }
     if let Some(reach) = &switching.reach {
         lines.push(format!(
-            "after a release of the hand at 1 mm, the needle moves at most {} mm under any events (found: {} mm), and the feedback \
-             force is at most {} N (found: {} N)",
+            "after a release of the hand at 1 mm, the needle moves at most {} mm under any events (found: {} mm), and \
+             the feedback force is at most {} N (found: {} N)",
             significant(reach.slave.0),
             significant(reach.slave_found),
             significant(1e-3 * reach.force.0),
@@ -115,7 +116,7 @@ fn certified_for(study: &StabilityStudy, switching: &Switching) -> String {
         return format!("certified for {range}; the tissue has {low} to {high} N/m, so the scenario is not covered");
     }
     format!(
-        "certified for springs of {range}; the scenario is not covered, as that leaves out {}",
+        "certified for springs of {range}; the scenario is not covered, as the certificate leaves out {}",
         study.tissue().left_out().unwrap_or_default()
     )
 }

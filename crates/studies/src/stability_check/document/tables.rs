@@ -62,7 +62,7 @@ pub(super) fn loop_table(analysis: &Analysis) -> Table {
     );
     table.explained(
         ["jitter margin (each way)".into(), milliseconds(jitter_s), Cell::empty()],
-        "The jitter that can be added to the delays both ways with every order of them proved to be stable (small gain).",
+        "The jitter that can be added to the delays of both directions; stability is then proved for every order of the delays (small gain).",
     );
     table
 }

@@ -7,7 +7,6 @@ use crate::stability_check::LoopVerdict;
 use trocar_document::significant;
 use trocar_stability::{DelayRange, LeftOut, LinearLoop, LoopLimit, TissueRange, TissueSource, VaryingDelays};
 
-/// The verdict on the loop in one sentence, with the tissue for which it holds.
 pub(crate) fn sentence(verdict: &LoopVerdict) -> String {
     let settings = &verdict.settings;
     let tissue = in_tissue(settings);

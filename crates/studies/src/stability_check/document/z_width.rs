@@ -11,7 +11,7 @@ fn kinds(z_width: &ZWidth) -> Vec<(&'static str, &[Walls])> {
     std::iter::once(("tissue", z_width.tissue.as_slice())).chain(virtual_walls).collect()
 }
 
-/// The maximum stiffness by damping. A cell is empty if no wall has the property, and `inf` beyond the search range.
+/// The maximum stiffness by damping: empty if no wall has the property, `inf` beyond the search.
 pub(super) fn table(z_width: &ZWidth) -> DataTable<'static> {
     let (mut wall, mut damping, mut stable, mut passive) = (vec![], vec![], vec![], vec![]);
     for (kind, walls) in kinds(z_width) {
@@ -75,7 +75,6 @@ impl ZWidthPart {
     }
 }
 
-/// The largest stiffness of each kind of wall, one per line.
 pub(super) fn lines(z_width: &ZWidth) -> Vec<String> {
     let newtons = |value: f64| {
         if value.is_finite() { format!("{} N/m", significant(value)) } else { "the search range".to_owned() }

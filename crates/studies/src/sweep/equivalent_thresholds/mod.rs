@@ -1,8 +1,8 @@
 //! Finds higher detector thresholds with which a run is identical, bit for bit.
 //!
-//! A threshold `γ` acts on the rest of a run in two ways: by the alarms that it raises, and by the level below which an
-//! augmented phase may end. As long as both are equal for a higher threshold, so are the residuals and `g`. A threshold
-//! is dropped at the first tick at which one of them may differ.
+//! A threshold `γ` acts on the rest of a run in two ways: by its alarms, and by the level below which an augmented
+//! phase may end. As long as both are equal for a higher threshold, so are the residuals and `g`. A threshold is
+//! dropped at the first tick at which one of them may differ.
 //!
 //! **Alarms.** At `g ≤ γ` no threshold from `γ` on raises an alarm. At `g > γ`, a higher threshold `h` differs
 //!
@@ -11,7 +11,7 @@
 //!   rupture.
 //!
 //! A detector is armed after `settle_s` of contact without a crossing of its threshold. The contact is not among the
-//! signals; it is not needed, because it is the same for both. With `q` ticks since the last crossing and `c` ticks of
+//! signals and not needed, because it is the same for both. With `q` ticks since the last crossing and `c` ticks of
 //! contact, a detector is armed if `min(q, c) ≥ S`. Two detectors differ only if `q ≥ S` holds for one of them.
 //!
 //! **Exits.** With a higher threshold, `g` is quiet at the same time or earlier. A phase that ends at the minimum hold
@@ -30,12 +30,12 @@ use trocar_scenario::Scenario;
 #[derive(Debug, Clone)]
 pub(super) struct RunWithEquivalents {
     pub(super) metrics: Metrics,
-    /// Higher thresholds with which the run is identical, bit for bit; the list may be incomplete.
+    /// Higher thresholds with which the run is identical, bit for bit; possibly incomplete.
     pub(super) thresholds: Vec<f64>,
 }
 
-/// Runs scenarios, in lanes if possible. For each, `higher` lists the thresholds to track, above the detector's
-/// threshold and below its cap.
+/// Runs scenarios, in lanes if possible. `higher` lists for each the thresholds to track, between the detector's
+/// threshold and its cap.
 pub(super) fn run_with_equivalents(
     bank: &mut NoiseBank,
     scenarios: &[Scenario],
@@ -77,8 +77,8 @@ impl RunObserver for TrackedThresholds<'_> {
 struct EquivalentThresholds<L: Lane> {
     /// `γ` of the lane's run; infinite if no threshold remains.
     threshold: L,
-    /// Maximum number of ticks of an augmented phase for which the phase is identical with any threshold; infinite if
-    /// no threshold remains.
+    /// Maximum number of ticks of an augmented phase that is identical with any threshold; infinite if no threshold
+    /// remains.
     max_augmented_ticks: L,
     /// Number of ticks of the current augmented phase, including the first; 0 outside such a phase.
     augmented_ticks: L,
@@ -99,7 +99,6 @@ struct TrackedRun {
 #[derive(Debug, Clone, Copy)]
 struct HigherThreshold {
     threshold: f64,
-    /// Tick after the last crossing of this threshold; 0 before the first.
     quiet_from: u64,
 }
 
@@ -171,16 +170,15 @@ impl<L: Lane> EventObserver<L> for EquivalentThresholds<L> {
 }
 
 impl TrackedRun {
-    /// Drops the thresholds that may differ at a tick at which `g` exceeds the run's threshold.
     fn cross(&mut self, tick: u64, decision: f64, alarm: bool, residual_n: f64) {
         let settled = |quiet_from: u64| tick - quiet_from >= self.settle_ticks;
-        let own_is_settled = settled(self.quiet_from);
+        let run_is_settled = settled(self.quiet_from);
         let can_be_rupture = !self.drop_only || residual_n < 0.0;
         self.higher.retain_mut(|higher| {
             if decision > higher.threshold {
                 let is_settled = settled(higher.quiet_from);
                 higher.quiet_from = tick + 1;
-                is_settled == own_is_settled || !can_be_rupture
+                is_settled == run_is_settled || !can_be_rupture
             } else {
                 !alarm
             }

@@ -71,20 +71,20 @@ fn thresholds_reported_as_equivalent_raise_the_same_alarms_and_few_are_missed() 
             };
             ticks.map(alarm).collect()
         };
-        for own in [0, 7, 20] {
-            let higher = &thresholds[own + 1..];
-            let of_run = scenario(settings(thresholds[own]));
+        for index in [0, 7, 20] {
+            let higher = &thresholds[index + 1..];
+            let of_run = scenario(settings(thresholds[index]));
             let mut observer = EquivalentThresholds::<f64>::new(&[of_run], &[higher.to_vec()]);
-            let of_own = alarms(thresholds[own], &mut observer);
+            let of_run = alarms(thresholds[index], &mut observer);
             let equivalent: Vec<f64> = observer.thresholds(0).collect();
             for &threshold in higher {
-                let is_equivalent = alarms(threshold, &mut ()) == of_own;
+                let is_equivalent = alarms(threshold, &mut ()) == of_run;
                 let is_reported = equivalent.contains(&threshold);
-                assert!(is_equivalent || !is_reported, "seed {seed}, {} {threshold}", thresholds[own]);
+                assert!(is_equivalent || !is_reported, "seed {seed}, {} {threshold}", thresholds[index]);
                 reported += usize::from(is_reported);
                 true_of += usize::from(is_equivalent);
             }
-            alarm_count += of_own.iter().filter(|alarm| **alarm).count();
+            alarm_count += of_run.iter().filter(|alarm| **alarm).count();
         }
     }
     assert!(

@@ -1,12 +1,12 @@
 //! The influence of each axis on a metric.
 //!
 //! There are two numbers per axis. The *first-order Sobol index* is the share of the metric's variance that the axis
-//! alone explains, `Var(E[y|x]) / Var(y)`. It is estimated from the cases by classes of the axis (Plischke, Borgonovo
-//! and Smith, *Global sensitivity measures from given data*, Eur. J. Oper. Res. 226, 2013), minus the share that random
-//! classes would explain. It covers effects of any shape, and axes of words. The *standardised rank regression
-//! coefficient* (Saltelli and Sobol', *Reliab. Eng. Syst. Saf.* 50, 1995) has a sign: it is the change of the metric's
-//! rank in standard deviations per standard deviation of the axis's rank, with the other axes constant. Its R² is the
-//! share of the variance of the ranks that the regression explains.
+//! alone explains, `Var(E[y|x]) / Var(y)`. It is estimated by classes of the axis (Plischke, Borgonovo and Smith,
+//! *Global sensitivity measures from given data*, Eur. J. Oper. Res. 226, 2013), minus the share that random classes
+//! would explain. It covers effects of any shape, and axes of words. The *standardised rank regression coefficient*
+//! (Saltelli and Sobol', *Reliab. Eng. Syst. Saf.* 50, 1995) has a sign: the change of the metric's rank in standard
+//! deviations per standard deviation of the axis's rank, with the other axes constant. Its R² is the share of the
+//! ranks' variance that the regression explains.
 
 use nalgebra::{DMatrix, DVector};
 use schemars::JsonSchema;
@@ -20,11 +20,11 @@ use trocar_base::moments::Moments;
 use trocar_base::quantiles::standard_ranks;
 use trocar_scenario::Value;
 
-/// Number of classes of an axis without levels, and the maximum number otherwise. It is a choice of this project: with
-/// 20 classes, a class of a thousand cases has 50.
+/// Number of classes of an axis without levels, and the maximum number otherwise. Chosen here: of a thousand cases, a
+/// class has 50.
 const MAX_CLASSES: u64 = 20;
 
-/// Maximum number of ranked cases. With this number, a coefficient of 0 has a standard error of 0.01.
+/// Maximum number of ranked cases, with a standard error of 0.01 for a coefficient of 0.
 const MAX_RANKED: u64 = 10_000;
 
 /// The influence of one axis on a metric.
@@ -124,8 +124,7 @@ impl<'a> Inputs<'a> {
         }
     }
 
-    /// Returns true if the cases in a class of one axis vary along the other axes. Given points vary along all axes at
-    /// once.
+    /// True if the cases in a class of one axis vary along the other axes. Given points vary along all axes at once.
     fn has_classes(&self) -> bool {
         !matches!(self.design.scheme, SamplingScheme::List { .. })
     }

@@ -1,7 +1,7 @@
 //! Statistics of a sweep: the distribution of each metric, and the influence of each axis.
 //!
-//! The rows are read in order, several times, and only counts and sums are stored. Therefore the memory does not grow
-//! with the number of cases, and the quantiles are exact.
+//! The rows are read in order, several times, and only counts and sums are stored: the memory does not grow with the
+//! number of cases, and the quantiles are exact.
 
 mod cells;
 mod influence;

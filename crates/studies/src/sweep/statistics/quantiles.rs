@@ -1,7 +1,7 @@
 //! Exact order statistics of a stream that is read several times, in constant memory.
 //!
 //! Doubles are mapped to integers in the same order. Each pass counts the next eleven bits of the values that share the
-//! known leading bits of a wanted value, and so finds its next eleven bits. Six passes find all 64 bits.
+//! known leading bits of a wanted value. Six passes find all 64 bits.
 
 use trocar_base::quantiles::median_ranks;
 
@@ -49,7 +49,6 @@ fn disordered(bits: u64) -> f64 {
 }
 
 impl OrderStatistics {
-    /// Creates the statistics of ascending ranks, from 0, before the first pass.
     pub(super) fn new(ranks: Vec<u64>) -> Self {
         let wanted: Vec<Wanted> = ranks.into_iter().map(|rank| Wanted { rank, within: rank, prefix: 0 }).collect();
         let known = if wanted.is_empty() { 64 } else { 0 };
@@ -108,7 +107,6 @@ impl OrderStatistics {
         };
     }
 
-    /// The value of a wanted rank; NaN for any other rank.
     pub(super) fn of_rank(&self, rank: u64) -> f64 {
         let place = self.wanted.binary_search_by_key(&rank, |wanted| wanted.rank);
         place.map_or(f64::NAN, |place| disordered(self.wanted[place].prefix))

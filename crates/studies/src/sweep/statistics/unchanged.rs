@@ -4,7 +4,7 @@ use super::Summary;
 use trocar_base::warning::{Code, Warning};
 
 impl Summary {
-    /// Returns true if there are several cases, and the metric is equal in all of them or defined in none.
+    /// True if there are several cases, and the metric is equal in all of them or defined in none.
     #[must_use]
     pub fn is_unchanged(&self, cases: u64) -> bool {
         let is_one_value = self.defined == cases && self.spread.is_some_and(|spread| spread.min == spread.max);

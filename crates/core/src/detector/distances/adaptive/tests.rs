@@ -107,7 +107,7 @@ fn an_offset_of_the_sensor_does_not_hide_a_rupture() {
 }
 
 #[test]
-fn letting_go_and_stopping_are_not_ruptures() {
+fn a_released_or_stopped_needle_is_not_a_rupture() {
     // A rigid stop of 20 kN/m, pressed with 5 N and released in 30 ms; an encoder of 50 µm.
     let let_go = |time_s: f64| {
         let force_n = 5.0 * (time_s / 0.5).min(1.0) - 5.0 * ((time_s - 1.0) / 0.03).clamp(0.0, 1.0);

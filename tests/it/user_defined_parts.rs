@@ -2,7 +2,7 @@
 
 use trocar::augmentation::{AugmentedTick, ForceLaw, HeldReference, ModeChange, MotionLaw};
 use trocar::detector::{CusumDetector, Decision, Detector, DetectorInput, Distance};
-use trocar::engine::{OwnParts, Trace};
+use trocar::engine::{Trace, UserDefinedParts};
 use trocar::estimation::{AnyEstimator, Estimate, Estimator};
 use trocar::metrics::Outcome;
 use trocar::operator::Operator;
@@ -11,22 +11,22 @@ use trocar::scenario::{Scenario, Source};
 use trocar::tissue::{Reaction, Tissue};
 use trocar::warning::Code;
 
-#[path = "../../examples/own_detector.rs"]
+#[path = "../../examples/user_defined_detector.rs"]
 #[allow(dead_code, reason = "its main is not called here")]
-mod own_detector;
-#[path = "../../examples/own_force_law.rs"]
+mod user_defined_detector;
+#[path = "../../examples/user_defined_force_law.rs"]
 #[allow(dead_code, reason = "its main is not called here")]
-mod own_force_law;
-#[path = "../../examples/own_tissue.rs"]
+mod user_defined_force_law;
+#[path = "../../examples/user_defined_tissue.rs"]
 #[allow(dead_code, reason = "its main is not called here")]
-mod own_tissue;
+mod user_defined_tissue;
 
 fn scenario(name: &str, settings: &[&str]) -> Scenario {
     let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
     Scenario::load(&Source::parse(name), &settings).expect("loads")
 }
 
-fn assert_same_bits(own: &Run, built_in: &Run, what: &str) {
+fn assert_same_bits(run: &Run, built_in: &Run, what: &str) {
     let bits = |trace: &Trace| {
         let numbers = |column: &[f64]| column.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
         [&trace.slave_position_m, &trace.master_position_m, &trace.feedback_force_n, &trace.residual_n, &trace.decision]
@@ -36,13 +36,13 @@ fn assert_same_bits(own: &Run, built_in: &Run, what: &str) {
     // ruptures and no layers.
     let mut expected = built_in.metrics.clone();
     expected.ruptures.iter_mut().for_each(|rupture| (rupture.layer, rupture.miss) = (None, None));
-    assert_eq!(own.metrics, expected, "{what}");
-    assert!(bits(&own.trace) == bits(&built_in.trace), "{what}");
+    assert_eq!(run.metrics, expected, "{what}");
+    assert!(bits(&run.trace) == bits(&built_in.trace), "{what}");
 }
 
 #[test]
 fn a_user_defined_tissue_relaxes_at_rest() {
-    let run = own_tissue::run().expect("runs");
+    let run = user_defined_tissue::run().expect("runs");
     let force = &run.trace.tissue_force_n;
     assert!(force.iter().all(|force| *force >= 0.0) && force.iter().any(|force| *force > 2.0));
     assert!(run.metrics.ruptures.is_empty() && run.trace.len() > 1000);
@@ -50,7 +50,7 @@ fn a_user_defined_tissue_relaxes_at_rest() {
 
 #[test]
 fn a_user_defined_detector_finds_both_ruptures() {
-    let run = own_detector::run().expect("runs");
+    let run = user_defined_detector::run().expect("runs");
     assert_eq!((run.metrics.ruptures.len(), run.metrics.missed_ruptures, run.metrics.false_alarms), (2, 0, 0));
     let late = |delay: Option<f64>| delay.is_some_and(|delay| delay < 0.01);
     assert!(run.metrics.ruptures.iter().all(|rupture| late(rupture.detection_delay_s)));
@@ -58,7 +58,7 @@ fn a_user_defined_detector_finds_both_ruptures() {
 
 #[test]
 fn a_user_defined_force_law_keeps_its_step_limit() {
-    let run = own_force_law::run().expect("runs");
+    let run = user_defined_force_law::run().expect("runs");
     assert_eq!(run.metrics.events.len(), 2);
     assert!(run.metrics.feedback_step_excess_n <= 1e-12, "{}", run.metrics.feedback_step_excess_n);
     assert!(run.metrics.ruptures.iter().all(|rupture| rupture.feedback_fall_s.is_some_and(|fall| fall < 0.08)));
@@ -77,10 +77,10 @@ fn a_scenario_with_boxed_parts_is_identical_to_the_built_in_one_bit_for_bit() {
     ] {
         let built_in = run(scenario(name, settings)).expect("runs");
         // The wiring for user-defined parts, without any.
-        let (scenario, none) = (scenario(name, settings), OwnParts::default());
+        let (scenario, none) = (scenario(name, settings), UserDefinedParts::default());
         let mut trace = empty_trace_with(&scenario, &none);
         let metrics = observe_with(&scenario, none, &mut trace.recorder()).expect("runs");
-        assert_same_bits(&Run::of_own_parts(scenario, vec![], metrics, trace), &built_in, name);
+        assert_same_bits(&Run::of_user_defined_parts(scenario, vec![], metrics, trace), &built_in, name);
     }
 }
 
@@ -157,16 +157,16 @@ fn copies_of_built_in_parts_are_identical_bit_for_bit() {
     let tick_s = scenario.grid.tick_s();
     let parts = scenario.general_engine::<f64>(0).expect("builds").parts;
     let law = HeldReference::new(scenario.augmentation.freeze, scenario.augmentation.reengage, tick_s, 0.0);
-    let own = OwnParts::default()
+    let parts = UserDefinedParts::default()
         .operator(Copied(parts.operator))
         .tissue(Copied(parts.tissue))
         .estimator(Copied(AnyEstimator::new(&scenario.estimator)))
         .motion_law(Copied(law))
         .force_law(Decay { keep: libm::exp(-tick_s / 0.03) });
-    let with_distance = run_with(built(), own.distance(Square)).expect("runs");
+    let with_distance = run_with(built(), parts.distance(Square)).expect("runs");
     assert_same_bits(&with_distance, &built_in, "all but the detector");
     let detector = Copied(CusumDetector::<f64>::new(&scenario.detector, tick_s));
-    let with_detector = run_with(built(), OwnParts::default().detector(detector)).expect("runs");
+    let with_detector = run_with(built(), UserDefinedParts::default().detector(detector)).expect("runs");
     assert_same_bits(&with_detector, &built_in, "the detector");
 }
 
@@ -198,13 +198,13 @@ impl Estimator<f64> for Spoiled {
 #[test]
 fn a_number_that_is_not_finite_names_the_part_that_returned_it() {
     for spoiled in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-        let error = |own: OwnParts| {
-            run_with(scenario("layers/skin-augmented", &[]), own).expect_err("a part fails").to_string()
+        let error = |parts: UserDefinedParts| {
+            run_with(scenario("layers/skin-augmented", &[]), parts).expect_err("a part fails").to_string()
         };
-        let of_tissue = error(OwnParts::default().tissue(Spoiled(spoiled)));
-        assert!(of_tissue.contains("the tissue of your own") && of_tissue.contains("tick 500"), "{of_tissue}");
-        let of_estimator = error(OwnParts::default().estimator(Spoiled(spoiled)));
-        assert!(of_estimator.contains("the estimator of your own"), "{of_estimator}");
+        let of_tissue = error(UserDefinedParts::default().tissue(Spoiled(spoiled)));
+        assert!(of_tissue.contains("the user-defined tissue") && of_tissue.contains("tick 500"), "{of_tissue}");
+        let of_estimator = error(UserDefinedParts::default().estimator(Spoiled(spoiled)));
+        assert!(of_estimator.contains("the user-defined estimator"), "{of_estimator}");
     }
 }
 
@@ -217,17 +217,17 @@ fn a_run_with_user_defined_parts_reports_what_it_cannot_know() {
         }
     }
     let with = |name: &str, settings: &[&str]| {
-        run_with(scenario(name, settings), OwnParts::default().detector(Silent)).expect("runs").warnings()
+        run_with(scenario(name, settings), UserDefinedParts::default().detector(Silent)).expect("runs").warnings()
     };
     let missed = with("layers/skin-augmented", &[]);
     assert!(missed.iter().any(|warning| warning.code == Code::MissedRupture), "{missed:?}");
     let swing = with("passivity/late-wall", &[]);
     assert!(swing.iter().any(|warning| warning.code == Code::Oscillating), "{swing:?}");
     // Without a user-defined part, it is a run of the scenario.
-    let late = run_with(scenario("passivity/late-wall", &[]), OwnParts::default()).expect("runs");
+    let late = run_with(scenario("passivity/late-wall", &[]), UserDefinedParts::default()).expect("runs");
     assert!(matches!(late.metrics.outcome, Outcome::Oscillating { .. }), "{:?}", late.metrics.outcome);
     // A setting that would silently be left out is refused.
     let moved = scenario("layers/skin-augmented", &["tissue.breathing_amplitude_m=5 mm"]);
-    let error = run_with(moved, OwnParts::default().tissue(Spoiled(0.0))).expect_err("refused").to_string();
+    let error = run_with(moved, UserDefinedParts::default().tissue(Spoiled(0.0))).expect_err("refused").to_string();
     assert!(error.contains("motion of the organs"), "{error}");
 }

@@ -1,6 +1,6 @@
 # %% [markdown]
-# # A detector, judged on a recording of your own
-# `python own_recording.py FILE.csv`, or set `FILE`, the columns and their factors into SI in the first cell and go on cell by
+# # A detector, evaluated on your recording
+# `python your_recording.py FILE.csv`, or set `FILE`, the columns and their factors into SI in the first cell and go on cell by
 # cell. Positions must grow into the tissue, forces must be positive when they resist insertion: a negative factor turns a sign.
 
 # %%
@@ -17,7 +17,7 @@ SHIPPED = Path(__file__).resolve().parents[2] / "scenarios" / "recordings" / "ow
 FILE = Path(sys.argv[1]) if len(sys.argv) == 2 and sys.argv[1].endswith(".csv") else SHIPPED
 TIME, POSITION, VELOCITY, FORCE = ("t_s", 1.0), ("xs_rad", 0.075), ("vs_rad_s", 0.075), ("env_out_Nm_derived", 1 / 0.075)
 CONTACT_M = 0.0063
-RUPTURES_S = [1.7790]  # in s after the first sample; empty where nobody has labelled it
+RUPTURES_S = [1.7790]  # in s after the first sample; empty if the recording has no label
 
 # %%
 table = np.genfromtxt(FILE, delimiter=",", names=True)

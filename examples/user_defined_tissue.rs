@@ -1,9 +1,9 @@
 //! A user-defined tissue in a shipped scenario: a standard linear solid, whose force relaxes at a constant depth.
 //!
-//! `cargo run --release --example own_tissue`
+//! `cargo run --release --example user_defined_tissue`
 
 use trocar::document::Study as _;
-use trocar::engine::OwnParts;
+use trocar::engine::UserDefinedParts;
 use trocar::run::{Run, run_with};
 use trocar::scenario::{Scenario, Source};
 use trocar::tissue::{Reaction, Tissue};
@@ -40,7 +40,7 @@ impl Tissue<f64> for StandardLinearSolid {
 pub fn run() -> Result<Run, Box<dyn std::error::Error>> {
     let scenario = Scenario::load(&Source::parse("paper/classical"), &[])?;
     let tissue = StandardLinearSolid::new((150.0, 200.0), 0.5, 0.012, scenario.grid.tick_s());
-    Ok(run_with(scenario, OwnParts::default().tissue(tissue))?)
+    Ok(run_with(scenario, UserDefinedParts::default().tissue(tissue))?)
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

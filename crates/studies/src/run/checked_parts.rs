@@ -3,43 +3,40 @@
 use trocar_core::time::TickGrid;
 use trocar_engine::engine::{InvalidPart, Observer, Signals};
 
-/// Finds the first signal that is not finite, and ends the run if it comes from a user-defined part.
+/// Finds the first non-finite signal, and ends the run if it comes from a user-defined part.
 #[derive(Debug, Clone)]
 pub(super) struct CheckedParts {
-    own: Vec<&'static str>,
+    user_defined: Vec<&'static str>,
     grid: TickGrid,
     looks: bool,
     found: Option<InvalidPart>,
 }
 
 impl CheckedParts {
-    pub(super) fn new(own: Vec<&'static str>, grid: TickGrid) -> Self {
-        Self { looks: !own.is_empty(), own, grid, found: None }
+    pub(super) fn new(user_defined: Vec<&'static str>, grid: TickGrid) -> Self {
+        Self { looks: !user_defined.is_empty(), user_defined, grid, found: None }
     }
 
-    /// # Errors
-    /// [`InvalidPart`].
     pub(super) fn outcome(&self) -> Result<(), InvalidPart> {
         self.found.clone().map_or(Ok(()), Err)
     }
 
-    pub(super) fn own(&self) -> &[&'static str] {
-        &self.own
+    pub(super) fn user_defined(&self) -> &[&'static str] {
+        &self.user_defined
     }
 
     #[cold]
     fn conclude(&mut self, tick: u64, roles: &[&'static str]) {
         self.looks = false;
-        let own: Vec<&str> = roles.iter().copied().filter(|role| self.own.contains(role)).collect();
+        let found: Vec<&str> = roles.iter().copied().filter(|role| self.user_defined.contains(role)).collect();
         // Non-finite numbers of a built-in part mean that the run diverges.
-        if !own.is_empty() {
-            self.found = Some(InvalidPart { roles: own.join(" or "), tick, time_s: self.grid.time_s(tick) });
+        if !found.is_empty() {
+            self.found = Some(InvalidPart { roles: found.join(" or "), tick, time_s: self.grid.time_s(tick) });
         }
     }
 }
 
-/// Finds the first signal that is not finite, in the order in which a tick computes them, and returns the roles that
-/// can be its cause.
+/// The roles that can be the cause of the first non-finite signal, in the order of a tick.
 fn first_invalid(s: &Signals<f64>) -> Option<&'static [&'static str]> {
     let signals: [(&'static [&'static str], [f64; 3]); 6] = [
         (&["operator"], [s.desired_position_m, s.intended_position_m, 0.0]),

@@ -1,10 +1,10 @@
 //! A user-defined detector in a shipped scenario: the force minus its moving average, with a threshold.
 //!
-//! `cargo run --release --example own_detector`
+//! `cargo run --release --example user_defined_detector`
 
 use trocar::detector::{Decision, Detector, DetectorInput};
 use trocar::document::Study as _;
-use trocar::engine::OwnParts;
+use trocar::engine::UserDefinedParts;
 use trocar::run::{Run, run_with};
 use trocar::scenario::{Scenario, Source};
 
@@ -43,7 +43,7 @@ impl Detector<f64> for FallDetector {
 /// Runs the paper's augmented insertion with the detector.
 pub fn run() -> Result<Run, Box<dyn std::error::Error>> {
     let scenario = Scenario::load(&Source::parse("paper/augmented"), &[])?;
-    Ok(run_with(scenario, OwnParts::default().detector(FallDetector::new(0.15)))?)
+    Ok(run_with(scenario, UserDefinedParts::default().detector(FallDetector::new(0.15)))?)
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

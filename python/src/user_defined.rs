@@ -10,7 +10,7 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyTuple};
 use trocar_core::augmentation::{AugmentedTick, ForceLaw, Mode, ModeChange, MotionLaw};
 use trocar_core::detector::{Decision, Detector, DetectorInput};
 use trocar_core::estimation::{Estimate, Estimator};
-use trocar_engine::engine::OwnParts;
+use trocar_engine::engine::UserDefinedParts;
 use trocar_engine::operator::Operator;
 use trocar_engine::tissue::{Reaction, Tissue};
 
@@ -27,7 +27,7 @@ pub(crate) struct Failure {
 }
 
 impl Failure {
-    /// Returns true if there is an exception.
+    /// True if there is an exception.
     pub(crate) fn has_failed(&self) -> bool {
         self.has_failed.load(Ordering::Relaxed)
     }
@@ -61,7 +61,7 @@ struct Role {
     outputs: &'static [&'static str],
     needed: usize,
     /// Sets the part of the role.
-    set: fn(OwnParts, Part) -> OwnParts,
+    set: fn(UserDefinedParts, Part) -> UserDefinedParts,
 }
 
 impl Role {
@@ -80,42 +80,42 @@ static ROLES: [Role; 6] = [
         inputs: &[Whole, Number, Number],
         outputs: &["force_n", "ruptured"],
         needed: 1,
-        set: OwnParts::tissue,
+        set: UserDefinedParts::tissue,
     },
     Role {
         name: "operator",
         inputs: &[Whole, Number],
         outputs: &["desired_position_m"],
         needed: 1,
-        set: OwnParts::operator,
+        set: UserDefinedParts::operator,
     },
     Role {
         name: "estimator",
         inputs: &[Number, Number, Number],
         outputs: &["predicted_force_n", "stiffness_n_per_m", "damping_n_s_per_m"],
         needed: 1,
-        set: |parts, part| parts.estimator(OwnEstimator { part, last: [0.0; 2] }),
+        set: |parts, part| parts.estimator(UserDefinedEstimator { part, last: [0.0; 2] }),
     },
     Role {
         name: "detector",
         inputs: &[Number, Number, Number, Number, Number, Flag],
         outputs: &["alarm", "decision", "distance"],
         needed: 1,
-        set: OwnParts::detector,
+        set: UserDefinedParts::detector,
     },
     Role {
         name: "force_law",
         inputs: &[Number, Number, Number, Number, Number, Flag],
         outputs: &["force_n", "allowed_step_n"],
         needed: 2,
-        set: OwnParts::force_law,
+        set: UserDefinedParts::force_law,
     },
     Role {
         name: "motion_law",
         inputs: &[Whole, Number, Number],
         outputs: &["reference_m", "is_blended"],
         needed: 2,
-        set: |parts, part| parts.motion_law(OwnMotionLaw { part, is_blended: true }),
+        set: |parts, part| parts.motion_law(UserDefinedMotionLaw { part, is_blended: true }),
     },
 ];
 
@@ -133,8 +133,8 @@ pub(crate) struct Part {
 }
 
 impl Part {
-    /// Returns the part for an object: a compiled function with its state, an object with a method `step`, or a
-    /// function. Calls the object's `reset`, so that every run begins in the same state.
+    /// The part for an object: a compiled function with its state, an object with a method `step`, or a function. Calls
+    /// the object's `reset`, so every run begins in the same state.
     fn of(role: &'static Role, given: &Bound<'_, PyAny>, failure: &Failure) -> PyResult<Self> {
         let method = |name| Ok::<_, PyErr>(given.getattr_opt(name)?.filter(|method| method.is_callable()));
         let part = |function| Self { role, function, skip: None, failure: failure.clone() };
@@ -145,7 +145,7 @@ impl Part {
             }
             let state: PyReadonlyArray1<'_, f64> = given.getattr("_trocar_state")?.extract()?;
             // SAFETY: the conditions of the call below apply.
-            #[allow(unsafe_code, reason = "an address is made a function in no other way")]
+            #[allow(unsafe_code, reason = "only a transmutation turns an address into a function")]
             let function = unsafe { std::mem::transmute::<usize, Compiled>(address) };
             return Ok(part(Function::Compiled { function, state: samples(&state)? }));
         }
@@ -194,7 +194,6 @@ impl Part {
         if outputs.iter().all(|value| value.is_finite()) { outputs } else { self.refuse(outputs) }
     }
 
-    /// Ends the run if an output is not finite.
     #[cold]
     fn refuse<const OUTPUTS: usize>(&self, outputs: [f64; OUTPUTS]) -> [f64; OUTPUTS] {
         if let Some((name, value)) = self.role.outputs.iter().zip(outputs).find(|(_, value)| !value.is_finite()) {
@@ -270,12 +269,12 @@ impl Operator<f64> for Part {
     }
 }
 
-struct OwnEstimator {
+struct UserDefinedEstimator {
     part: Part,
     last: [f64; 2],
 }
 
-impl Estimator<f64> for OwnEstimator {
+impl Estimator<f64> for UserDefinedEstimator {
     fn update(&mut self, force_n: f64, depth_m: f64, velocity_m_per_s: f64) -> Estimate<f64> {
         let [predicted_force_n, stiffness_n_per_m, damping_n_s_per_m] =
             self.part.call([force_n, depth_m, velocity_m_per_s]);
@@ -318,13 +317,12 @@ impl ForceLaw<f64> for Part {
     }
 }
 
-/// A user-defined motion law, with its last statement about the gap.
-struct OwnMotionLaw {
+struct UserDefinedMotionLaw {
     part: Part,
     is_blended: bool,
 }
 
-impl OwnMotionLaw {
+impl UserDefinedMotionLaw {
     fn reference_m(&mut self, mode: Mode, hand_m: f64, slave_m: f64) -> f64 {
         let [reference_m, is_blended] = self.part.call([f64::from(mode.code()), hand_m, slave_m]);
         self.is_blended = flag(is_blended);
@@ -332,7 +330,7 @@ impl OwnMotionLaw {
     }
 }
 
-impl MotionLaw<f64> for OwnMotionLaw {
+impl MotionLaw<f64> for UserDefinedMotionLaw {
     fn follow(&mut self, hand_m: f64, slave_m: f64) -> f64 {
         self.reference_m(Mode::Teleoperation, hand_m, slave_m)
     }
@@ -346,7 +344,6 @@ impl MotionLaw<f64> for OwnMotionLaw {
     }
 }
 
-/// Returns a user-defined detector for evidence that is already known.
 pub(crate) fn detector(given: &Bound<'_, PyAny>, failure: &Failure) -> PyResult<impl Detector<f64> + use<>> {
     Part::of(Role::named("detector")?, given, failure)
 }
@@ -359,7 +356,6 @@ pub(crate) struct CompiledPart {
 }
 
 impl CompiledPart {
-    /// Returns the part of a role; `None` if it is not compiled.
     fn of(role: &str, given: &Bound<'_, PyAny>) -> PyResult<Option<Self>> {
         let role = Role::named(role)?;
         if given.getattr_opt("_trocar_address")?.is_none() {
@@ -371,7 +367,6 @@ impl CompiledPart {
         })
     }
 
-    /// Returns the detector; `None` if it is not compiled.
     pub(crate) fn detector(given: &Bound<'_, PyAny>) -> PyResult<Option<Self>> {
         Self::of("detector", given)
     }
@@ -385,7 +380,6 @@ impl CompiledPart {
 pub(crate) struct CompiledParts(Vec<CompiledPart>);
 
 impl CompiledParts {
-    /// Returns the parts by role; `None` if one is not compiled.
     pub(crate) fn of(given: &Bound<'_, PyDict>) -> PyResult<Option<Self>> {
         let part = |(name, object): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
             CompiledPart::of(&name.extract::<String>()?, &object)
@@ -393,24 +387,23 @@ impl CompiledParts {
         Ok(given.iter().map(part).collect::<PyResult<Option<Vec<_>>>>()?.map(Self))
     }
 
-    pub(crate) fn own(&self) -> Own {
+    pub(crate) fn begin(&self) -> UserDefined {
         let failure = Failure::default();
         let with = |parts, one: &CompiledPart| (one.role.set)(parts, one.begin(&failure));
-        Own { parts: self.0.iter().fold(OwnParts::default(), with), failure, are_compiled: true }
+        UserDefined { parts: self.0.iter().fold(UserDefinedParts::default(), with), failure, are_compiled: true }
     }
 }
 
 /// The user-defined parts of a run.
-pub(crate) struct Own {
-    pub(crate) parts: OwnParts,
+pub(crate) struct UserDefined {
+    pub(crate) parts: UserDefinedParts,
     pub(crate) failure: Failure,
-    /// True if all parts are compiled, so that a run needs no interpreter.
     pub(crate) are_compiled: bool,
 }
 
-impl Own {
+impl UserDefined {
     pub(crate) fn of(given: &Bound<'_, PyDict>) -> PyResult<Self> {
-        let (mut parts, failure, mut are_compiled) = (OwnParts::default(), Failure::default(), true);
+        let (mut parts, failure, mut are_compiled) = (UserDefinedParts::default(), Failure::default(), true);
         for (name, object) in given {
             let role = Role::named(&name.extract::<String>()?)?;
             let part = Part::of(role, &object, &failure)?;

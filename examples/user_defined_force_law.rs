@@ -1,10 +1,10 @@
 //! A user-defined force law in a shipped scenario: while the slave is frozen, the force decreases linearly.
 //!
-//! `cargo run --release --example own_force_law`
+//! `cargo run --release --example user_defined_force_law`
 
 use trocar::augmentation::{AugmentedTick, ForceLaw};
 use trocar::document::Study as _;
-use trocar::engine::OwnParts;
+use trocar::engine::UserDefinedParts;
 use trocar::run::{Run, run_with};
 use trocar::scenario::{Scenario, Source};
 
@@ -25,7 +25,7 @@ impl ForceLaw<f64> for LinearDecrease {
 pub fn run() -> Result<Run, Box<dyn std::error::Error>> {
     let scenario = Scenario::load(&Source::parse("paper/augmented"), &[])?;
     let ticks = (0.06 / scenario.grid.tick_s()).round();
-    Ok(run_with(scenario, OwnParts::default().force_law(LinearDecrease { ticks }))?)
+    Ok(run_with(scenario, UserDefinedParts::default().force_law(LinearDecrease { ticks }))?)
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

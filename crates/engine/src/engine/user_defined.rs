@@ -10,7 +10,7 @@ use trocar_core::detector::{Detector, Distance};
 use trocar_core::estimation::{AnyEstimator, Estimator};
 
 /// The parts of an engine with user-defined parts, which are called dynamically; built-in parts are inlined.
-pub type OwnWiring = Parts<
+pub type UserDefinedWiring = Parts<
     f64,
     BuiltInOr<HumanOperator<f64>, dyn Operator<f64> + Send>,
     BuiltInOr<AnyTissue<f64>, dyn Tissue<f64> + Send>,
@@ -23,12 +23,12 @@ pub type OwnWiring = Parts<
 >;
 
 /// The machines of an engine with user-defined parts.
-pub type OwnPlants = BuiltInOr<ExactPlants<f64>, dyn Plants<f64> + Send>;
+pub type UserDefinedPlants = BuiltInOr<ExactPlants<f64>, dyn Plants<f64> + Send>;
 
 /// An engine with user-defined parts.
-pub type OwnEngine = Engine<OwnPlants, OwnWiring>;
+pub type UserDefinedEngine = Engine<UserDefinedPlants, UserDefinedWiring>;
 
-impl OwnEngine {
+impl UserDefinedEngine {
     /// [`Engine::run`] in the widest registers of the machine, if they are faster.
     ///
     /// # Errors
@@ -37,7 +37,7 @@ impl OwnEngine {
         self.run_compiled(&mut observer)
     }
 
-    /// [`OwnEngine::run_wide`], compiled for the observer.
+    /// [`UserDefinedEngine::run_wide`], compiled for the observer.
     ///
     /// # Errors
     /// See [`Engine::run`].
@@ -49,7 +49,7 @@ impl OwnEngine {
 /// User-defined parts that replace parts of a scenario.
 ///
 /// ```ignore
-/// use trocar::engine::OwnParts;
+/// use trocar::engine::UserDefinedParts;
 /// use trocar::run::run_with;
 /// use trocar::scenario::{Scenario, Source};
 /// use trocar::tissue::{Reaction, Tissue};
@@ -66,12 +66,12 @@ impl OwnEngine {
 /// }
 ///
 /// let scenario = Scenario::load(&Source::parse("paper/classical"), &[])?;
-/// let run = run_with(scenario, OwnParts::default().tissue(Spring { stiffness_n_per_m: 200.0 }))?;
+/// let run = run_with(scenario, UserDefinedParts::default().tissue(Spring { stiffness_n_per_m: 200.0 }))?;
 /// assert!(run.metrics.max_tissue_force_n.is_some_and(|force| force > 1.0));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Default)]
-pub struct OwnParts {
+pub struct UserDefinedParts {
     /// User-defined operator.
     pub operator: Option<Box<dyn Operator<f64> + Send>>,
     /// User-defined tissue.
@@ -95,7 +95,7 @@ pub struct OwnParts {
 /// Defines a setter per role.
 macro_rules! setters {
     ($($(#[$doc:meta])* $role:ident: $Role:ident,)*) => {
-        impl OwnParts {
+        impl UserDefinedParts {
             $(
                 $(#[$doc])*
                 #[must_use]
@@ -129,7 +129,7 @@ setters! {
     force_law: ForceLaw,
 }
 
-impl OwnParts {
+impl UserDefinedParts {
     /// The roles with a user-defined part.
     #[must_use]
     pub fn roles(&self) -> Vec<&'static str> {
@@ -146,11 +146,11 @@ impl OwnParts {
             ("motion law", motion_law.is_some()),
             ("force law", force_law.is_some()),
         ];
-        roles.into_iter().filter(|(_, is_own)| *is_own).map(|(role, _)| role).collect()
+        roles.into_iter().filter(|(_, is_user_defined)| *is_user_defined).map(|(role, _)| role).collect()
     }
 }
 
-impl std::fmt::Debug for OwnParts {
+impl std::fmt::Debug for UserDefinedParts {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_set().entries(self.roles()).finish()
     }
