@@ -230,7 +230,7 @@ def test_executors_may_return_shards_in_any_order(tmp_path):
 
 
 def test_a_sweep_that_is_too_large_is_refused_at_once():
-    with pytest.raises(MemoryError, match="1000000000000 cases take .* GB of memory, more than there is"):
+    with pytest.raises(MemoryError, match="1000000000000 cases take .* GB of memory, more than this machine has"):
         trocar.sweep("paper/augmented", {"scaling.force": trocar.Range(0.5, 1.0, 10**12)})
 
 

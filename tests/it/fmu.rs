@@ -331,7 +331,7 @@ fn a_unit_reports_what_it_refuses() {
     assert!(error.contains("0.0015 s is not a whole number of ticks of 0.001 s"), "{error}");
 
     let error = Instance::load(&unit.resources(), "{another}").expect_err("foreign").to_string();
-    assert!(error.contains("export it again"), "{error}");
+    assert!(error.contains("export the unit again"), "{error}");
     let error = Instance::load(&file("docs"), &unit.token).expect_err("no scenario").to_string();
     assert!(error.contains("no rig.toml, simulation.toml or tissue.toml"), "{error}");
 }

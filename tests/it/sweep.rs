@@ -108,7 +108,7 @@ fn invalid_distributions_and_correlations_are_refused() {
         ("coefficient = 0.8", "strength = 0.8", &["a correlation has no strength"]),
         ("axes = [\"tissue.layer.inter", "axes = [\"tissue.layer.intro", &["is no axis of this sweep"]),
         ("[correlations.toughness]", "[correlations]", &["write [correlations.NAME]"]),
-        ("kind = \"latin-hypercube\"\npoints = 64", "kind = \"grid\"", &["a grid has no"]),
+        ("kind = \"latin-hypercube\"\npoints = 64", "kind = \"grid\"", &["a grid cannot have"]),
         ("interspinous", "intraspinous", &["there is no layer intraspinous-ligament"]),
     ] {
         let text = PATIENTS.replace(from, to);

@@ -22,12 +22,12 @@ pub(super) fn png(sheet: &Sheet<'_>) -> Result<Vec<u8>, DrawError> {
     encode(&canvas.pixmap)
 }
 
-/// Fast compression suffices for lines on white.
+/// The lowest level of deflate: a quarter of the size of `Compression::Fast`, and most of what the highest level saves.
 fn encode(pixmap: &Pixmap) -> Result<Vec<u8>, DrawError> {
     let mut bytes = Vec::with_capacity(1 << 17);
     let mut encoder = png::Encoder::new(&mut bytes, pixmap.width(), pixmap.height());
     encoder.set_color(png::ColorType::Rgb);
-    encoder.set_compression(png::Compression::Fast);
+    encoder.set_deflate_compression(png::DeflateCompression::Level(1));
     encoder.set_filter(png::Filter::Up);
     let per_metre = (DOTS_PER_INCH / METRES_PER_INCH).round() as u32;
     encoder.set_pixel_dims(Some(png::PixelDimensions { xppu: per_metre, yppu: per_metre, unit: png::Unit::Meter }));
