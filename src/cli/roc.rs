@@ -29,11 +29,7 @@ Examples:
   trocar roc x.csv --time t --position x:mm --force f --rupture-s 1.8
                                             a recording with its rupture
   trocar roc layers/through-the-skin        a closed loop with layered tissue
-<<<<<<< HEAD
   trocar roc --trials --seeds 2000          2000 synthetic recordings";
-=======
-  trocar roc --trials --seeds 2000          2000 synthetic recordings per kind";
->>>>>>> words
 
 /// Compute operating characteristics of detectors.
 #[derive(Debug, Args)]

@@ -198,6 +198,7 @@ fn removal(reason: &MissReason, threshold: &mut f64) -> String {
         MissReason::EventUnderWay { .. } | MissReason::Refractory { .. } | MissReason::EarlierEvent => {
             "augmentation.enabled=false".into()
         }
+        MissReason::AfterAlarm { .. } => "detector.threshold=7".into(),
         MissReason::AlarmOfAnother { .. } => "detector.settle_s=0".into(),
         MissReason::NotReady { .. } | MissReason::NoFall => "detector.distance=squared-residual".into(),
     }

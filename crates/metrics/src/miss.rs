@@ -40,6 +40,11 @@ pub enum MissReason {
     },
     /// A self-arming detector saw no fall large enough to count.
     NoFall,
+    /// A self-arming detector attributed the fall to the rupture of an earlier alarm, or to the ring-down after it.
+    AfterAlarm {
+        /// The time of the earlier alarm in s.
+        alarm_s: f64,
+    },
     /// The force did not fall below a predicted resisting force.
     NoDrop,
     /// The needle did not move as the detector requires.
@@ -100,7 +105,7 @@ impl MissReason {
             Self::NoDrop => "detector.drop_only",
             Self::WrongMotion { .. } => "detector.motion",
             Self::TooShallow { .. } => "detector.minimum_depth_m",
-            Self::BelowThreshold { .. } => "detector.threshold",
+            Self::BelowThreshold { .. } | Self::AfterAlarm { .. } => "detector.threshold",
             Self::BelowDrift { .. } => "detector.drift",
             Self::EventUnderWay { .. } => "augmentation.max_hold_s",
             Self::EarlierEvent => "augmentation.enabled",
@@ -130,6 +135,7 @@ impl MissReason {
             }
             Self::NotReady { .. } => "begin the recording earlier, and check that the force is renewed at every sample",
             Self::NoFall => "look at the force there; other kinds of detector.distance do not judge by the fall alone",
+            Self::AfterAlarm { .. } => "if that alarm is false, set a higher detector.threshold",
             Self::NoDrop => "set detector.drop_only = false",
             Self::WrongMotion { .. } => "choose another detector.motion, or change its speed",
             Self::TooShallow { .. } => "reduce detector.minimum_depth_m",
@@ -163,7 +169,7 @@ impl MissReason {
             Self::BelowThreshold { reached } => cusum.threshold *= NEAR_MAX * reached,
             Self::BelowDrift { largest } => cusum.drift = 0.5 * largest,
             Self::EventUnderWay { .. } | Self::Refractory { .. } | Self::EarlierEvent => augmentation.enabled = false,
-            Self::NotReady { .. } | Self::NoFall | Self::AlarmOfAnother { .. } => {}
+            Self::NotReady { .. } | Self::NoFall | Self::AfterAlarm { .. } | Self::AlarmOfAnother { .. } => {}
         }
     }
 }
@@ -199,6 +205,10 @@ impl Display for MissReason {
             Self::NoFall => f.write_str(
                 "no fall: the force did not fall by more than motion and relaxation explain, or a fall was already in \
                  progress",
+            ),
+            Self::AfterAlarm { alarm_s } => write!(
+                f,
+                "the detector attributed the fall to the alarm at {alarm_s:.3} s before it, or to the ring-down after it"
             ),
             Self::NoDrop => f.write_str("detector.drop_only: the force did not fall below a predicted resisting force"),
             Self::WrongMotion { velocity_m_per_s } => {
@@ -322,6 +332,12 @@ impl SupervisorHistory {
         self.alarms.iter().chain(&self.ignored_alarms).any(|alarm| ticks.contains(alarm))
     }
 
+    /// Returns the last alarm, accepted or ignored, in the `ticks` before a tick.
+    fn last_alarm(&self, tick: u64, ticks: u64) -> Option<u64> {
+        let before = tick.saturating_sub(ticks)..tick;
+        self.alarms.iter().chain(&self.ignored_alarms).copied().filter(|alarm| before.contains(alarm)).max()
+    }
+
     fn refusal(&self, tick: u64, rule: &MissRule) -> Option<MissReason> {
         let &(begin, end) = self.events.iter().rev().find(|(begin, _)| *begin < tick)?;
         if tick < end {
@@ -331,6 +347,10 @@ impl SupervisorHistory {
         (tick < end + refractory).then(|| MissReason::Refractory { end_s: rule.time_s(end) })
     }
 }
+
+/// Time after an alarm, in s, in which a self-arming detector may attribute a fall to it: the longest hold, and as long
+/// again for the ring-down.
+const AFTERMATH_S: f64 = 0.3;
 
 /// A sample is near the largest g of a window if its g exceeds this fraction of it.
 const NEAR_MAX: f64 = 0.9;
@@ -406,7 +426,11 @@ impl MissRule<'_> {
                 let reached = MissReason::BelowThreshold { reached: (max / threshold).min(1.0) };
                 std::iter::once(reached).chain(failed).collect()
             }
-            None if self.waits_for().is_some() => vec![MissReason::NoFall],
+            None if self.waits_for().is_some() => {
+                let earlier = supervisor.last_alarm(tick, nearest_ticks(AFTERMATH_S, self.tick_s));
+                let after = earlier.map(|alarm| MissReason::AfterAlarm { alarm_s: self.time_s(alarm) });
+                vec![after.unwrap_or(MissReason::NoFall)]
+            }
             None => {
                 let largest = samples.iter().map(|(_, sample)| sample.distance).fold(0.0, f64::max);
                 let drift = MissReason::BelowDrift { largest };
@@ -552,6 +576,17 @@ mod tests {
         assert_eq!(of(&[with(3.0, AlarmConditions { armed: false, ..ALL })]), [MissReason::NotReady { waits_for }]);
     }
 
+    #[test]
+    fn a_fall_soon_after_an_alarm_is_attributed_to_it() {
+        let of = |tick: u64| {
+            let history = SupervisorHistory::of_alarms(&[100]);
+            let miss = explain(tick, &[sample(0.0)], &history, DistanceKind::WindowedDerivative).expect("a reason");
+            miss.reason
+        };
+        assert!(matches!(of(150), MissReason::AfterAlarm { .. }));
+        assert_eq!(of(401), MissReason::NoFall, "0.3 s later");
+    }
+
     /// A supervisor with an event from tick 50 to 80, and an alarm at a tick.
     fn supervisor(alarm: u64, is_taken: bool) -> SupervisorHistory {
         let mut history = SupervisorHistory::default();
@@ -633,6 +668,7 @@ mod tests {
             (MissReason::EarlierEvent, "earlier-event", "augmentation.enabled"),
             (MissReason::NotReady { waits_for: "noise" }, "not-ready", "detector.distance"),
             (MissReason::NoFall, "no-fall", "detector.distance"),
+            (MissReason::AfterAlarm { alarm_s: 1.0 }, "after-alarm", "detector.threshold"),
             (MissReason::AlarmOfAnother { alarm_s: 1.0 }, "alarm-of-another", "detector.settle_s"),
         ];
         for (reason, word, key) in cases {
@@ -666,6 +702,7 @@ mod tests {
         assert!(message(MissReason::AlarmOfAnother { alarm_s: 3.0 }).contains("3.000 s"));
         assert!(message(MissReason::NotReady { waits_for: "the noise" }).contains("waits for the noise"));
         assert!(message(MissReason::NoFall).contains("no fall") && message(MissReason::NoDrop).contains("drop_only"));
+        assert!(message(MissReason::AfterAlarm { alarm_s: 0.5 }).contains("0.500 s"));
         assert!(message(MissReason::EarlierEvent).contains("an earlier alarm"));
     }
 
