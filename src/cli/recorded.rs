@@ -8,21 +8,30 @@ use trocar_base::warning::{Code, Warning};
 use trocar_recording::{Column, Limits, Quantity, Roles, list_signals, signal_names, signals_by_name};
 use trocar_scenario::{Reader, ScenarioError, Source, Values, keys_without_effect, parse_column};
 
-/// The columns of a recording.
-#[derive(Debug, Args)]
+/// The columns of a recording, and the parts of a file that are not its signals.
+#[derive(Debug, Default, Args)]
 pub(super) struct ColumnArgs {
-    /// Column with the time (its name as `trocar detect --list` shows it); the factor or unit (s, ms, us, ns, min)
-    /// converts it to s, as in t:1e-3 or t:ms [default: time_s]
+    /// Column with the time (its name as `trocar detect --list` shows it, or its number); the factor or unit (s, ms,
+    /// us, ns, min) converts it to s, as in t:1e-3 or t:ms; dates need none [default: time_s]
     #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", value_parser = column("s"))]
     time: Option<Column>,
-    /// Column with the position of the needle; the factor or unit (m, cm, mm, um) converts it to m [default:
-    /// position_m]
+    /// Samples per second of recordings without a time
+    #[arg(long = "rate", value_name = "HZ", conflicts_with = "time", value_parser = quantity("Hz"), allow_hyphen_values = true)]
+    rate_hz: Option<f64>,
+    /// Lines of text before the table; a preamble is usually found without this flag
+    #[arg(long, value_name = "N")]
+    skip_lines: Option<u64>,
+    /// Column with the position of the needle; the factor or unit (m, cm, mm, um) converts it to m, and an offset can
+    /// follow, as in z:-1+0.1 or z:-mm+100mm [default: position_m]
     #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", allow_hyphen_values = true, value_parser = column("m"))]
     position: Option<Column>,
     /// Column with the velocity of the needle; the factor or unit (m/s, cm/s, mm/s, um/s) converts it to m/s
     /// [default: estimated from the position]
     #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", allow_hyphen_values = true, value_parser = column("m/s"))]
     velocity: Option<Column>,
+    /// Subtract the first position from all positions, so that the motion starts at 0
+    #[arg(long)]
+    zero_at_start: bool,
     /// Subtract the mean force of the first S seconds, in which the needle must be free [default: 0, no tare]
     #[arg(long, value_name = "S", value_parser = quantity("s"), allow_hyphen_values = true)]
     tare_s: Option<f64>,
@@ -73,11 +82,23 @@ impl ColumnArgs {
         ];
         let words = |(flag, column): (&str, &Option<Column>)| {
             let column = column.as_ref()?;
-            let scale = if column.scale() == 1.0 { String::new() } else { format!(":{:?}", column.scale()) };
-            Some([flag.to_owned(), format!("{}{scale}", column.name())])
+            let (scale, offset) = (column.scale(), column.offset());
+            let factor = match (scale == 1.0, offset == 0.0) {
+                (true, true) => String::new(),
+                (false, true) => format!(":{scale:?}"),
+                (_, false) => format!(":{scale:?}{offset:+?}"),
+            };
+            Some([flag.to_owned(), format!("{}{factor}", column.name())])
         };
-        let tare = self.tare_s.into_iter().flat_map(|tare_s| ["--tare-s".to_owned(), format!("{tare_s:?}")]);
-        given.into_iter().filter_map(words).flatten().chain(tare).collect()
+        let number =
+            |flag: &str, value: Option<String>| value.into_iter().flat_map(|value| [flag.to_owned(), value]).collect();
+        let others: [Vec<String>; 4] = [
+            number("--rate", self.rate_hz.map(|rate_hz| format!("{rate_hz:?}"))),
+            number("--skip-lines", self.skip_lines.map(|lines| lines.to_string())),
+            self.zero_at_start.then(|| "--zero-at-start".to_owned()).into_iter().collect(),
+            number("--tare-s", self.tare_s.map(|tare_s| format!("{tare_s:?}"))),
+        ];
+        given.into_iter().filter_map(words).flatten().chain(others.into_iter().flatten()).collect()
     }
 
     fn settings(&self) -> Vec<String> {
@@ -93,10 +114,16 @@ impl ColumnArgs {
             settings.push(format!("recording.columns.{quantity}={}", quoted(column.name())));
             let scale = if sign.is_some() { column.scale().abs() } else { column.scale() };
             settings.push(format!("recording.scale.{quantity}={scale:?}"));
+            if column.offset() != 0.0 {
+                settings.push(format!("recording.offset.{quantity}={:?}", column.offset()));
+            }
             if let Some(sign) = sign {
                 settings.push(format!("recording.{sign}={}", column.scale().signum()));
             }
         }
+        settings.extend(self.rate_hz.map(|rate_hz| format!("recording.rate_hz={rate_hz:?}")));
+        settings.extend(self.skip_lines.map(|lines| format!("recording.skip_lines={lines}")));
+        settings.extend(self.zero_at_start.then(|| "recording.zero_at_start=true".to_owned()));
         settings.extend(self.tare_s.map(|tare_s| format!("recording.tare_s={tare_s:?}")));
         settings
     }
@@ -162,7 +189,7 @@ fn guess(given: &str, values: &Values) -> Option<(ColumnArgs, Warning)> {
     }
     let [time, position, velocity, force] =
         Quantity::ALL.map(|quantity| parse_column(&signals[roles.first(quantity)?].column(), quantity.unit()).ok());
-    let columns = ColumnArgs { time, position, velocity, force, tare_s: None };
+    let columns = ColumnArgs { time, position, velocity, force, ..ColumnArgs::default() };
     let flags = Quantity::ALL
         .into_iter()
         .filter_map(|quantity| Some(format!("--{} {}", quantity.name(), signals[roles.first(quantity)?].column())));

@@ -276,6 +276,7 @@ mod tests {
             detector: trocar_core::detector::DetectorSettings::default(),
             is_velocity_measured: true,
             is_resampled: false,
+            notes: vec![],
             phases,
             recorded: Plausibility::default(),
         }

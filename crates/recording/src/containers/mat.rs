@@ -94,7 +94,7 @@ impl Mat {
             }
         }
         mat.buffers = std::iter::once(bytes).chain(inflated).collect();
-        if super::vectors(&mat.arrays).is_empty() { Err(Problem::NoSignal(Format::Mat)) } else { Ok(mat) }
+        if super::vectors(&mat.arrays).is_empty() { Err(Problem::no_signal(Format::Mat, &[])) } else { Ok(mat) }
     }
 }
 

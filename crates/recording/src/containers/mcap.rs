@@ -3,13 +3,13 @@
 //!
 //! Unreadable messages, such as Protocol Buffers, are omitted. The file is rejected if no signal remains.
 
-use mcap::{McapError, Message, MessageStream};
-use serde_json::Value as Json;
-
-use super::ros::{Decoder, Definition, Encoding, MAX_ELEMENTS};
+use super::json::JsonColumns;
+use super::mcap_chunks::decompressed;
+use super::ros::{Decoder, Definition, Encoding};
 use super::{Array, Container, Fault, Format};
 use crate::Limits;
 use crate::error::Problem;
+use mcap::{McapError, Message, MessageStream};
 
 pub(super) struct Mcap {
     arrays: Vec<Array>,
@@ -29,7 +29,7 @@ enum Kind {
         decoder: Decoder,
         row: Vec<f64>,
     },
-    Json(Vec<String>),
+    Json(JsonColumns),
     /// The reason why the messages are not read.
     LeftOut(String),
 }
@@ -46,7 +46,7 @@ impl Kind {
         let known = match (channel.message_encoding.as_str(), schema.map(|schema| schema.encoding.as_str())) {
             ("cdr", Some("ros2msg")) => definition(Encoding::Cdr),
             ("ros1", Some("ros1msg")) => definition(Encoding::Ros1),
-            ("json", _) => return Self::Json(vec![]),
+            ("json", _) => return Self::Json(JsonColumns::default()),
             (encoding, schema) => {
                 let schema = schema.map_or(String::new(), |schema| format!(" with a schema in '{schema}'"));
                 Err(format!(
@@ -69,85 +69,42 @@ impl Topic {
                     column.push(*value);
                 }
             }
-            Kind::Json(names) => {
-                let json = serde_json::from_slice(data).map_err(|error| format!("a message is no JSON: {error}"))?;
-                let row = self.log_time_s.len();
-                numbers(&json, &mut String::new(), &mut |name, value| {
-                    let index = names.iter().position(|known| known == name).unwrap_or_else(|| {
-                        if names.len() < MAX_NUMBERS {
-                            names.push(name.to_owned());
-                            self.columns.push(vec![]);
-                        }
-                        names.len() - 1
-                    });
-                    // Pads for the messages without this number.
-                    self.columns[index].resize(row, f64::NAN);
-                    self.columns[index].push(value);
-                });
-                if names.len() == MAX_NUMBERS {
-                    return Err(format!("its messages have {MAX_NUMBERS} numbers or more"));
-                }
-            }
+            Kind::Json(columns) => columns.push(data).map_err(|error| format!("a message in JSON: {error}"))?,
             Kind::LeftOut(_) => {}
         }
         Ok(())
     }
 
-    fn names(&self) -> &[String] {
+    /// Number of columns.
+    fn width(&self) -> usize {
         match &self.kind {
-            Kind::Ros { decoder, .. } => decoder.names(),
-            Kind::Json(names) => names,
-            Kind::LeftOut(_) => &[],
+            Kind::Json(columns) => columns.names.len(),
+            _ => self.columns.len(),
         }
     }
-}
 
-/// Maximum number of values in the JSON messages of a topic.
-const MAX_NUMBERS: usize = 1024;
-
-/// Visits the numbers and Booleans of a JSON message, with their paths.
-fn numbers(json: &Json, path: &mut String, number: &mut impl FnMut(&str, f64)) {
-    let before = path.len();
-    match json {
-        Json::Number(value) => number(path, value.as_f64().unwrap_or(f64::NAN)),
-        Json::Bool(value) => number(path, f64::from(u8::from(*value))),
-        Json::Null => number(path, f64::NAN),
-        Json::String(_) => {}
-        Json::Array(elements) if elements.len() > MAX_ELEMENTS => {}
-        Json::Array(elements) => {
-            for (index, element) in elements.iter().enumerate() {
-                path.push_str(&format!("[{index}]"));
-                numbers(element, path, number);
-                path.truncate(before);
+    /// The names and the columns, and for each column true if it holds dates.
+    fn finish(self) -> Vec<(String, Vec<f64>, bool)> {
+        match self.kind {
+            Kind::Ros { decoder, .. } => {
+                let columns = decoder.names().to_vec().into_iter().zip(self.columns);
+                columns.map(|(name, column)| (name, column, false)).collect()
             }
-        }
-        Json::Object(fields) => {
-            for (name, field) in fields {
-                if before > 0 {
-                    path.push('.');
-                }
-                path.push_str(name);
-                numbers(field, path, number);
-                path.truncate(before);
-            }
+            Kind::Json(columns) => columns.finish().collect(),
+            Kind::LeftOut(_) => vec![],
         }
     }
 }
 
 fn damaged(error: McapError) -> Problem {
-    match error {
-        McapError::UnsupportedCompression(name) => Format::Mcap.damaged(format_args!(
-            "its chunks are compressed by '{name}'; `mcap compress --compression none` writes it without"
-        )),
-        other => Format::Mcap.damaged(other),
-    }
+    Format::Mcap.damaged(error)
 }
 
 impl Mcap {
     pub(super) fn open(bytes: &[u8], limits: &Limits) -> Result<Self, Problem> {
         let mut topics: Vec<Topic> = vec![];
         let (mut start, mut count) = (None, 0_u64);
-        for message in MessageStream::new(bytes).map_err(damaged)? {
+        for message in MessageStream::new(&decompressed(bytes, limits)?).map_err(damaged)? {
             let message = message.map_err(damaged)?;
             let origin = *start.get_or_insert(message.log_time);
             let known = topics.iter().position(|topic| topic.channel == message.channel.id);
@@ -174,7 +131,7 @@ impl Mcap {
                 continue;
             }
             topic.log_time_s.push(1e-9 * (i128::from(message.log_time) - i128::from(origin)) as f64);
-            count += 8 * (1 + topic.columns.len() as u64);
+            count += 8 * (1 + topic.width() as u64);
             if count > limits.max_bytes {
                 return Err(Problem::TooManyBytes { limit: limits.max_bytes });
             }
@@ -189,20 +146,24 @@ impl Mcap {
             if rows < 2 || matches!(topic.kind, Kind::LeftOut(_)) {
                 continue;
             }
-            for (name, mut column) in topic.names().to_vec().into_iter().zip(topic.columns) {
+            let (topic_name, log_time_s) = (topic.name.clone(), topic.log_time_s.clone());
+            let signals = topic.finish();
+            let clock = Some(arrays.len() + signals.len());
+            for (name, mut column, has_dates) in signals {
                 column.resize(rows, f64::NAN);
-                let whole = format!("{}.{name}", topic.name);
-                arrays.push(Array { aliases: vec![name], ..Array::new(whole, vec![rows]) });
+                let whole = format!("{topic_name}.{name}");
+                let unit = has_dates.then(|| "s".to_owned());
+                arrays.push(Array { aliases: vec![name], unit, clock, ..Array::new(whole, vec![rows]) });
                 columns.push(column);
             }
-            let name = format!("{}.log_time", topic.name);
-            arrays.push(Array { unit: Some("s".to_owned()), ..Array::new(name, vec![rows]) });
-            columns.push(topic.log_time_s);
+            let name = format!("{topic_name}.log_time");
+            arrays.push(Array { unit: Some("s".to_owned()), clock, ..Array::new(name, vec![rows]) });
+            columns.push(log_time_s);
         }
         match left_out {
             _ if !arrays.is_empty() => Ok(Self { arrays, columns }),
             Some(reason) => Err(Format::Mcap.damaged(reason)),
-            None => Err(Problem::NoSignal(Format::Mcap)),
+            None => Err(Problem::no_signal(Format::Mcap, &[])),
         }
     }
 }

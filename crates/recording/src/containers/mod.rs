@@ -5,14 +5,21 @@
 
 mod bytes;
 mod foreign;
+mod join;
+mod json;
+mod json_lines;
 mod mat;
 mod mat4;
 mod mcap;
+mod mcap_chunks;
 mod name;
+mod npy;
 mod parquet;
+mod parquet_pages;
 mod read;
 mod ros;
 mod tdms;
+mod unpack;
 
 #[cfg(feature = "lab-formats")]
 mod excel;
@@ -26,6 +33,7 @@ use super::error::{Problem, Row};
 use super::{Format, Limits};
 
 pub(super) use foreign::guarded;
+pub(crate) use json_lines::JsonLines;
 pub(super) use name::vectors;
 pub(super) use read::{read, scan};
 
@@ -42,12 +50,14 @@ pub(super) struct Array {
     /// Description in the file.
     pub(super) label: Option<String>,
     pub(super) unit: Option<String>,
+    /// The index of the array with the times of the samples, in a log of several topics.
+    pub(super) clock: Option<usize>,
 }
 
 impl Array {
     /// Creates a row-major array without texts.
     pub(super) fn new(name: impl Into<String>, dims: Vec<usize>) -> Self {
-        Self { name: name.into(), aliases: vec![], dims, column_major: false, label: None, unit: None }
+        Self { name: name.into(), aliases: vec![], dims, column_major: false, label: None, unit: None, clock: None }
     }
 
     pub(super) fn len(&self) -> usize {
@@ -87,7 +97,15 @@ pub(super) fn open(format: Format, mut file: File, limits: &Limits) -> Result<Bo
         Ok::<_, Problem>(bytes)
     };
     Ok(match format {
-        Format::Csv => return Err(Problem::Unsupported(format)),
+        Format::Csv | Format::JsonLines | Format::Rosbag1 => return Err(Problem::Unsupported(format)),
+        Format::Npy => {
+            let bytes = whole()?;
+            guarded(format, || Ok(Box::new(npy::Numpy::of_array(&bytes)?)))?
+        }
+        Format::Npz => {
+            let bytes = whole()?;
+            guarded(format, || Ok(Box::new(npy::Numpy::of_archive(bytes, limits)?)))?
+        }
         Format::Mat => mat::open(whole()?, limits)?,
         Format::Tdms => Box::new(tdms::Tdms::open(whole()?, limits)?),
         Format::Mcap => {
@@ -105,6 +123,7 @@ pub(super) fn open(format: Format, mut file: File, limits: &Limits) -> Result<Bo
             let bytes = whole()?;
             guarded(format, || Ok(Box::new(excel::Excel::open(bytes, limits)?)))?
         }
+        Format::Arrow | Format::Rosbag2 => return Err(Problem::Unsupported(format)),
         #[cfg(not(feature = "lab-formats"))]
         Format::Hdf5 | Format::Excel => return Err(Problem::Unsupported(format)),
     })
