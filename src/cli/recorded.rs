@@ -5,7 +5,7 @@ use clap::Args;
 use super::ScenarioArgs;
 use super::quantity::{column, quantity};
 use trocar_base::warning::{Code, Warning};
-use trocar_recording::{Column, Limits, Quantity, Roles, list_signals, signal_names, signals_by_name};
+use trocar_recording::{Column, Limits, Quantity, Roles, Signal, list_signals, signal_names, signals_by_name};
 use trocar_scenario::{Reader, ScenarioError, Source, Values, keys_without_effect, parse_column};
 
 /// The columns of a recording, and the parts of a file that are not its signals.
@@ -150,7 +150,7 @@ pub(super) fn load(given: &str, settings: &[String]) -> Result<Values, ScenarioE
 }
 
 /// Loads like [`load`], and guesses the columns from the names and units of the signals. It guesses only if no flag
-/// or key sets the columns, the file has no default column and the guess is unique; then it returns a warning.
+/// or key sets the columns, the file lacks a default column and the guess is unique; then it returns a warning.
 pub(super) fn load_guessed(
     given: &str,
     flags: &RecordedFlags<'_>,
@@ -167,33 +167,48 @@ pub(super) fn load_guessed(
 /// Guesses the columns of a file from the names and units of its signals; `None` if the guess is not unique.
 fn guess(given: &str, values: &Values) -> Option<(ColumnArgs, Warning)> {
     let path = std::path::Path::new(given);
-    let sections = ["recording.columns", "recording.scale"];
+    let sections = ["recording.columns", "recording.scale", "recording.offset"];
     let signs = ["recording.force_sign", "recording.position_sign", "recording.velocity_sign"];
     let is_given = sections.iter().any(|section| values.section_place(section).is_some())
         || signs.iter().any(|key| values.place(key).is_some());
     if is_scenario(given) || is_given || !path.is_file() {
         return None;
     }
-    let defaults = ["time_s", "position_m", "force_n"];
-    let names = signal_names(path, &Limits::default()).ok()?;
-    let has = |name: &&str| names.iter().any(|own| own.trim_start_matches('/') == *name);
-    if defaults.iter().any(has) {
+    let limits = Limits::read(&mut values.clone()).ok()?;
+    let names = signal_names(path, &limits).ok()?;
+    let default = |quantity: Quantity| {
+        let wanted = ["time_s", "position_m", "velocity_m_per_s", "force_n"][quantity as usize];
+        names.iter().find(|own| own.trim_start_matches('/') == wanted)
+    };
+    let needed = |quantity: &Quantity| match quantity {
+        Quantity::Time => limits.rate_hz.is_none(),
+        Quantity::Velocity => false,
+        _ => true,
+    };
+    if Quantity::ALL.into_iter().filter(needed).all(|quantity| default(quantity).is_some()) {
         return None;
     }
-    let listed = list_signals(path, &Limits::default()).ok().filter(|signals| Roles::of(signals).are_unique());
+    let choose = |signals: &[Signal]| -> Option<Vec<(Quantity, String)>> {
+        let roles = Roles::of(signals);
+        let of = |quantity: Quantity| match (default(quantity), roles.candidates[quantity as usize].as_slice()) {
+            (Some(name), _) => Some(Some((quantity, name.clone()))),
+            (None, [index]) => Some(Some((quantity, signals[*index].column()))),
+            (None, []) if !needed(&quantity) => Some(None),
+            _ => None,
+        };
+        let chosen = Quantity::ALL.into_iter().filter(|quantity| *quantity != Quantity::Time || needed(quantity));
+        chosen.map(of).collect::<Option<Vec<_>>>().map(|found| found.into_iter().flatten().collect())
+    };
+    let listed = list_signals(path, &limits).ok().and_then(|signals| choose(&signals));
     // If a sample is invalid, use the names alone, so that reading the file reports the invalid sample.
-    let signals = listed.unwrap_or_else(|| signals_by_name(&names));
-    let roles = Roles::of(&signals);
-    if !roles.are_unique() {
-        return None;
-    }
-    let [time, position, velocity, force] =
-        Quantity::ALL.map(|quantity| parse_column(&signals[roles.first(quantity)?].column(), quantity.unit()).ok());
+    let chosen = listed.or_else(|| choose(&signals_by_name(&names)))?;
+    let column = |quantity: Quantity| {
+        let (_, text) = chosen.iter().find(|(of, _)| *of == quantity)?;
+        parse_column(text, quantity.unit()).ok()
+    };
+    let [time, position, velocity, force] = Quantity::ALL.map(column);
     let columns = ColumnArgs { time, position, velocity, force, ..ColumnArgs::default() };
-    let flags = Quantity::ALL
-        .into_iter()
-        .filter_map(|quantity| Some(format!("--{} {}", quantity.name(), signals[roles.first(quantity)?].column())));
-    let flags: Vec<String> = flags.collect();
+    let flags: Vec<String> = chosen.iter().map(|(quantity, text)| format!("--{} {text}", quantity.name())).collect();
     let message = format!("the columns are guessed: {}", flags.join(" "));
     let remedy = format!("give these flags, or others: `trocar detect {given} --list` shows all signals");
     Some((columns, Warning::new(Code::GuessedColumns, message).at("--time, --position, --force").remedy(remedy)))

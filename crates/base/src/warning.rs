@@ -201,6 +201,10 @@ codes! {
         "The columns of a recording are guessed from their names and units.",
         "No flag or key names a column, the file has none with the default names, and exactly one signal each looks like time, position \
          and force. The message has the flags: give them, or others (`trocar detect FILE --list` shows all signals).";
+    UnitIgnored "unit-ignored":
+        "A column is read in SI units, and the file states another unit.",
+        "A column without a factor or a unit is read in s, m, m/s and N. The name of the column, the row of units or the file states \
+         another unit: give it after a colon, as in x:mm or load:gf, or a factor.";
     NoRuptures "no-ruptures":
         "A study of detectors has no rupture.",
         "No rupture of the recordings is labelled: no share of detected ruptures is known, and every alarm counts as false, also that of \

@@ -1,9 +1,10 @@
 //! Evenly spaced samples of a recording, which the estimator and the detector need.
 
-use trocar_recording::{Joined, Recording, ResampleError};
+use trocar_base::warning::{Code, Warning};
+use trocar_recording::{IgnoredUnit, Joined, Recording, ResampleError};
 
 /// Maximum relative deviation of an interval from the median interval in an evenly sampled recording.
-const EVEN_SHARE: f64 = 0.01;
+pub(super) const EVEN_SHARE: f64 = 0.01;
 
 /// Number of consecutive short intervals that are a stretch of a higher rate; fewer are jitter.
 const DENSE_INTERVALS: usize = 8;
@@ -24,6 +25,8 @@ pub(super) struct Samples {
     pub(super) is_resampled: bool,
     /// Sentences about the changes of the recording.
     pub(super) notes: Vec<String>,
+    /// Warnings about units that the columns ignore.
+    pub(super) warnings: Vec<Warning>,
 }
 
 /// The rate of the even samples.
@@ -82,7 +85,7 @@ fn milliseconds(interval_s: f64) -> String {
     format!("{} ms", trocar_document::significant(1e3 * interval_s))
 }
 
-fn is_even(recording: &Recording) -> bool {
+pub(super) fn is_even(recording: &Recording) -> bool {
     let interval_s = recording.median_interval_s();
     let is_even = |at_s: f64| (at_s - interval_s).abs() <= EVEN_SHARE * interval_s;
     let (min_s, max_s) = recording.interval_range_s();
@@ -93,13 +96,14 @@ fn is_even(recording: &Recording) -> bool {
 /// denser stretch, and up to the last one.
 pub(super) fn samples(recording: Recording) -> Samples {
     let mut notes: Vec<String> = recording.joined().iter().map(of_joined).collect();
-    let as_recorded = |recording: Recording, notes| {
+    let warnings: Vec<Warning> = recording.ignored_units().iter().map(of_ignored_unit).collect();
+    let as_recorded = |recording: Recording, notes, warnings| {
         let interval_s = recording.median_interval_s();
         let (time_s, position_m, velocity_m_per_s, force_n) = recording.into_columns();
-        Samples { interval_s, time_s, position_m, velocity_m_per_s, force_n, is_resampled: false, notes }
+        Samples { interval_s, time_s, position_m, velocity_m_per_s, force_n, is_resampled: false, notes, warnings }
     };
     if is_even(&recording) {
-        return as_recorded(recording, notes);
+        return as_recorded(recording, notes, warnings);
     }
     let rate = Rate::of(&recording);
     let interval_s = rate.interval_s();
@@ -111,7 +115,7 @@ pub(super) fn samples(recording: Recording) -> Samples {
         Ok::<_, ResampleError>((recording.resample(interval_s, ticks)?, ticks))
     };
     // A median of ascending times is a valid tick. If resampling fails nevertheless, the samples stay as recorded.
-    let Ok((even, ticks)) = resample(&recording) else { return as_recorded(recording, notes) };
+    let Ok((even, ticks)) = resample(&recording) else { return as_recorded(recording, notes, warnings) };
     notes.push(rate.note(&recording));
     let start_s = recording.time_s().first().copied().unwrap_or(0.0);
     Samples {
@@ -122,7 +126,16 @@ pub(super) fn samples(recording: Recording) -> Samples {
         force_n: even.force_n,
         is_resampled: true,
         notes,
+        warnings,
     }
+}
+
+fn of_ignored_unit(ignored: &IgnoredUnit) -> Warning {
+    let IgnoredUnit { quantity, column, unit, with_unit } = ignored;
+    let (name, si) = (quantity.name(), quantity.unit());
+    let message = format!("the {name} is read in {si}, and the file states '{unit}' for the column '{column}'");
+    let remedy = format!("give --{name} {with_unit}, or the factor into {si}");
+    Warning::new(Code::UnitIgnored, message).at(format!("--{name}")).remedy(remedy)
 }
 
 fn of_joined(joined: &Joined) -> String {

@@ -33,6 +33,7 @@ use even::{Samples, samples};
 use plausibility::{Plausibility, Signals};
 use stages::{Decisions, evaluate};
 
+use trocar_base::warning::Warning;
 use trocar_core::detector::DetectorSettings;
 use trocar_core::error::InvalidValue;
 use trocar_engine::engine::TrustColumns;
@@ -72,6 +73,8 @@ pub struct Detection {
     pub is_resampled: bool,
     /// Sentences about changes of the recording: resampled times and interpolated signals.
     pub notes: Vec<String>,
+    /// Warnings about the columns of the recording.
+    pub warnings: Vec<Warning>,
     /// The phases of the insertion, in order of time.
     pub phases: Vec<PhaseInterval>,
     recorded: Plausibility,
@@ -121,7 +124,8 @@ pub fn detect_recording(recording: Recording, settings: &DetectionSettings) -> R
     };
     // In parallel, because for a long recording the second closure takes a third as long as the chain.
     let ((estimates, decisions), (phases, recorded)) = rayon::join(|| evaluate(&mut chain, &signals), of_samples);
-    let Samples { time_s, position_m, velocity_m_per_s: measured, force_n, is_resampled, notes, .. } = samples;
+    let Samples { time_s, position_m, velocity_m_per_s: measured, force_n, is_resampled, notes, warnings, .. } =
+        samples;
     let [residual_n, stiffness_n_per_m, damping_n_s_per_m, velocity_m_per_s, extra] = estimates.into_columns();
     let Decisions { columns, conditions, alarms, touched } = decisions;
     let [distance, decision] = columns.into_columns();
@@ -145,6 +149,7 @@ pub fn detect_recording(recording: Recording, settings: &DetectionSettings) -> R
         is_velocity_measured,
         is_resampled,
         notes,
+        warnings,
         phases,
         recorded,
     })

@@ -204,7 +204,7 @@ impl DetectionReport {
             missed_ruptures: scores.map(|scores| scores.missed),
             false_alarms: scores.map(|scores| scores.false_alarms),
             notes: detection.notes.clone(),
-            warnings: strays.chain(warnings(detection, &misses)).collect(),
+            warnings: detection.warnings.iter().cloned().chain(strays).chain(warnings(detection, &misses)).collect(),
             misses,
             labelled_ruptures_s,
             within_s,

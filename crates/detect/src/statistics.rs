@@ -277,6 +277,7 @@ mod tests {
             is_velocity_measured: true,
             is_resampled: false,
             notes: vec![],
+            warnings: vec![],
             phases,
             recorded: Plausibility::default(),
         }

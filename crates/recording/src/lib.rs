@@ -75,6 +75,8 @@ pub use resample::{ResampleError, Resampled};
 pub use samples::{Joined, Recording};
 pub use settings::{ColumnSettings, FileSettings, OffsetSettings, ScaleSettings, SignSettings};
 pub use signals::{Roles, Signal, signals_by_name};
+pub use stamp::CALENDAR_S;
+pub use units::IgnoredUnit;
 
 #[cfg(test)]
 mod fixtures;

@@ -1,5 +1,6 @@
 //! The samples of a recording, in SI units.
 
+use super::IgnoredUnit;
 use trocar_base::quantiles::{AT_ONCE, order_statistic};
 
 /// Samples of an insertion, in time order.
@@ -16,6 +17,7 @@ pub struct Recording {
     interval_s: [f64; 3],
     /// The signals that were interpolated.
     joined: Vec<Joined>,
+    ignored_units: Vec<IgnoredUnit>,
     /// The time from which the times count, in s since 1970; 0 if they are not of the calendar.
     origin_s: f64,
 }
@@ -55,12 +57,32 @@ impl Recording {
         force_n: Vec<f64>,
         interval_s: [f64; 3],
     ) -> Self {
-        Self { time_s, position_m, velocity_m_per_s, force_n, interval_s, joined: vec![], origin_s: 0.0 }
+        Self {
+            time_s,
+            position_m,
+            velocity_m_per_s,
+            force_n,
+            interval_s,
+            joined: vec![],
+            ignored_units: vec![],
+            origin_s: 0.0,
+        }
     }
 
     /// The recording with reports about interpolated signals.
     pub(super) fn with_joined(self, joined: Vec<Joined>) -> Self {
         Self { joined, ..self }
+    }
+
+    /// The recording with the units that its columns state and the factors ignore.
+    pub(super) fn with_ignored_units(self, ignored_units: Vec<IgnoredUnit>) -> Self {
+        Self { ignored_units, ..self }
+    }
+
+    /// The units that the file states and the factors of the columns ignore.
+    #[must_use]
+    pub fn ignored_units(&self) -> &[IgnoredUnit] {
+        &self.ignored_units
     }
 
     /// The signals that were interpolated, because their clock is not that of the recording.

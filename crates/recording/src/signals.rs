@@ -232,6 +232,10 @@ impl Roles {
             .map(|(_, time)| time.samples)
             .find(|samples| serves(*samples))
             .or_else(|| with(Quantity::Time).map(|(_, time)| time.samples).next())
+            // Without a time, a rate is given.
+            .or_else(|| {
+                with(Quantity::Position).map(|(_, position)| position.samples).find(|samples| serves(*samples))
+            })
         else {
             return roles;
         };

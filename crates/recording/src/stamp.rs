@@ -5,8 +5,8 @@ use chrono::{DateTime, NaiveDate, NaiveDateTime, NaiveTime};
 use super::error::{Problem, excerpt};
 use super::number::trimmed;
 
-/// A number of seconds from here on, 1973 as a Unix time, is a time of the calendar.
-pub(super) const CALENDAR_S: f64 = 1e8;
+/// A time of at least this many seconds, in 1973 as a Unix time, is a time of the calendar.
+pub const CALENDAR_S: f64 = 1e8;
 
 /// The Unix time of the year 5138, above which a number has another unit than the stated one.
 pub(super) const MAX_CALENDAR_S: f64 = 1e11;

@@ -188,6 +188,11 @@ impl<'a, R: Read> Rows<'a, R> {
         }
     }
 
+    /// Returns true if the times are dates.
+    pub(super) fn has_dates(&self) -> bool {
+        self.stamps.has_dates()
+    }
+
     /// The time of the first row since 1970, in s; 0 for times that are not of the calendar.
     pub(super) fn origin_s(&self, column: &Column) -> f64 {
         self.stamps.origin_s(column.scale())

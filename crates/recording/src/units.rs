@@ -1,6 +1,6 @@
 //! The units of files, as their writers spell them.
 
-use super::Quantity;
+use super::{Column, Quantity};
 
 /// Spellings of units, and the unit that flags and keys accept.
 const SPELLINGS: [(&[&str], &str); 16] = [
@@ -85,6 +85,34 @@ pub(super) fn of_name(name: &str) -> Option<String> {
     }
 }
 
+/// The unit that a file states for a column that is read without a factor, in SI units.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct IgnoredUnit {
+    /// The quantity.
+    pub quantity: Quantity,
+    /// The name of the column.
+    pub column: String,
+    /// The unit of the file.
+    pub unit: String,
+    /// The column with its unit, as flags accept it.
+    pub with_unit: String,
+}
+
+impl IgnoredUnit {
+    /// Compares a column without a factor with the unit in its name or beside it; `None` if they agree or the unit is of
+    /// another quantity.
+    pub(super) fn of(quantity: Quantity, column: &Column, unit: Option<&str>) -> Option<Self> {
+        let unit = unit.map(str::to_owned).or_else(|| of_name(column.name()))?;
+        let is_other = self::quantity(&unit) == Some(quantity) && accepted(&unit) != quantity.unit();
+        (is_other && column.scale() == 1.0).then(|| Self {
+            quantity,
+            column: column.name().to_owned(),
+            with_unit: format!("{}:{}", column.name(), accepted(&unit)),
+            unit,
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -103,6 +131,18 @@ mod tests {
         ] {
             assert_eq!((accepted(text), quantity(text)), (unit, of), "{text}");
         }
+    }
+
+    #[test]
+    fn a_unit_that_the_factor_ignores_is_reported() {
+        let ignored = |quantity, column: &str, unit| {
+            IgnoredUnit::of(quantity, &column.parse().expect("a column"), unit).map(|ignored| ignored.with_unit)
+        };
+        assert_eq!(ignored(Quantity::Force, "load_g", None).as_deref(), Some("load_g:gf"));
+        assert_eq!(ignored(Quantity::Position, "x", Some("mm")).as_deref(), Some("x:mm"));
+        assert_eq!(ignored(Quantity::Force, "load_g:0.0098", None), None);
+        assert_eq!(ignored(Quantity::Force, "force_n", None), None);
+        assert_eq!(ignored(Quantity::Force, "tau_Nm", None), None);
     }
 
     #[test]

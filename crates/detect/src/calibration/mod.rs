@@ -41,7 +41,8 @@ pub use run_length::RunLength;
 pub(super) use spread::noise_std;
 pub use whiteness::{LAGS, Whiteness};
 
-use super::{is_even, position_step_m, samples};
+use super::even::{is_even, samples};
+use super::position_step_m;
 use bench::CandidateBench;
 use signal::Signal;
 use trocar_base::warning::{Code, Warning};

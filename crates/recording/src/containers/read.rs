@@ -8,7 +8,7 @@ use crate::read::{check_gaps, check_times};
 use crate::signals::{Signal, Statistics};
 use crate::stamp::CALENDAR_S;
 use crate::table::not_increasing;
-use crate::{Column, Columns, Limits, Quantity, Recording, RecordingError};
+use crate::{Column, Columns, IgnoredUnit, Limits, Quantity, Recording, RecordingError};
 
 /// Reads a recording of the signals that `columns` names.
 pub(crate) fn read(
@@ -110,7 +110,11 @@ pub(crate) fn read(
     let row = |sample: usize| container.row(time.array, sample + repeated);
     check_order(file, &columns.time, &time_s, row)?;
     let recording = Recording::from_checked(time_s, position_m, velocity_m_per_s, force_n);
-    check_gaps(file, recording.since(origin_s).with_joined(reports), columns, limits, row)
+    let unit = |vector: &Vector| container.arrays()[vector.array].unit.as_deref();
+    let ignored =
+        found.iter().filter_map(|(quantity, column, vector)| IgnoredUnit::of(*quantity, column, unit(vector)));
+    let recording = recording.since(origin_s).with_joined(reports).with_ignored_units(ignored.collect());
+    check_gaps(file, recording, columns, limits, row)
 }
 
 /// Checks that times increase. `row` gives the place of a sample.

@@ -9,7 +9,7 @@ use super::samples::intervals;
 use super::signals::{Signal, Statistics};
 use super::stamp::Stamps;
 use super::table::Rows;
-use super::{Column, Columns, Limits, Recording, RecordingError};
+use super::{Column, Columns, IgnoredUnit, Limits, Quantity, Recording, RecordingError};
 
 /// Reads a recording from CSV text in UTF-8; `source` is its name in messages.
 ///
@@ -50,7 +50,17 @@ pub fn read_csv<R: Read>(
         samples.push(&mut rows, &layout)?;
         has_row = rows.next()?;
     }
-    samples.finish(source, rows.origin_s(&columns.time))
+    let recording = samples.finish(source, rows.origin_s(&columns.time))?;
+    let of = |(quantity, column, index): (Quantity, Option<&Column>, Option<usize>)| {
+        IgnoredUnit::of(quantity, column?, rows.unit(index?))
+    };
+    let requested = [
+        (Quantity::Time, Some(&columns.time).filter(|_| !rows.has_dates()), layout.time),
+        (Quantity::Position, Some(&columns.position), Some(layout.position)),
+        (Quantity::Velocity, columns.velocity.as_ref(), layout.velocity),
+        (Quantity::Force, Some(&columns.force), Some(layout.force)),
+    ];
+    Ok(recording.with_ignored_units(requested.into_iter().filter_map(of).collect()))
 }
 
 pub(super) fn names_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Result<Vec<String>, RecordingError> {

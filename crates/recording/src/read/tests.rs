@@ -6,7 +6,6 @@ use proptest::prelude::*;
 
 use super::super::fixtures::{columns, read, recording, refusal};
 use super::*;
-use crate::Quantity;
 
 fn samples(table: impl AsRef<[u8]>) -> Vec<[f64; 3]> {
     let recording = read(table).expect("a recording");
