@@ -188,20 +188,31 @@ fn guess(given: &str, values: &Values) -> Option<(ColumnArgs, Warning)> {
     if Quantity::ALL.into_iter().filter(needed).all(|quantity| default(quantity).is_some()) {
         return None;
     }
-    let choose = |signals: &[Signal]| -> Option<Vec<(Quantity, String)>> {
+    // A quantity without a unique candidate keeps its default name, so that reading the file reports it.
+    let choose = |signals: &[Signal]| -> Vec<(Quantity, String)> {
         let roles = Roles::of(signals);
         let of = |quantity: Quantity| match (default(quantity), roles.candidates[quantity as usize].as_slice()) {
-            (Some(name), _) => Some(Some((quantity, name.clone()))),
-            (None, [index]) => Some(Some((quantity, signals[*index].column()))),
-            (None, []) if !needed(&quantity) => Some(None),
+            (Some(name), _) => Some((quantity, name.clone())),
+            (None, [index]) => Some((quantity, signals[*index].column())),
             _ => None,
         };
-        let chosen = Quantity::ALL.into_iter().filter(|quantity| *quantity != Quantity::Time || needed(quantity));
-        chosen.map(of).collect::<Option<Vec<_>>>().map(|found| found.into_iter().flatten().collect())
+        Quantity::ALL
+            .into_iter()
+            .filter(|quantity| *quantity != Quantity::Time || needed(quantity))
+            .filter_map(of)
+            .collect()
     };
-    let listed = list_signals(path, &limits).ok().and_then(|signals| choose(&signals));
+    let is_complete = |chosen: &[(Quantity, String)]| {
+        let has = |quantity: Quantity| chosen.iter().any(|(of, _)| *of == quantity);
+        Quantity::ALL.into_iter().filter(needed).all(has)
+    };
+    let listed = list_signals(path, &limits).ok().map(|signals| choose(&signals));
     // If a sample is invalid, use the names alone, so that reading the file reports the invalid sample.
-    let chosen = listed.or_else(|| choose(&signals_by_name(&names)))?;
+    let by_name = choose(&signals_by_name(&names));
+    let chosen = match listed {
+        Some(listed) if is_complete(&listed) || !is_complete(&by_name) => listed,
+        _ => by_name,
+    };
     let column = |quantity: Quantity| {
         let (_, text) = chosen.iter().find(|(of, _)| *of == quantity)?;
         parse_column(text, quantity.unit()).ok()

@@ -12,6 +12,11 @@ const DENSE_INTERVALS: usize = 8;
 /// Largest ratio of an interval of a higher rate to the median interval.
 const DENSE_SHARE: f64 = 0.5;
 
+/// A higher rate is at most this many times the median one, and gives a dense stretch about as many samples. At a still
+/// higher rate most samples lie on lines between two recorded ones, and their noise is too small for a detector that
+/// adapts to it.
+const MAX_FACTOR: f64 = 10.0;
+
 /// Maximum number of samples at a higher rate than the median one.
 const MAX_SAMPLES: f64 = 5e6;
 
@@ -46,13 +51,16 @@ impl Rate {
         let intervals: Vec<f64> = recording.time_s().windows(2).map(|pair| pair[1] - pair[0]).collect();
         let longest = |window: &[f64]| window.iter().copied().fold(0.0, f64::max);
         let dense_s = intervals.windows(DENSE_INTERVALS).map(longest).fold(f64::INFINITY, f64::min);
-        let shortest_s = recording.duration_s() / MAX_SAMPLES;
-        if dense_s > DENSE_SHARE * median_s || shortest_s >= median_s {
+        let is_short = |interval_s: &f64| *interval_s <= DENSE_SHARE * median_s;
+        let stretch_s = intervals.split(|interval_s| !is_short(interval_s)).map(|stretch| stretch.iter().sum::<f64>());
+        let stretch_s = stretch_s.fold(0.0, f64::max);
+        let enough_s = (median_s.min(stretch_s) / MAX_FACTOR).max(recording.duration_s() / MAX_SAMPLES);
+        if !is_short(&dense_s) || enough_s >= median_s {
             Self::Median(median_s)
-        } else if dense_s >= shortest_s {
+        } else if dense_s >= enough_s {
             Self::Dense(dense_s)
         } else {
-            Self::Limited(shortest_s)
+            Self::Limited(enough_s)
         }
     }
 
@@ -70,7 +78,10 @@ impl Rate {
                 "the interval of the densest part: the median one, {}, would lose samples there",
                 milliseconds(recording.median_interval_s())
             ),
-            Self::Limited(_) => format!("the shortest interval that gives at most {MAX_SAMPLES:.0} samples"),
+            Self::Limited(_) => format!(
+                "which keeps the course of the densest part: the median interval, {}, would lose samples there",
+                milliseconds(recording.median_interval_s())
+            ),
         };
         format!(
             "The samples are {} to {} apart and are resampled every {}, {reason}.",
@@ -164,11 +175,14 @@ mod tests {
     #[test]
     fn a_dense_stretch_sets_the_rate() {
         let coarse = (0..500).map(|k| 0.01 * f64::from(k));
-        let dense = (1..20).map(|k| 4.99 + 2e-4 * f64::from(k));
-        let even = samples(recording(coarse.clone().chain(dense).collect()));
-        assert!((even.interval_s - 2e-4).abs() < 1e-9, "{}", even.interval_s);
-        assert!((even.force_n.last().expect("samples") - 4.9938).abs() < 1e-9);
-        assert!(even.notes[0].contains("resampled every 0.2 ms, the interval of the densest part"), "{:?}", even.notes);
+        let dense = |interval_s: f64| (1..51).map(move |k| 4.99 + interval_s * f64::from(k));
+        let even = samples(recording(coarse.clone().chain(dense(2e-3)).collect()));
+        assert!((even.interval_s - 2e-3).abs() < 1e-9, "{}", even.interval_s);
+        assert!((even.force_n.last().expect("samples") - 5.09).abs() < 1e-9);
+        assert!(even.notes[0].contains("every 2.000 ms, the interval of the densest part"), "{:?}", even.notes);
+        let even = samples(recording(coarse.clone().chain(dense(2e-4)).collect()));
+        assert!((even.interval_s - 1e-3).abs() < 1e-9, "a tenth of the median interval, not {}", even.interval_s);
+        assert!((even.force_n.last().expect("samples") - 5.0).abs() < 1e-9);
         let few = (1..4).map(|k| 4.99 + 2e-4 * f64::from(k));
         let even = samples(recording(coarse.chain(few).collect()));
         assert!((even.interval_s - 0.01).abs() < 1e-9, "a few short intervals are jitter");

@@ -338,6 +338,16 @@ pub enum Problem {
     /// A requested field is empty.
     #[error("the field is empty; fill in a number or remove the row")]
     EmptyField,
+    /// A table whose columns contain only texts.
+    #[error(
+        "no column has a number: the columns are {}; is the table below other lines (--skip-lines N), or is its separator none of \
+         comma, semicolon, tab and space?",
+        listing(.names)
+    )]
+    NoNumbers {
+        /// The names of the columns.
+        names: Vec<String>,
+    },
     /// Text where a number is expected.
     #[error("'{}' is not a number; {}", .0, advice(.0))]
     NotANumber(

@@ -35,11 +35,11 @@ pub fn open_recording(path: &Path, columns: &Columns, limits: &Limits) -> Result
 /// Lists the signals of a file of any [`Format`], without columns and arrays that contain no number.
 ///
 /// # Errors
-/// As [`open_recording`] for an unreadable file.
+/// As [`open_recording`] for an unreadable file, and for a file without a signal.
 pub fn list_signals(path: &Path, limits: &Limits) -> Result<Vec<Signal>, RecordingError> {
     match opened(path, limits)? {
         (name, Opened::Text(file)) => scan_csv(&name, file, limits),
-        (_, Opened::Arrays(mut container)) => Ok(containers::scan(container.as_mut())),
+        (name, Opened::Arrays(mut container)) => containers::scan(&name, container.as_mut()),
     }
 }
 

@@ -191,6 +191,9 @@ pub fn signals_by_name(names: &[String]) -> Vec<Signal> {
     names.iter().map(of).collect()
 }
 
+/// The end of the name of the time at which the messages of a topic were logged.
+const LOG_TIME: &str = ".log_time";
+
 /// Largest plausible travel of a needle in m and force on it in N, of a signal that states no unit.
 const PLAUSIBLE: [(Quantity, f64); 2] = [(Quantity::Position, 2.0), (Quantity::Force, 5000.0)];
 
@@ -207,13 +210,14 @@ impl Signal {
 /// The signals by their possible roles.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Roles {
-    /// For each quantity, in the order of [`Quantity::ALL`], the indices of its candidates with as many samples as the
-    /// first time.
+    /// For each quantity, in the order of [`Quantity::ALL`], the indices of its candidates.
     pub candidates: [Vec<usize>; Quantity::ALL.len()],
 }
 
 impl Roles {
-    /// Sorts signals by their roles. A position, a velocity or a force needs as many samples as the time.
+    /// Sorts signals by their roles. A position, a velocity or a force needs the clock of the time: as many samples, and
+    /// in a log the same topic. If no topic has both a position and a force, the time is the log time, to which all
+    /// topics are joined. Constant signals are candidates only if all are constant.
     #[must_use]
     pub fn of(signals: &[Signal]) -> Self {
         let mut roles = Self::default();
@@ -222,32 +226,44 @@ impl Roles {
                 move |signal: &Signal| signal.role == Some(quantity) && signal.undefined == 0 && !signal.needs_unit();
             signals.iter().enumerate().filter(move |(_, signal)| serves(signal))
         };
-        // The first time with a position and a force of the same length.
-        let serves = |samples: usize| {
+        let topics: Vec<&str> = signals.iter().filter_map(|signal| signal.name.strip_suffix(LOG_TIME)).collect();
+        let topic = |signal: &Signal| {
+            let is_in = |topic: &&&str| signal.name.strip_prefix(**topic).is_some_and(|rest| rest.starts_with('.'));
+            topics.iter().find(is_in).copied()
+        };
+        let is_of_clock =
+            |signal: &Signal, clock: &Signal| signal.samples == clock.samples && topic(signal) == topic(clock);
+        // The first time with a position and a force of the same clock.
+        let serves = |clock: &Signal| {
             [Quantity::Position, Quantity::Force]
                 .into_iter()
-                .all(|quantity| with(quantity).any(|(_, s)| s.samples == samples))
+                .all(|quantity| with(quantity).any(|(_, signal)| is_of_clock(signal, clock)))
         };
-        let Some(samples) = with(Quantity::Time)
-            .map(|(_, time)| time.samples)
-            .find(|samples| serves(*samples))
-            .or_else(|| with(Quantity::Time).map(|(_, time)| time.samples).next())
+        let times = || with(Quantity::Time).map(|(_, time)| time);
+        let clock = times().find(|time| serves(time));
+        let is_joined = clock.is_none() && topics.len() > 1;
+        let clock = clock
+            .or_else(|| times().find(|time| !is_joined || time.name.ends_with(LOG_TIME)))
             // Without a time, a rate is given.
-            .or_else(|| {
-                with(Quantity::Position).map(|(_, position)| position.samples).find(|samples| serves(*samples))
-            })
-        else {
-            return roles;
-        };
+            .or_else(|| with(Quantity::Position).map(|(_, position)| position).find(|position| serves(position)));
+        let Some(clock) = clock else { return roles };
         for quantity in Quantity::ALL {
-            let same = with(quantity).filter(|(_, signal)| signal.samples == samples);
-            roles.candidates[quantity as usize] = same.map(|(index, _)| index).collect();
-        }
-        // The time of a message is preferred to the time at which it was logged.
-        let times = &mut roles.candidates[Quantity::Time as usize];
-        let is_logged = |index: &usize| signals[*index].name.ends_with(".log_time");
-        if !times.iter().all(is_logged) {
-            times.retain(|index| !is_logged(index));
+            let is_candidate = |signal: &Signal| match quantity {
+                Quantity::Time if is_joined => std::ptr::eq(signal, clock),
+                _ => is_joined || is_of_clock(signal, clock),
+            };
+            let mut found: Vec<usize> =
+                with(quantity).filter(|(_, signal)| is_candidate(signal)).map(|(index, _)| index).collect();
+            let varies = |index: &usize| signals[*index].range.is_some_and(|(low, high)| low < high);
+            if found.iter().any(varies) {
+                found.retain(varies);
+            }
+            // The time of a message is preferred to the time at which it was logged.
+            let is_logged = |index: &usize| signals[*index].name.ends_with(LOG_TIME);
+            if quantity == Quantity::Time && !found.iter().all(is_logged) {
+                found.retain(|index| !is_logged(index));
+            }
+            roles.candidates[quantity as usize] = found;
         }
         roles
     }
@@ -323,6 +339,22 @@ mod tests {
     fn statistics_ignore_values_that_are_not_finite() {
         let signal = signal("a", None, &[1.0, f64::NAN, -2.0]);
         assert_eq!((signal.samples, signal.undefined, signal.range, signal.increase), (3, 1, Some((-2.0, 1.0)), None));
+    }
+
+    #[test]
+    fn signals_of_two_topics_have_the_log_time() {
+        let (slow, fast) = ([0.0, 1.0, 2.0], [0.0, 0.5, 1.0, 1.5]);
+        let signals = [
+            signal("/a.stamp", None, &slow),
+            signal("/a.position.x", None, &[0.0; 3]),
+            signal("/a.position.z", None, &slow),
+            signal("/a.log_time", Some("s"), &slow),
+            signal("/b.force.z", None, &fast),
+            signal("/b.log_time", Some("s"), &fast),
+        ];
+        let roles = Roles::of(&signals);
+        assert!(roles.are_unique(), "{roles:?}");
+        assert_eq!(roles.candidates, [vec![3], vec![2], vec![], vec![4]]);
     }
 
     #[test]

@@ -302,11 +302,21 @@ pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, Scena
         let named = |key: &&Key| column.is_some() && values.optional_word(key.path) == column;
         let column = ColumnSettings::KEYS.iter().find(named).and_then(|key| values.place(key.path));
         let place = limiting_key(&error.problem).and_then(|key| values.place(key)).or(column);
-        let is_of_velocity = matches!(&error.problem, Problem::MissingColumn { quantity: Some(Quantity::Velocity), .. });
+        let missing = match &error.problem {
+            Problem::MissingColumn { quantity, .. } | Problem::MissingSignal { quantity, .. } => *quantity,
+            _ => None,
+        };
         let told = ScenarioError::new(error.to_string()).at(place.or(values.place(FILE)));
         // The column may be named in a base.
         let remedy = "name the file's column, or set recording.columns.velocity_m_per_s = \"\" to estimate the velocity from the position";
-        if is_of_velocity { told.remedy(remedy) } else { told }
+        match missing {
+            Some(Quantity::Velocity) => told.remedy(remedy),
+            Some(Quantity::Position) => told.remedy(
+                "name the column of the position; if none was recorded and the needle moves steadily, give the time times its speed \
+                 in m/s, as in --position time:0.005",
+            ),
+            _ => told,
+        }
     })?;
     let spec = labelled(values, recording)?;
     values.derive_keeping_place(FILE, Value::Text(source.display()));

@@ -220,7 +220,7 @@ pub fn calibrate_told(
         Some(even) => (&*even.position_m, even.velocity_m_per_s.as_deref(), &*even.force_n),
         None => (recording.position_m(), recording.velocity_m_per_s(), recording.force_n()),
     };
-    let interval_s = recording.median_interval_s();
+    let interval_s = resampled.as_ref().map_or(recording.median_interval_s(), |even| even.interval_s);
     let filtered: Vec<f64>;
     let velocity_m_per_s = match velocity_m_per_s {
         Some(velocity) => velocity,

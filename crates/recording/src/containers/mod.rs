@@ -19,12 +19,17 @@ mod parquet_pages;
 mod read;
 mod ros;
 mod tdms;
+mod topics;
 mod unpack;
 
+#[cfg(feature = "arrow-formats")]
+mod arrow;
 #[cfg(feature = "lab-formats")]
 mod excel;
 #[cfg(feature = "lab-formats")]
 mod hdf5;
+#[cfg(feature = "ros-formats")]
+mod rosbag2;
 
 use std::fs::File;
 use std::io::Read;
@@ -110,7 +115,7 @@ pub(super) fn open(format: Format, mut file: File, limits: &Limits) -> Result<Bo
         Format::Tdms => Box::new(tdms::Tdms::open(whole()?, limits)?),
         Format::Mcap => {
             let bytes = whole()?;
-            guarded(format, || Ok(Box::new(mcap::Mcap::open(&bytes, limits)?)))?
+            guarded(format, || Ok(Box::new(mcap::open(&bytes, limits)?)))?
         }
         Format::Parquet => guarded(format, || Ok(Box::new(parquet::Parquet::open(file, limits)?)))?,
         #[cfg(feature = "lab-formats")]
@@ -123,7 +128,20 @@ pub(super) fn open(format: Format, mut file: File, limits: &Limits) -> Result<Bo
             let bytes = whole()?;
             guarded(format, || Ok(Box::new(excel::Excel::open(bytes, limits)?)))?
         }
-        Format::Arrow | Format::Rosbag2 => return Err(Problem::Unsupported(format)),
+        #[cfg(feature = "arrow-formats")]
+        Format::Arrow => {
+            let bytes = whole()?;
+            guarded(format, || Ok(Box::new(arrow::Arrow::open(bytes, limits)?)))?
+        }
+        #[cfg(not(feature = "arrow-formats"))]
+        Format::Arrow => return Err(Problem::Unsupported(format)),
+        #[cfg(feature = "ros-formats")]
+        Format::Rosbag2 => {
+            let bytes = whole()?;
+            guarded(format, || Ok(Box::new(rosbag2::open(&bytes, limits)?)))?
+        }
+        #[cfg(not(feature = "ros-formats"))]
+        Format::Rosbag2 => return Err(Problem::Unsupported(format)),
         #[cfg(not(feature = "lab-formats"))]
         Format::Hdf5 | Format::Excel => return Err(Problem::Unsupported(format)),
     })

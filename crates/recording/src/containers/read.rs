@@ -159,16 +159,24 @@ fn values(
 /// An array with less than this share of the longest signal's samples is a setting, such as the style of a plot.
 const MIN_SHARE: f64 = 0.01;
 
-/// Lists the signals of a container, without unreadable arrays and arrays below [`MIN_SHARE`].
-pub(crate) fn scan(container: &mut dyn Container) -> Vec<Signal> {
+/// Lists the signals of a container, without unreadable arrays and arrays below [`MIN_SHARE`]. If no array is readable,
+/// the error is that of the first one.
+pub(crate) fn scan(file: &str, container: &mut dyn Container) -> Result<Vec<Signal>, RecordingError> {
     let mut vectors = vectors(container.arrays());
     let longest = vectors.iter().map(|vector| vector.len).max().unwrap_or(0);
     vectors.retain(|vector| vector.len as f64 >= MIN_SHARE * longest as f64);
     let mut signals = vec![];
     let mut whole: Option<(usize, Vec<f64>)> = None;
+    let mut failure = None;
     for vector in vectors {
         if whole.as_ref().is_none_or(|(array, _)| *array != vector.array) {
-            whole = container.values(vector.array).ok().map(|values| (vector.array, values));
+            whole = match container.values(vector.array) {
+                Ok(values) => Some((vector.array, values)),
+                Err(fault) => {
+                    failure.get_or_insert((vector.name.clone(), fault));
+                    None
+                }
+            };
         }
         let Some((_, values)) = &whole else { continue };
         let mut statistics = Statistics::default();
@@ -178,5 +186,8 @@ pub(crate) fn scan(container: &mut dyn Container) -> Vec<Signal> {
         let (label, unit) = (array.label.clone(), array.unit.clone());
         signals.push(Signal::new(vector.name, label, unit, shape, statistics));
     }
-    signals
+    match failure {
+        Some((name, fault)) if signals.is_empty() => Err(Place::file(file).in_column(&name).error(fault.problem)),
+        _ => Ok(signals),
+    }
 }

@@ -92,6 +92,12 @@ pub fn scan_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Result<Vec
         count += 1;
         has_row = rows.next()?;
     }
+    if count == 0 {
+        return Err(Place::file(source).error(Problem::TooFewSamples(0)));
+    }
+    if !statistics.iter().any(|(statistics, _)| statistics.has_number()) {
+        return Err(Place::file(source).error(Problem::NoNumbers { names }));
+    }
     let units: Vec<Option<String>> = (0..names.len()).map(|index| rows.unit(index).map(str::to_owned)).collect();
     let columns = names.into_iter().zip(units).zip(statistics);
     let columns = columns.filter(|(_, (statistics, _))| statistics.has_number());
