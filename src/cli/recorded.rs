@@ -73,6 +73,15 @@ impl RecordedFlags<'_> {
 }
 
 impl ColumnArgs {
+    /// The flags that have no meaning for a live stream, and true if they are given.
+    pub(super) fn of_files(&self) -> [(&'static str, bool); 3] {
+        [
+            ("--rate", self.rate_hz.is_some()),
+            ("--skip-lines", self.skip_lines.is_some()),
+            ("--zero-at-start", self.zero_at_start),
+        ]
+    }
+
     pub(super) fn flags(&self) -> Vec<String> {
         let given = [
             ("--time", &self.time),

@@ -106,7 +106,8 @@ pub(super) fn is_even(recording: &Recording) -> bool {
 /// Returns the samples of a recording. Uneven samples are resampled linearly, at the median interval or at that of a
 /// denser stretch, and up to the last one.
 pub(super) fn samples(recording: Recording) -> Samples {
-    let mut notes: Vec<String> = recording.joined().iter().map(of_joined).collect();
+    let origin = recording.origin_text().map(|origin| format!("Times count from the first sample, at {origin}."));
+    let mut notes: Vec<String> = origin.into_iter().chain(recording.joined().iter().map(of_joined)).collect();
     let warnings: Vec<Warning> = recording.ignored_units().iter().map(of_ignored_unit).collect();
     let as_recorded = |recording: Recording, notes, warnings| {
         let interval_s = recording.median_interval_s();

@@ -99,15 +99,17 @@ pub(super) fn table(text: &[u8]) -> Option<Table> {
         Some(0) => None,
         Some(names) => place(names, None),
         // Names on the first line belong to the block, even if a damaged row or one of another width is between them.
-        None if first > 0 && may_be_names(lines[0].2, best.separator) => None,
+        None if first > 0 && may_be_names(lines[0].2, best.separator, width) => None,
         None => place(first, Some(width)),
     }
 }
 
-/// Returns true if a line has several fields, and none of them is a number.
-fn may_be_names(line: &[u8], separator: Option<u8>) -> bool {
+/// Returns true if a line has several fields, and none of them is a number; or as many as the table, and not all of them
+/// are numbers.
+fn may_be_names(line: &[u8], separator: Option<u8>, width: usize) -> bool {
     let fields = fields(line, separator);
-    separator.is_some() && fields.len() > 1 && !fields.iter().any(|field| is_value(field, separator))
+    let numbers = fields.iter().filter(|field| is_value(field, separator)).count();
+    separator.is_some() && fields.len() > 1 && (numbers == 0 || fields.len() == width && numbers < width)
 }
 
 #[derive(Debug, Clone, Copy, Default)]

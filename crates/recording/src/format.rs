@@ -47,7 +47,7 @@ macro_rules! formats {
 
 formats! {
     /// Text with one sample per line, including LabVIEW's measurement files, also compressed by gzip.
-    Csv: "a table in text", ["csv", "tsv", "lvm", "txt", "dat", "gz"], "CSV";
+    Csv: "a table in text", ["csv", "tsv", "lvm", "gz"], "CSV";
     /// Text with a JSON object per line, also compressed by gzip.
     JsonLines: "a file of JSON lines", ["jsonl", "ndjson"], "CSV";
     /// An array of NumPy.

@@ -1,6 +1,7 @@
 //! The samples of a recording, in SI units.
 
 use super::IgnoredUnit;
+use super::stamp::written;
 use trocar_base::quantiles::{AT_ONCE, order_statistic};
 
 /// Samples of an insertion, in time order.
@@ -100,6 +101,12 @@ impl Recording {
     #[must_use]
     pub fn origin_s(&self) -> f64 {
         self.origin_s
+    }
+
+    /// The date or the time of the day from which the times count; `None` if they are not of the calendar.
+    #[must_use]
+    pub fn origin_text(&self) -> Option<String> {
+        if self.origin_s == 0.0 { None } else { written(self.origin_s) }
     }
 
     /// Subtracts the first position from all positions, if `is_on`.

@@ -6,7 +6,7 @@ trocar_core::settings! {
     /// The recording and the times of its ruptures.
     #[derive(Debug, Clone, PartialEq)]
     pub struct FileSettings in "recording." no const {
-        /// A file (CSV, .mat, Parquet, TDMS; see `trocar detect FILE --list`), or builtin:in_vivo_like.csv, builtin:own_ctrl_pop.csv.
+        /// A file (CSV, .mat, NumPy, Parquet, MCAP, TDMS; see `trocar detect FILE --list`), or builtin:in_vivo_like.csv, builtin:own_ctrl_pop.csv.
         file: Option<String> [FILE],
         /// Times of the ruptures, counted from the recording's first sample.
         ruptures_s: Vec<f64> = [],

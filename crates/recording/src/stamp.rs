@@ -116,6 +116,14 @@ impl Stamps {
     }
 }
 
+/// The date of a time in s since 1970, or the time of the day of a time on its first day.
+pub(super) fn written(origin_s: f64) -> Option<String> {
+    const DAY_S: f64 = 86_400.0;
+    let date = DateTime::from_timestamp_millis((1e3 * origin_s).round() as i64)?;
+    let form = if (0.0..DAY_S).contains(&origin_s) { "%H:%M:%S%.3f" } else { "%Y-%m-%d %H:%M:%S%.3f UTC" };
+    Some(date.format(form).to_string())
+}
+
 /// Returns true if a text is a date with a time, or a time of the day with seconds.
 pub(super) fn is_date(text: &str) -> bool {
     nanoseconds(trimmed(text)).is_some()
@@ -186,6 +194,8 @@ mod tests {
             assert_eq!(times(&dates, 1.0), (vec![0.0, 0.25], 1767225600.0), "{dates:?}");
         }
         assert_eq!(times(&["10:00:00.5", "10:00:01"], 1.0).0, [0.0, 0.5]);
+        assert_eq!(written(1767225600.25).as_deref(), Some("2026-01-01 00:00:00.250 UTC"));
+        assert_eq!(written(36000.5).as_deref(), Some("10:00:00.500"));
         assert!(!is_date("2026-01-01") && !is_date("a:b:c") && !is_date("1.5"));
     }
 

@@ -105,7 +105,7 @@ pub(super) fn open(format: Format, mut file: File, limits: &Limits) -> Result<Bo
         Format::Csv | Format::JsonLines | Format::Rosbag1 => return Err(Problem::Unsupported(format)),
         Format::Npy => {
             let bytes = whole()?;
-            guarded(format, || Ok(Box::new(npy::Numpy::of_array(&bytes)?)))?
+            guarded(format, || Ok(Box::new(npy::Numpy::of_array(&bytes, limits)?)))?
         }
         Format::Npz => {
             let bytes = whole()?;

@@ -18,19 +18,21 @@ pub(super) struct Numpy {
     arrays: Vec<Array>,
     values: Vec<Vec<f64>>,
     left_out: Vec<String>,
+    /// The size of the numbers, in bytes.
+    size: u64,
 }
 
 impl Numpy {
     /// Reads an array.
-    pub(super) fn of_array(bytes: &[u8]) -> Result<Self, Problem> {
-        let mut found = Self { arrays: vec![], values: vec![], left_out: vec![] };
-        found.add(Format::Npy, UNNAMED, bytes)?;
+    pub(super) fn of_array(bytes: &[u8], limits: &Limits) -> Result<Self, Problem> {
+        let mut found = Self { arrays: vec![], values: vec![], left_out: vec![], size: 0 };
+        found.add(Format::Npy, UNNAMED, bytes, limits)?;
         found.finish(Format::Npy)
     }
 
     /// Reads the arrays of an archive.
     pub(super) fn of_archive(bytes: Vec<u8>, limits: &Limits) -> Result<Self, Problem> {
-        let mut found = Self { arrays: vec![], values: vec![], left_out: vec![] };
+        let mut found = Self { arrays: vec![], values: vec![], left_out: vec![], size: 0 };
         let damaged = |error: &dyn std::fmt::Display| Format::Npz.damaged(error);
         let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|error| damaged(&error))?;
         let mut left = limits.max_bytes;
@@ -40,12 +42,12 @@ impl Numpy {
             let Some(name) = npyz::npz::array_name_from_file_name(&file) else { continue };
             let array = unpack::bounded(entry, left).map_err(|error| damaged(&error))?;
             left = left.saturating_sub(array.len() as u64);
-            found.add(Format::Npz, name, &array)?;
+            found.add(Format::Npz, name, &array, limits)?;
         }
         found.finish(Format::Npz)
     }
 
-    fn add(&mut self, format: Format, name: &str, bytes: &[u8]) -> Result<(), Problem> {
+    fn add(&mut self, format: Format, name: &str, bytes: &[u8], limits: &Limits) -> Result<(), Problem> {
         let mut data = bytes;
         let header = NpyHeader::from_reader(&mut data).map_err(|error| format.damaged(error))?;
         let dims = header.shape().iter().map(|dim| usize::try_from(*dim)).collect::<Result<Vec<_>, _>>();
@@ -69,6 +71,11 @@ impl Numpy {
             let size = of_field.num_bytes().unwrap_or(0);
             match number(of_field) {
                 Some((scalar, order, unit)) => {
+                    // A number of one byte in the file has eight in memory.
+                    self.size = self.size.saturating_add(8 * count as u64);
+                    if self.size > limits.max_bytes {
+                        return Err(Problem::TooManyBytes { limit: limits.max_bytes });
+                    }
                     let mut wide = Wide::default();
                     let mut read = |element: &[u8]| match scalar {
                         Scalar::I64 => Some(wide.number(whole(element.get(at..)?, order)?)),
