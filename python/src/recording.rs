@@ -1,11 +1,14 @@
 //! Recordings in files and in memory.
 
+use std::ffi::CString;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use trocar_core::error::positive;
 use trocar_detect::document::signals_document;
 use trocar_recording::{Columns, Limits, Quantity};
 use trocar_scenario::parse_column;
@@ -82,12 +85,14 @@ impl Recording {
 
 /// Lists the signals of a file, like `trocar detect --list --json`.
 #[pyfunction]
-pub(crate) fn list_signals(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
-    let signals = trocar_recording::list_signals(&path, &Limits::default()).map_err(error::value)?;
+pub(crate) fn list_signals(py: Python<'_>, path: PathBuf, skip_lines: u64) -> PyResult<Bound<'_, PyAny>> {
+    let limits = Limits { skip_lines, ..Limits::default() };
+    let signals = trocar_recording::list_signals(&path, &limits).map_err(error::value)?;
     convert::python(py, &signals_document(&path.display().to_string(), &signals).json)
 }
 
 #[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "Python passes each of them by name")]
 pub(crate) fn read_recording<'py>(
     py: Python<'py>,
     path: PathBuf,
@@ -95,7 +100,13 @@ pub(crate) fn read_recording<'py>(
     position: &str,
     velocity: Option<&str>,
     force: &str,
+    rate_hz: Option<f64>,
+    skip_lines: u64,
+    zero_at_start: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
+    if let Some(rate_hz) = rate_hz {
+        positive("rate_hz", rate_hz).map_err(error::value)?;
+    }
     let column = |text: &str, quantity: Quantity| parse_column(text, quantity.unit()).map_err(error::value);
     let columns = Columns {
         time: column(time, Quantity::Time)?,
@@ -103,7 +114,19 @@ pub(crate) fn read_recording<'py>(
         velocity: velocity.map(|velocity| column(velocity, Quantity::Velocity)).transpose()?,
         force: column(force, Quantity::Force)?,
     };
-    let recording = trocar_recording::open_recording(&path, &columns, &Limits::default()).map_err(error::value)?;
+    let limits = Limits { skip_lines, rate_hz, ..Limits::default() };
+    let recording = trocar_recording::open_recording(&path, &columns, &limits).map_err(error::value)?;
+    let recording = recording.zeroed(zero_at_start);
+    for ignored in recording.ignored_units() {
+        let (quantity, unit, column) = (ignored.quantity, &ignored.unit, &ignored.with_unit);
+        let message = format!(
+            "the {} is read in {}, and the file states '{unit}': give {}={column:?}",
+            quantity.name(),
+            quantity.unit(),
+            quantity.name()
+        );
+        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(message)?, 1)?;
+    }
     let arrays = PyDict::new(py);
     put(&arrays, "time", recording.time_s().to_vec())?;
     put(&arrays, "position", recording.position_m().to_vec())?;

@@ -21,7 +21,7 @@ class Recording(TypedDict):
     force: NDArray[np.float64]
 
 
-def list_signals(path: str | os.PathLike[str]) -> dict[str, Any]:
+def list_signals(path: str | os.PathLike[str], *, skip_lines: int = 0) -> dict[str, Any]:
     """Lists the signals of a file, in the form of ``trocar detect FILE --list --json``.
 
     ``signals`` is a list with the ``name``, ``unit``, ``shape``, ``samples``, ``rate_hz``, ``min``, ``max`` and
@@ -31,12 +31,14 @@ def list_signals(path: str | os.PathLike[str]) -> dict[str, Any]:
     Parameters
     ----------
     path
-        A CSV, MATLAB, Parquet, TDMS, HDF5 or Excel file.
+        A CSV (also in gzip), MATLAB, NumPy, Parquet, MCAP, TDMS, HDF5 or Excel file, or JSON lines.
+    skip_lines
+        The number of lines of text before the table. A preamble is usually found without it.
 
     Raises
     ------
     ValueError
-        If the file cannot be read.
+        If the file cannot be read or has no signal.
     TypeError
         If ``path`` is not a path.
 
@@ -48,7 +50,7 @@ def list_signals(path: str | os.PathLike[str]) -> dict[str, Any]:
     >>> [(signal["name"], signal["samples"]) for signal in trocar.list_signals(path)["signals"]]
     [('time_s', 2), ('position_m', 2), ('force_n', 2)]
     """
-    return dict(_core.list_signals(os.fspath(path)))
+    return dict(_core.list_signals(os.fspath(path), skip_lines))
 
 
 def read_recording(
@@ -58,6 +60,9 @@ def read_recording(
     position: str = "position_m",
     velocity: str | None = None,
     force: str = "force_n",
+    rate_hz: float | None = None,
+    skip_lines: int = 0,
+    zero_at_start: bool = False,
 ) -> Recording:
     """Reads a recording for :func:`trocar.detect` and :func:`trocar.calibrate`, as in
     ``trocar.detect(**trocar.read_recording(path))``.
@@ -65,11 +70,18 @@ def read_recording(
     Parameters
     ----------
     path
-        A CSV, MATLAB, Parquet, TDMS, HDF5 or Excel file.
+        A CSV (also in gzip), MATLAB, NumPy, Parquet, MCAP, TDMS, HDF5 or Excel file, or JSON lines.
     time, position, velocity, force
         The names of the signals, as :func:`list_signals` returns them. A signal that is not in SI units has a factor
-        or a unit after a colon, as in ``"scope.signals[0].values[:,1]:mm"``. Without ``velocity``, it is estimated
-        from the positions.
+        or a unit after a colon, as in ``"scope.signals[0].values[:,1]:mm"``, and may have an offset, as in
+        ``"z:-mm+100mm"``. Without ``velocity``, it is estimated from the positions. A column that states another unit
+        and has no factor raises a warning.
+    rate_hz
+        Samples per second of a file without a time; ``time`` is then not read.
+    skip_lines
+        The number of lines of text before the table. A preamble is usually found without it.
+    zero_at_start
+        True to subtract the first position from all positions.
 
     Returns
     -------
@@ -93,4 +105,5 @@ def read_recording(
     >>> trocar.read_recording(path, time="t", position="x:mm", force="f:-1")["position"]
     array([0.0015, 0.0016])
     """
-    return cast(Recording, _core.read_recording(os.fspath(path), time, position, velocity, force))
+    options = (rate_hz, skip_lines, zero_at_start)
+    return cast(Recording, _core.read_recording(os.fspath(path), time, position, velocity, force, *options))

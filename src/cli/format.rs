@@ -5,19 +5,16 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use trocar_report::ColumnFormat;
 
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub(super) struct FormatArgs {
     /// Formats of the file with one row per sample, separated by commas; mat is for MATLAB, mcap for Foxglove and
-    /// PlotJuggler
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "csv", value_parser = parser())]
+    /// PlotJuggler [default: csv, but parquet for a detection with over a million rows]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = parser())]
     format: Vec<ColumnFormat>,
 }
 
-impl Default for FormatArgs {
-    fn default() -> Self {
-        Self { format: vec![ColumnFormat::Csv] }
-    }
-}
+/// Number of rows above which a detection is written as Parquet, unless a format is given: CSV is several times as large.
+pub(super) const LONG_ROWS: usize = 1_000_000;
 
 fn parser() -> impl TypedValueParser<Value = ColumnFormat> {
     let of = |word: String| ColumnFormat::ALL.into_iter().find(|format| format.to_string() == word);
@@ -27,16 +24,21 @@ fn parser() -> impl TypedValueParser<Value = ColumnFormat> {
 
 impl FormatArgs {
     pub(super) fn formats(&self) -> &[ColumnFormat] {
-        &self.format
+        if self.format.is_empty() { &[ColumnFormat::Csv] } else { &self.format }
+    }
+
+    /// Returns the formats of a detection with a number of rows.
+    pub(super) fn of_rows(&self, rows: usize) -> &[ColumnFormat] {
+        if self.format.is_empty() && rows > LONG_ROWS { &[ColumnFormat::Parquet] } else { self.formats() }
     }
 
     pub(super) fn with_csv(&self) -> Self {
-        let others = self.format.iter().copied().filter(|format| *format != ColumnFormat::Csv);
+        let others = self.formats().iter().copied().filter(|format| *format != ColumnFormat::Csv);
         Self { format: std::iter::once(ColumnFormat::Csv).chain(others).collect() }
     }
 
     pub(super) fn flags(&self) -> Vec<String> {
-        if self.format == [ColumnFormat::Csv] {
+        if self.format.is_empty() {
             return vec![];
         }
         let words: Vec<String> = self.format.iter().map(ToString::to_string).collect();
@@ -61,9 +63,15 @@ mod tests {
 
     #[test]
     fn the_default_is_csv_and_has_no_flag() {
-        assert_eq!(parsed(&[]).format, [ColumnFormat::Csv]);
-        assert_eq!(parsed(&[]).format, FormatArgs::default().format);
+        assert_eq!(parsed(&[]).formats(), [ColumnFormat::Csv]);
         assert!(parsed(&[]).flags().is_empty());
+    }
+
+    #[test]
+    fn a_long_detection_is_parquet_unless_a_format_is_given() {
+        assert_eq!(parsed(&[]).of_rows(LONG_ROWS), [ColumnFormat::Csv]);
+        assert_eq!(parsed(&[]).of_rows(LONG_ROWS + 1), [ColumnFormat::Parquet]);
+        assert_eq!(parsed(&["--format", "csv"]).of_rows(LONG_ROWS + 1), [ColumnFormat::Csv]);
     }
 
     #[test]
@@ -72,6 +80,5 @@ mod tests {
         assert_eq!(both.flags(), ["--format", "mat,csv"]);
         assert_eq!(both.with_csv().flags(), ["--format", "csv,mat"]);
         assert_eq!(parsed(&["--format", "mat"]).with_csv().flags(), ["--format", "csv,mat"]);
-        assert!(FormatArgs::default().with_csv().flags().is_empty());
     }
 }

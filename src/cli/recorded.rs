@@ -5,24 +5,33 @@ use clap::Args;
 use super::ScenarioArgs;
 use super::quantity::{column, quantity};
 use trocar_base::warning::{Code, Warning};
-use trocar_recording::{Column, Limits, Quantity, Roles, list_signals, signal_names, signals_by_name};
+use trocar_recording::{Column, Limits, Quantity, Roles, Signal, list_signals, signal_names, signals_by_name};
 use trocar_scenario::{Reader, ScenarioError, Source, Values, keys_without_effect, parse_column};
 
-/// The columns of a recording.
-#[derive(Debug, Args)]
+/// The columns of a recording, and the parts of a file that are not its signals.
+#[derive(Debug, Default, Args)]
 pub(super) struct ColumnArgs {
-    /// Column with the time (its name as `trocar detect --list` shows it); the factor or unit (s, ms, us, ns, min)
-    /// converts it to s, as in t:1e-3 or t:ms [default: time_s]
+    /// Column with the time (its name as `trocar detect --list` shows it, or its number); the factor or unit (s, ms,
+    /// us, ns, min) converts it to s, as in t:1e-3 or t:ms; dates need none [default: time_s]
     #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", value_parser = column("s"))]
     time: Option<Column>,
-    /// Column with the position of the needle; the factor or unit (m, cm, mm, um) converts it to m [default:
-    /// position_m]
+    /// Samples per second of recordings without a time
+    #[arg(long = "rate", value_name = "HZ", conflicts_with = "time", value_parser = quantity("Hz"), allow_hyphen_values = true)]
+    rate_hz: Option<f64>,
+    /// Lines of text before the table; a preamble is usually found without this flag
+    #[arg(long, value_name = "N")]
+    skip_lines: Option<u64>,
+    /// Column with the position of the needle; the factor or unit (m, cm, mm, um) converts it to m, and an offset can
+    /// follow, as in z:-1+0.1 or z:-mm+100mm [default: position_m]
     #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", allow_hyphen_values = true, value_parser = column("m"))]
     position: Option<Column>,
     /// Column with the velocity of the needle; the factor or unit (m/s, cm/s, mm/s, um/s) converts it to m/s
     /// [default: estimated from the position]
     #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", allow_hyphen_values = true, value_parser = column("m/s"))]
     velocity: Option<Column>,
+    /// Subtract the first position from all positions, so that the motion starts at 0
+    #[arg(long)]
+    zero_at_start: bool,
     /// Subtract the mean force of the first S seconds, in which the needle must be free [default: 0, no tare]
     #[arg(long, value_name = "S", value_parser = quantity("s"), allow_hyphen_values = true)]
     tare_s: Option<f64>,
@@ -62,6 +71,15 @@ impl RecordedFlags<'_> {
 }
 
 impl ColumnArgs {
+    /// The flags that have no meaning for a live stream, and true if they are given.
+    pub(super) fn of_files(&self) -> [(&'static str, bool); 3] {
+        [
+            ("--rate", self.rate_hz.is_some()),
+            ("--skip-lines", self.skip_lines.is_some()),
+            ("--zero-at-start", self.zero_at_start),
+        ]
+    }
+
     pub(super) fn flags(&self) -> Vec<String> {
         let given = [
             ("--time", &self.time),
@@ -71,11 +89,23 @@ impl ColumnArgs {
         ];
         let words = |(flag, column): (&str, &Option<Column>)| {
             let column = column.as_ref()?;
-            let scale = if column.scale() == 1.0 { String::new() } else { format!(":{:?}", column.scale()) };
-            Some([flag.to_owned(), format!("{}{scale}", column.name())])
+            let (scale, offset) = (column.scale(), column.offset());
+            let factor = match (scale == 1.0, offset == 0.0) {
+                (true, true) => String::new(),
+                (false, true) => format!(":{scale:?}"),
+                (_, false) => format!(":{scale:?}{offset:+?}"),
+            };
+            Some([flag.to_owned(), format!("{}{factor}", column.name())])
         };
-        let tare = self.tare_s.into_iter().flat_map(|tare_s| ["--tare-s".to_owned(), format!("{tare_s:?}")]);
-        given.into_iter().filter_map(words).flatten().chain(tare).collect()
+        let number =
+            |flag: &str, value: Option<String>| value.into_iter().flat_map(|value| [flag.to_owned(), value]).collect();
+        let others: [Vec<String>; 4] = [
+            number("--rate", self.rate_hz.map(|rate_hz| format!("{rate_hz:?}"))),
+            number("--skip-lines", self.skip_lines.map(|lines| lines.to_string())),
+            self.zero_at_start.then(|| "--zero-at-start".to_owned()).into_iter().collect(),
+            number("--tare-s", self.tare_s.map(|tare_s| format!("{tare_s:?}"))),
+        ];
+        given.into_iter().filter_map(words).flatten().chain(others.into_iter().flatten()).collect()
     }
 
     fn settings(&self) -> Vec<String> {
@@ -91,10 +121,16 @@ impl ColumnArgs {
             settings.push(format!("recording.columns.{quantity}={}", quoted(column.name())));
             let scale = if sign.is_some() { column.scale().abs() } else { column.scale() };
             settings.push(format!("recording.scale.{quantity}={scale:?}"));
+            if column.offset() != 0.0 {
+                settings.push(format!("recording.offset.{quantity}={:?}", column.offset()));
+            }
             if let Some(sign) = sign {
                 settings.push(format!("recording.{sign}={}", column.scale().signum()));
             }
         }
+        settings.extend(self.rate_hz.map(|rate_hz| format!("recording.rate_hz={rate_hz:?}")));
+        settings.extend(self.skip_lines.map(|lines| format!("recording.skip_lines={lines}")));
+        settings.extend(self.zero_at_start.then(|| "recording.zero_at_start=true".to_owned()));
         settings.extend(self.tare_s.map(|tare_s| format!("recording.tare_s={tare_s:?}")));
         settings
     }
@@ -118,8 +154,8 @@ pub(super) fn load(given: &str, settings: &[String]) -> Result<Values, ScenarioE
     }
 }
 
-/// Like [`load`], but guesses the columns, with a warning, if no flag or key sets them, the file has no default column,
-/// and the guess is unique.
+/// Loads like [`load`], and guesses the columns from the names and units of the signals. It guesses only if no flag
+/// or key sets the columns, the file lacks a default column and the guess is unique; then it returns a warning.
 pub(super) fn load_guessed(
     given: &str,
     flags: &RecordedFlags<'_>,
@@ -135,33 +171,59 @@ pub(super) fn load_guessed(
 
 fn guess(given: &str, values: &Values) -> Option<(ColumnArgs, Warning)> {
     let path = std::path::Path::new(given);
-    let sections = ["recording.columns", "recording.scale"];
+    let sections = ["recording.columns", "recording.scale", "recording.offset"];
     let signs = ["recording.force_sign", "recording.position_sign", "recording.velocity_sign"];
     let is_given = sections.iter().any(|section| values.section_place(section).is_some())
         || signs.iter().any(|key| values.place(key).is_some());
     if is_scenario(given) || is_given || !path.is_file() {
         return None;
     }
-    let defaults = ["time_s", "position_m", "force_n"];
-    let names = signal_names(path, &Limits::default()).ok()?;
-    let has = |name: &&str| names.iter().any(|column| column.trim_start_matches('/') == *name);
-    if defaults.iter().any(has) {
+    let limits = Limits::read(&mut values.clone()).ok()?;
+    let names = signal_names(path, &limits).ok()?;
+    let default = |quantity: Quantity| {
+        let wanted = ["time_s", "position_m", "velocity_m_per_s", "force_n"][quantity as usize];
+        names.iter().find(|name| name.trim_start_matches('/') == wanted)
+    };
+    let needed = |quantity: &Quantity| match quantity {
+        Quantity::Time => limits.rate_hz.is_none(),
+        Quantity::Velocity => false,
+        _ => true,
+    };
+    if Quantity::ALL.into_iter().filter(needed).all(|quantity| default(quantity).is_some()) {
         return None;
     }
-    let listed = list_signals(path, &Limits::default()).ok().filter(|signals| Roles::of(signals).are_unique());
-    // If a sample is invalid, use the names alone; reading the file then reports it.
-    let signals = listed.unwrap_or_else(|| signals_by_name(&names));
-    let roles = Roles::of(&signals);
-    if !roles.are_unique() {
-        return None;
-    }
-    let [time, position, velocity, force] =
-        Quantity::ALL.map(|quantity| parse_column(&signals[roles.first(quantity)?].column(), quantity.unit()).ok());
-    let columns = ColumnArgs { time, position, velocity, force, tare_s: None };
-    let flags = Quantity::ALL
-        .into_iter()
-        .filter_map(|quantity| Some(format!("--{} {}", quantity.name(), signals[roles.first(quantity)?].column())));
-    let flags: Vec<String> = flags.collect();
+    // A quantity without a unique candidate keeps its default name, so that reading the file reports it.
+    let choose = |signals: &[Signal]| -> Vec<(Quantity, String)> {
+        let roles = Roles::of(signals);
+        let of = |quantity: Quantity| match (default(quantity), roles.candidates[quantity as usize].as_slice()) {
+            (Some(name), _) => Some((quantity, name.clone())),
+            (None, [index]) => Some((quantity, signals[*index].column())),
+            _ => None,
+        };
+        Quantity::ALL
+            .into_iter()
+            .filter(|quantity| *quantity != Quantity::Time || needed(quantity))
+            .filter_map(of)
+            .collect()
+    };
+    let is_complete = |chosen: &[(Quantity, String)]| {
+        let has = |quantity: Quantity| chosen.iter().any(|(of, _)| *of == quantity);
+        Quantity::ALL.into_iter().filter(needed).all(has)
+    };
+    let listed = list_signals(path, &limits).ok().map(|signals| choose(&signals));
+    // If a sample is invalid, use the names alone, so that reading the file reports the invalid sample.
+    let by_name = choose(&signals_by_name(&names));
+    let chosen = match listed {
+        Some(listed) if is_complete(&listed) || !is_complete(&by_name) => listed,
+        _ => by_name,
+    };
+    let column = |quantity: Quantity| {
+        let (_, text) = chosen.iter().find(|(of, _)| *of == quantity)?;
+        parse_column(text, quantity.unit()).ok()
+    };
+    let [time, position, velocity, force] = Quantity::ALL.map(column);
+    let columns = ColumnArgs { time, position, velocity, force, ..ColumnArgs::default() };
+    let flags: Vec<String> = chosen.iter().map(|(quantity, text)| format!("--{} {text}", quantity.name())).collect();
     let message = format!("the columns are guessed: {}", flags.join(" "));
     let remedy = format!("give these flags, or others: `trocar detect {given} --list` shows all signals");
     Some((columns, Warning::new(Code::GuessedColumns, message).at("--time, --position, --force").remedy(remedy)))

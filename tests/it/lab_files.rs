@@ -112,7 +112,7 @@ fn columns_are_guessed_only_if_one_signal_fits_each_and_with_a_warning() {
         &["no column 'time_s' (--time or", "the file has t (ms), x (mm), f (N)"],
     );
     folder.file("two.csv", format!("t;x;force;load\n{}", rows.replace('\n', ";1\n")));
-    folder.refused(&["detect", "two.csv"], &["no column 'time_s'"]);
+    folder.refused(&["detect", "two.csv"], &["no column 'force_n' (--force or", "the file has t, x, force, load"]);
 }
 
 #[test]

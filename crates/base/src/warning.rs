@@ -216,6 +216,10 @@ codes! {
         "No flag or key names a column, and no column has a default name, but exactly one signal each looks like \
          time, position and force. Give the flags in the message to confirm this choice, or give others (`trocar \
          detect FILE --list` shows all signals).";
+    UnitIgnored "unit-ignored":
+        "A column is read in SI units, and the file states another unit.",
+        "A column without a factor or a unit is read in s, m, m/s and N. The name of the column, the row of units or the file states \
+         another unit: give it after a colon, as in x:mm or load:gf, or a factor.";
     NoRuptures "no-ruptures":
         "A study of detectors has no rupture.",
         "The recordings have no labelled rupture, so the share of detected ruptures is unknown and every alarm counts \

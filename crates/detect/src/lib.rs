@@ -5,6 +5,7 @@ mod chain;
 mod columns;
 mod conditions;
 pub mod document;
+mod even;
 mod live;
 mod matching;
 mod misses;
@@ -28,13 +29,15 @@ pub use scores::{Scores, Tally};
 pub use statistics::{PhaseStatistics, ResidualStatistics};
 pub use trocar_core::chain::Measurement;
 
+use even::{Samples, samples};
 use plausibility::{Plausibility, Signals};
 use stages::{Decisions, evaluate};
 
+use trocar_base::warning::Warning;
 use trocar_core::detector::DetectorSettings;
 use trocar_core::error::InvalidValue;
 use trocar_engine::engine::TrustColumns;
-use trocar_recording::{Recording, ResampleError};
+use trocar_recording::Recording;
 use trocar_scenario::{DetectionSettings, DetectionSpec};
 
 /// The estimates and decisions for a recording, one value per sample.
@@ -68,6 +71,10 @@ pub struct Detection {
     pub is_velocity_measured: bool,
     /// True if the recording had unevenly spaced samples and was resampled.
     pub is_resampled: bool,
+    /// Sentences about changes of the recording: resampled times and interpolated signals.
+    pub notes: Vec<String>,
+    /// Warnings about the columns of the recording.
+    pub warnings: Vec<Warning>,
     /// The phases of the insertion, in order of time.
     pub phases: Vec<PhaseInterval>,
     recorded: Plausibility,
@@ -83,17 +90,14 @@ impl Detection {
     }
 }
 
-/// Maximum relative deviation of an interval from the median interval in an evenly sampled recording.
-const EVEN_SHARE: f64 = 0.01;
-
 /// Minimum change of a recorded position that counts as a step of the encoder or of the digits, in m.
 const MIN_STEP_M: f64 = 1e-9;
 
 /// Runs the estimator and the detector over a recording, sample by sample.
 ///
-/// Both need evenly spaced samples: an uneven recording is first resampled linearly at its median interval. Without a
-/// recorded velocity, a Kalman filter estimates it from the positions, whose step is a setting or the smallest change
-/// between two samples.
+/// Both need evenly spaced samples: an uneven recording is first resampled linearly, at its median interval or at that of
+/// a denser stretch. Without a recorded velocity, a Kalman filter estimates it from the positions. Its position step is given by the settings, or
+/// else the smallest change between two samples.
 ///
 /// # Errors
 /// [`InvalidValue`] for a setting out of range.
@@ -106,8 +110,8 @@ pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
 /// # Errors
 /// As [`detect`].
 pub fn detect_recording(recording: Recording, settings: &DetectionSettings) -> Result<Detection, InvalidValue> {
-    let interval_s = recording.median_interval_s();
     let samples = samples(recording);
+    let interval_s = samples.interval_s;
     let filtered =
         || VelocitySource::Filtered { step_m: position_step_m(&samples.position_m, settings.position_resolution_m) };
     let is_velocity_measured = samples.velocity_m_per_s.is_some();
@@ -120,7 +124,8 @@ pub fn detect_recording(recording: Recording, settings: &DetectionSettings) -> R
     };
     // In parallel: for a long recording the second closure takes a third of the time of the chain.
     let ((estimates, decisions), (phases, recorded)) = rayon::join(|| evaluate(&mut chain, &signals), of_samples);
-    let Samples { time_s, position_m, velocity_m_per_s: measured, force_n, is_resampled } = samples;
+    let Samples { time_s, position_m, velocity_m_per_s: measured, force_n, is_resampled, notes, warnings, .. } =
+        samples;
     let [residual_n, stiffness_n_per_m, damping_n_s_per_m, velocity_m_per_s, extra] = estimates.into_columns();
     let Decisions { columns, conditions, alarms, touched } = decisions;
     let [distance, decision] = columns.into_columns();
@@ -143,48 +148,14 @@ pub fn detect_recording(recording: Recording, settings: &DetectionSettings) -> R
         detector: settings.detector,
         is_velocity_measured,
         is_resampled,
+        notes,
+        warnings,
         phases,
         recorded,
     })
 }
 
-struct Samples {
-    time_s: Vec<f64>,
-    position_m: Vec<f64>,
-    velocity_m_per_s: Option<Vec<f64>>,
-    force_n: Vec<f64>,
-    is_resampled: bool,
-}
-
-fn is_even(recording: &Recording) -> bool {
-    let interval_s = recording.median_interval_s();
-    let is_even = |at_s: f64| (at_s - interval_s).abs() <= EVEN_SHARE * interval_s;
-    let (min_s, max_s) = recording.interval_range_s();
-    is_even(min_s) && is_even(max_s)
-}
-
-fn samples(recording: Recording) -> Samples {
-    let interval_s = recording.median_interval_s();
-    let as_recorded = |recording: Recording| {
-        let (time_s, position_m, velocity_m_per_s, force_n) = recording.into_columns();
-        Samples { time_s, position_m, velocity_m_per_s, force_n, is_resampled: false }
-    };
-    if is_even(&recording) {
-        return as_recorded(recording);
-    }
-    let resample = |recording: &Recording| {
-        let ticks = recording.ticks_covered(interval_s)?;
-        let even = recording.resample(interval_s, ticks)?;
-        let start_s = recording.time_s().first().copied().unwrap_or(0.0);
-        let time_s = (0..ticks).map(|k| start_s + k as f64 * interval_s).collect();
-        let (position_m, velocity_m_per_s, force_n) = (even.position_m, even.velocity_m_per_s, even.force_n);
-        Ok::<_, ResampleError>(Samples { time_s, position_m, velocity_m_per_s, force_n, is_resampled: true })
-    };
-    // The median of ascending times is a valid tick. Samples that cannot be resampled stay as recorded.
-    resample(&recording).unwrap_or_else(|_| as_recorded(recording))
-}
-
-/// The position step in m: the given one if above 0, else the smallest change.
+/// Returns the position step in m: the given one if above 0, else the smallest change between two samples.
 fn position_step_m(position_m: &[f64], given_m: f64) -> f64 {
     if given_m > 0.0 {
         return given_m;

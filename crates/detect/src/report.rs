@@ -95,6 +95,8 @@ pub struct DetectionReport {
     pub false_alarms: Option<usize>,
     /// Reasons why labelled ruptures were missed, with the index of the label.
     pub misses: Vec<LabelMiss>,
+    /// Sentences about changes of the recording before the detection: resampled times and interpolated signals.
+    pub notes: Vec<String>,
     /// The warnings about recording and detection.
     pub warnings: Vec<Warning>,
     /// Maximum delay of an alarm after the matched rupture, in s.
@@ -200,7 +202,8 @@ impl DetectionReport {
             labelled_kinds: labels.unwrap_or_default().iter().map(|label| label.kind.clone()).collect(),
             missed_ruptures: scores.map(|scores| scores.missed),
             false_alarms: scores.map(|scores| scores.false_alarms),
-            warnings: strays.chain(warnings(detection, &misses)).collect(),
+            notes: detection.notes.clone(),
+            warnings: detection.warnings.iter().cloned().chain(strays).chain(warnings(detection, &misses)).collect(),
             misses,
             labelled_ruptures_s,
             within_s,

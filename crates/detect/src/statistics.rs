@@ -271,6 +271,8 @@ mod tests {
             detector: trocar_core::detector::DetectorSettings::default(),
             is_velocity_measured: true,
             is_resampled: false,
+            notes: vec![],
+            warnings: vec![],
             phases,
             recorded: Plausibility::default(),
         }

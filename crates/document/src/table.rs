@@ -27,6 +27,8 @@ pub struct Table {
     pub shown: Shown,
     /// True if all columns are texts, which are left-aligned.
     pub is_text: bool,
+    /// Maximum number of rows on the terminal, and the file with all rows.
+    pub first_rows: Option<(usize, &'static str)>,
 }
 
 /// A row of a table.
@@ -39,6 +41,12 @@ pub struct Row {
 }
 
 impl Table {
+    /// Shows only the first rows on the terminal, with the name of the file that has all.
+    #[must_use]
+    pub fn first_rows(self, rows: usize, file: &'static str) -> Self {
+        Self { first_rows: Some((rows, file)), ..self }
+    }
+
     /// Creates a table without rows. Columns are pairs of key and heading.
     #[must_use]
     pub fn new<K: Into<String>, L: Into<String>>(
@@ -54,6 +62,7 @@ impl Table {
             rows: vec![],
             shown: Shown::Everywhere,
             is_text: false,
+            first_rows: None,
         }
     }
 

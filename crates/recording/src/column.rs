@@ -3,16 +3,17 @@
 use std::fmt;
 use std::str::FromStr;
 
-/// A column of a file, and the factor that converts its numbers to SI units, with forces positive when they resist
-/// insertion.
+/// A column of a file, and the factor and the offset that convert its numbers to SI units, with forces positive when
+/// they resist insertion: `number · factor + offset`.
 ///
-/// Written as `name` (factor 1) or `name:factor`, as in `xs_rad:0.075`. The text after the last `:` is the factor only
-/// if it is a number, so `force: raw` is a plain name. A column named `a:1` is written `a:1:1`. Spaces around the name
-/// are ignored, here and in the file.
+/// Written as `name` (factor 1), `name:factor`, as in `xs_rad:0.075`, or `name:factor+offset`, as in `z_m:-1+0.1`. The
+/// text after the last `:` is the factor only if it is a number, so `force: raw` is a plain name. A column named `a:1`
+/// is written `a:1:1`. Spaces around the name are ignored, here and in the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
     name: String,
     scale: f64,
+    offset: f64,
 }
 
 impl Column {
@@ -29,11 +30,23 @@ impl Column {
             let name = name.to_owned();
             return Err(ColumnError::Scale { name, scale });
         }
-        Ok(Self { name: name.to_owned(), scale })
+        Ok(Self { name: name.to_owned(), scale, offset: 0.0 })
+    }
+
+    /// The column with an offset in SI units, which is added to the scaled numbers.
+    ///
+    /// # Errors
+    /// If the offset is not finite.
+    pub fn with_offset(self, offset: f64) -> Result<Self, ColumnError> {
+        if offset.is_finite() {
+            Ok(Self { offset, ..self })
+        } else {
+            Err(ColumnError::Offset { name: self.name, offset })
+        }
     }
 
     pub(super) fn plain(name: &'static str) -> Self {
-        Self { name: name.to_owned(), scale: 1.0 }
+        Self { name: name.to_owned(), scale: 1.0, offset: 0.0 }
     }
 
     /// The name in the header, without surrounding spaces; never empty.
@@ -47,31 +60,56 @@ impl Column {
     pub fn scale(&self) -> f64 {
         self.scale
     }
+
+    /// The number in SI units that is added to the scaled numbers; finite.
+    #[must_use]
+    pub fn offset(&self) -> f64 {
+        self.offset
+    }
+
+    /// Converts a number of the file to SI units.
+    pub(super) fn convert(&self, number: f64) -> f64 {
+        number * self.scale + self.offset
+    }
 }
 
-/// Splits a text into the name before the last `:` and the number after it; `None` if that is not a number.
-fn split_scale(text: &str) -> Option<(&str, f64)> {
+/// The parts of a text before and after the sign of an offset: `-1+0.1` is `-1` and `+0.1`. The signs of the factor and
+/// of an exponent are not those of an offset.
+pub fn offset_splits(text: &str) -> impl Iterator<Item = (&str, &str)> {
+    let is_split = |(at, sign): &(usize, char)| *at > 0 && matches!(sign, '+' | '-');
+    text.char_indices().filter(is_split).map(|(at, _)| text.split_at(at))
+}
+
+/// Splits a text into the name before the last `:`, and the factor and the offset after it; `None` if these are not
+/// numbers.
+fn split_scale(text: &str) -> Option<(&str, f64, f64)> {
     let (name, tail) = text.rsplit_once(':')?;
-    let scale = tail.trim().parse().ok()?;
-    Some((name, scale))
+    let number = |text: &str| text.trim().parse::<f64>().ok();
+    if let Some(scale) = number(tail) {
+        return Some((name, scale, 0.0));
+    }
+    offset_splits(tail).find_map(|(scale, offset)| Some((name, number(scale)?, number(offset)?)))
 }
 
 impl FromStr for Column {
     type Err = ColumnError;
 
     fn from_str(text: &str) -> Result<Self, ColumnError> {
-        let (name, scale) = split_scale(text).unwrap_or((text, 1.0));
-        Self::new(name, scale)
+        let (name, scale, offset) = split_scale(text).unwrap_or((text, 1.0, 0.0));
+        Self::new(name, scale)?.with_offset(offset)
     }
 }
 
 /// The text that [`FromStr`] reads as the same column.
 impl fmt::Display for Column {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.scale == 1.0 && split_scale(&self.name).is_none() {
-            f.write_str(&self.name)
+        let Self { name, scale, offset } = self;
+        if *offset != 0.0 {
+            write!(f, "{name}:{scale}{offset:+}")
+        } else if *scale == 1.0 && split_scale(name).is_none() {
+            f.write_str(name)
         } else {
-            write!(f, "{}:{}", self.name, self.scale)
+            write!(f, "{name}:{scale}")
         }
     }
 }
@@ -104,6 +142,14 @@ pub enum ColumnError {
         /// The factor, as given.
         scale: f64,
     },
+    /// The offset is not finite.
+    #[error("column '{name}' has the offset {offset}, must be finite")]
+    Offset {
+        /// The column's name.
+        name: String,
+        /// The offset, as given.
+        offset: f64,
+    },
 }
 
 #[cfg(test)]
@@ -128,6 +174,17 @@ mod tests {
     }
 
     #[test]
+    fn an_offset_follows_the_factor() {
+        let offset = |text: &str| text.parse::<Column>().map(|column| (column.name, column.scale, column.offset));
+        assert_eq!(offset("z_m:-1+0.1"), Ok(("z_m".into(), -1.0, 0.1)));
+        assert_eq!(offset("z:1e-3-2e-1"), Ok(("z".into(), 1e-3, -0.2)));
+        assert_eq!(offset("z:1e-3"), Ok(("z".into(), 1e-3, 0.0)));
+        assert_eq!(offset("a-1+2"), Ok(("a-1+2".into(), 1.0, 0.0)));
+        assert_eq!("z:-1+0.1".parse::<Column>().expect("a column").convert(0.1), 0.0);
+        assert!(matches!("z:1+inf".parse::<Column>(), Err(ColumnError::Offset { .. })));
+    }
+
+    #[test]
     fn useless_columns_are_refused() {
         for text in ["", "  ", ":2", " :2"] {
             assert_eq!(text.parse::<Column>(), Err(ColumnError::NoName), "{text:?}");
@@ -142,9 +199,15 @@ mod tests {
 
     proptest! {
         #[test]
-        fn written_columns_read_back(name in "[a-z:1. ]{1,12}", scale in proptest::num::f64::NORMAL) {
+        fn written_columns_read_back(
+            name in "[a-z:1. +-]{1,12}",
+            scale in proptest::num::f64::NORMAL,
+            offset in proptest::num::f64::NORMAL,
+        ) {
             if let Ok(column) = Column::new(&name, scale) {
-                prop_assert_eq!(column.to_string().parse::<Column>(), Ok(column));
+                prop_assert_eq!(column.to_string().parse::<Column>(), Ok(column.clone()));
+                let shifted = column.with_offset(offset).expect("finite");
+                prop_assert_eq!(shifted.to_string().parse::<Column>(), Ok(shifted));
             }
             if let Ok(column) = Column::new(&name, 1.0) {
                 prop_assert_eq!(column.to_string().parse::<Column>(), Ok(column));

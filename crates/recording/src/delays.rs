@@ -3,7 +3,7 @@
 use std::io::Read;
 
 use super::error::{Place, Problem};
-use super::header::{find, names};
+use super::header::find;
 use super::table::Rows;
 use super::{Column, Limits, RecordingError};
 
@@ -36,10 +36,9 @@ pub fn read_delays<R: Read>(
     mut take: impl FnMut(&DelayRow),
 ) -> Result<(), RecordingError> {
     let columns = ["time_s", "forward_delay_s", "backward_delay_s"].map(Column::plain);
-    let (mut rows, (at, width)) = Rows::open(source, reader, limits.max_bytes, |header| {
-        let names = names(header.iter())?;
+    let (mut rows, (at, width)) = Rows::open(source, reader, &limits.of_table(), |names| {
         let [time, forward, backward] = &columns;
-        Ok(([find(&names, time)?, find(&names, forward)?, find(&names, backward)?], names.len()))
+        Ok(([find(names, time)?, find(names, forward)?, find(names, backward)?], names.len()))
     })?;
     let mut before = None;
     let mut count = 0;
@@ -131,7 +130,7 @@ mod tests {
     fn bytes_and_samples_are_limited() {
         let table = "time_s,forward_delay_s,backward_delay_s\n0,0,0\n1,0,0\n2,0,0\n";
         let limited = |max_bytes, max_samples| {
-            let limits = Limits { max_bytes, max_samples, max_gap_s: None };
+            let limits = Limits { max_bytes, max_samples, ..Limits::default() };
             read_delays("wifi.csv", table.as_bytes(), &limits, 1.0, |_| ()).map_err(|error| error.to_string())
         };
         assert_eq!(limited(100, 3), Ok(()));

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::io;
 
-use super::format::{Format, LAB_FORMATS};
+use super::format::Format;
 use super::{Limits, Quantity};
 
 /// The error of an unusable recording: `pop.csv line 812, column 'xs_rad': 'abc' is not a number; …`.
@@ -141,10 +141,22 @@ pub enum Problem {
     #[error(
         "is {0}, and this trocar was built without the feature {feature}; build it with `cargo install --path . --features {feature}`, \
          or export the file as {instead}",
-        feature = LAB_FORMATS,
+        feature = .0.feature(),
         instead = .0.alternative()
     )]
     Unsupported(Format),
+    /// A log of ROS 1, which another program converts.
+    #[error(
+        "is a ROS 1 bag, which trocar does not read; convert it with `mcap convert {0} {0}.mcap` (the program mcap, from \
+         github.com/foxglove/mcap), and give that file"
+    )]
+    Rosbag1(
+        /// The file.
+        Box<str>,
+    ),
+    /// A file that gzip has compressed, and whose content is not text.
+    #[error("is {0} inside gzip, where only text is read; decompress it with gunzip, and give that file")]
+    Gzipped(Format),
     /// A file that is truncated, damaged, or uses an unsupported part of its format.
     #[error("is {format} that cannot be read: {detail}; write it again, or export it as {}", .format.alternative())]
     Damaged {
@@ -154,8 +166,13 @@ pub enum Problem {
         detail: Box<str>,
     },
     /// The file has no signals.
-    #[error("is {0} without a signal: no array of numbers with at least two samples")]
-    NoSignal(Format),
+    #[error("is {format} without a signal: no array of numbers with at least two samples{left_out}")]
+    NoSignal {
+        /// The format.
+        format: Format,
+        /// The parts of the file that are no signals, with the reason; may be empty.
+        left_out: Box<str>,
+    },
     /// A requested signal is missing in a file of arrays.
     #[error(
         "no signal '{}'{}; the file has {}{}; `trocar detect FILE --list` shows all",
@@ -208,6 +225,22 @@ pub enum Problem {
         /// The signals with as many samples as the time.
         fitting: Vec<String>,
     },
+    /// A signal of another topic than the time, which is not a time of the whole log.
+    #[error("is of another topic than the time '{}', which may count from another start; give --time {shared}, which all topics share", excerpt(.time))]
+    Clocks {
+        /// The name of the time signal.
+        time: Box<str>,
+        /// The time that both share.
+        shared: Box<str>,
+    },
+    /// Signals of different clocks without a time in common.
+    #[error("the signals have no two samples in common time by '{}'; give signals that were recorded at the same time", excerpt(.time))]
+    NoCommonTime {
+        /// The name of the time signal.
+        time: Box<str>,
+        /// The time signal of the file.
+        shared: Box<str>,
+    },
     /// NaN or an empty cell.
     #[error("holds no finite number (NaN or empty); correct it or remove the sample")]
     Undefined,
@@ -249,6 +282,21 @@ pub enum Problem {
         /// The requested quantity, in a recording.
         quantity: Option<Quantity>,
     },
+    /// A requested column is missing in a table without names.
+    #[error(
+        "no column '{}'{}: the file has no line of names, so that its {count} columns are named by their numbers; \
+         give them as in --time 1 --position 2 --force 3, or add a line of names",
+        excerpt(.name),
+        asked_by(Some(*.quantity))
+    )]
+    UnnamedColumns {
+        /// The requested name.
+        name: Box<str>,
+        /// The requested quantity.
+        quantity: Quantity,
+        /// Number of columns.
+        count: usize,
+    },
     /// The text after the name of a column is not a unit of its quantity.
     #[error(
         "'{}' is not a known unit of {}; give {} or a factor into {}",
@@ -264,7 +312,7 @@ pub enum Problem {
         quantity: Quantity,
     },
     /// The header contains a requested name more than once.
-    #[error("{count} columns are named '{}'; rename all but one", excerpt(.name))]
+    #[error("{count} columns are named '{}'; rename all but one, or give the number of the column, from 1", excerpt(.name))]
     AmbiguousColumn {
         /// The requested name.
         name: Box<str>,
@@ -290,6 +338,16 @@ pub enum Problem {
     /// A requested field is empty.
     #[error("the field is empty; fill in a number or remove the row")]
     EmptyField,
+    /// A table whose columns contain only texts.
+    #[error(
+        "no column has a number: the columns are {}; is the table below other lines (--skip-lines N), or is its separator none of \
+         comma, semicolon, tab and space?",
+        listing(.names)
+    )]
+    NoNumbers {
+        /// The names of the columns.
+        names: Vec<String>,
+    },
     /// Text where a number is expected.
     #[error("'{}' is not a number; {}", .0, advice(.0))]
     NotANumber(
@@ -321,6 +379,14 @@ pub enum Problem {
         value: f64,
         /// The limit.
         limit: f64,
+    },
+    /// A time beyond the calendar, which has another unit than the stated one.
+    #[error(
+        "{time_s:e} s is no time of the calendar; give its unit after a colon, as in --time timestamp:ns, :us or :ms"
+    )]
+    TimeBeyondCalendar {
+        /// The time in s.
+        time_s: f64,
     },
     /// The time of a sample is before the previous time.
     #[error(
@@ -367,6 +433,14 @@ pub enum Problem {
 impl Format {
     pub(super) fn damaged(self, detail: impl fmt::Display) -> Problem {
         Problem::Damaged { format: self, detail: line(&detail.to_string()).into() }
+    }
+}
+
+impl Problem {
+    /// The problem of a file without a signal, with the parts that are left out.
+    pub(super) fn no_signal(format: Format, left_out: &[String]) -> Self {
+        let left_out = if left_out.is_empty() { String::new() } else { format!(" ({})", listing(left_out)) };
+        Self::NoSignal { format, left_out: left_out.into() }
     }
 }
 

@@ -1,8 +1,10 @@
 //! Opens recordings, delay traces and labels on disk.
 
 use std::fs::{File, FileType, Metadata};
-use std::io::Read;
+use std::io::{BufRead, BufReader, Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
+
+use flate2::read::MultiGzDecoder;
 
 use super::containers::{self, Container};
 use super::error::{Place, Problem};
@@ -33,11 +35,11 @@ pub fn open_recording(path: &Path, columns: &Columns, limits: &Limits) -> Result
 /// Lists the signals of a file of any [`Format`], without columns and arrays that contain no number.
 ///
 /// # Errors
-/// As [`open_recording`] for an unreadable file.
+/// As [`open_recording`] for an unreadable file, and for a file without a signal.
 pub fn list_signals(path: &Path, limits: &Limits) -> Result<Vec<Signal>, RecordingError> {
     match opened(path, limits)? {
         (name, Opened::Text(file)) => scan_csv(&name, file, limits),
-        (_, Opened::Arrays(mut container)) => Ok(containers::scan(container.as_mut())),
+        (name, Opened::Arrays(mut container)) => containers::scan(&name, container.as_mut()),
     }
 }
 
@@ -55,7 +57,7 @@ pub fn signal_names(path: &Path, limits: &Limits) -> Result<Vec<String>, Recordi
 }
 
 enum Opened {
-    Text(File),
+    Text(Box<dyn Read>),
     Arrays(Box<dyn Container>),
 }
 
@@ -63,12 +65,39 @@ enum Opened {
 fn opened(path: &Path, limits: &Limits) -> Result<(String, Opened), RecordingError> {
     let (name, mut file) = open(path, limits)?;
     let refuse = |problem| Place::file(&name).error(problem);
-    let format = Format::of(path, &mut file).map_err(|error| refuse(Problem::Unreadable(error)))?;
-    if format == Format::Csv {
-        return Ok((name, Opened::Text(file)));
+    let unreadable = |error| refuse(Problem::Unreadable(error));
+    let mut format = Format::of(path, &mut file).map_err(unreadable)?;
+    let mut text: Box<dyn Read> = match gunzipped(&mut file).map_err(unreadable)? {
+        None if format == Format::Rosbag1 => return Err(refuse(Problem::Rosbag1(name.as_str().into()))),
+        None if !matches!(format, Format::Csv | Format::JsonLines) => {
+            let container = containers::open(format, file, limits).map_err(refuse)?;
+            return Ok((name, Opened::Arrays(container)));
+        }
+        None => Box::new(file),
+        Some(mut inside) => {
+            let beginning = inside.fill_buf().map_err(unreadable)?.to_vec();
+            format = Format::of(Path::new(""), &mut Cursor::new(beginning)).map_err(unreadable)?;
+            Box::new(inside)
+        }
+    };
+    let opened = match format {
+        Format::Csv => Opened::Text(text),
+        Format::JsonLines => Opened::Arrays(Box::new(containers::JsonLines::open(&name, &mut text, limits)?)),
+        other => return Err(refuse(Problem::Gzipped(other))),
+    };
+    Ok((name, opened))
+}
+
+/// Returns the decompressed content of a file that gzip has compressed; `None` for other files, which are then read from
+/// their beginning.
+fn gunzipped(file: &mut File) -> std::io::Result<Option<impl BufRead + use<>>> {
+    let mut mark = vec![];
+    file.by_ref().take(2).read_to_end(&mut mark)?;
+    file.seek(SeekFrom::Start(0))?;
+    if mark != b"\x1f\x8b" {
+        return Ok(None);
     }
-    let container = containers::open(format, file, limits).map_err(refuse)?;
-    Ok((name, Opened::Arrays(container)))
+    Ok(Some(BufReader::new(MultiGzDecoder::new(file.try_clone()?))))
 }
 
 /// Reads a delay trace from a file; see [`read_delays`].

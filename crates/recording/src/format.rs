@@ -7,7 +7,11 @@ use std::path::Path;
 use super::utf16;
 
 /// The feature that adds the formats of large libraries.
-pub(super) const LAB_FORMATS: &str = "lab-formats";
+const LAB_FORMATS: &str = "lab-formats";
+
+/// The features that add formats whose libraries take long to build.
+const ARROW_FORMATS: &str = "arrow-formats";
+const ROS_FORMATS: &str = "ros-formats";
 
 /// Declares the formats: variant, description, suffixes in lower case, and the alternative format to export.
 macro_rules! formats {
@@ -42,8 +46,14 @@ macro_rules! formats {
 }
 
 formats! {
-    /// Text with one sample per line, including LabVIEW's measurement files.
-    Csv: "a table in text", ["csv", "tsv", "lvm"], "CSV";
+    /// Text with one sample per line, including LabVIEW's measurement files, also compressed by gzip.
+    Csv: "a table in text", ["csv", "tsv", "lvm", "gz"], "CSV";
+    /// Text with a JSON object per line, also compressed by gzip.
+    JsonLines: "a file of JSON lines", ["jsonl", "ndjson"], "CSV";
+    /// An array of NumPy.
+    Npy: "an array of NumPy", ["npy"], "CSV";
+    /// Arrays of NumPy in an archive.
+    Npz: "an archive of NumPy", ["npz"], "CSV";
     /// MATLAB, up to version 7.
     Mat: "a MATLAB file", ["mat"], "CSV";
     /// HDF5, including MATLAB 7.3.
@@ -54,11 +64,26 @@ formats! {
     Mcap: "an MCAP log", ["mcap"], "CSV";
     /// LabVIEW's binary measurement files.
     Tdms: "a TDMS file", ["tdms"], "CSV";
+    /// Apache Arrow in a file, which is also Feather, version 2.
+    Arrow: "an Arrow or Feather file", ["arrow", "feather"], "Parquet or CSV";
+    /// Logs of ROS 2 in SQLite.
+    Rosbag2: "a ROS 2 bag in SQLite (.db3)", ["db3"], "MCAP (ros2 bag convert)";
+    /// Logs of ROS 1.
+    Rosbag1: "a ROS 1 bag (.bag)", ["bag"], "MCAP";
     /// Excel and OpenDocument spreadsheets.
     Excel: "a spreadsheet", ["xlsx", "xlsm", "xlsb", "xls", "ods"], "CSV";
 }
 
 impl Format {
+    /// The feature that adds the format.
+    pub(super) fn feature(self) -> &'static str {
+        match self {
+            Self::Arrow => ARROW_FORMATS,
+            Self::Rosbag2 => ROS_FORMATS,
+            _ => LAB_FORMATS,
+        }
+    }
+
     /// Determines the format of a file by its first bytes. Unknown files count as text. A MATLAB file of version 4 has
     /// no signature, and is recognised by its suffix.
     pub(super) fn of(path: &Path, file: &mut (impl Read + Seek)) -> io::Result<Self> {
@@ -74,9 +99,27 @@ impl Format {
             () if at(0, b"PAR1") => Self::Parquet,
             () if at(0, b"\x89MCAP0\r\n") => Self::Mcap,
             () if at(0, b"TDSm") => Self::Tdms,
+            () if at(0, b"\x93NUMPY") => Self::Npy,
+            () if is_npz(&head) => Self::Npz,
+            () if at(0, b"ARROW1") => Self::Arrow,
+            () if at(0, b"SQLite format 3\0") => Self::Rosbag2,
+            () if at(0, b"#ROSBAG V") => Self::Rosbag1,
             () if at(0, b"PK\x03\x04") || at(0, b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1") => Self::Excel,
             () if is_mat && head.contains(&0) && !utf16::is_marked(&head) => Self::Mat,
-            () => Self::Csv,
+            () => Self::of_text(&head),
         })
     }
+
+    /// The format of a text with this beginning.
+    pub(super) fn of_text(head: &[u8]) -> Self {
+        let content = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start();
+        if content.starts_with(b"{") { Self::JsonLines } else { Self::Csv }
+    }
+}
+
+/// Returns true for a ZIP archive whose first file is an array of NumPy. The name of the first file is at byte 30, its
+/// length at byte 26.
+fn is_npz(head: &[u8]) -> bool {
+    let name = |length: &[u8]| head.get(30..)?.get(..usize::from(u16::from_le_bytes(*length.first_chunk()?)));
+    head.starts_with(b"PK\x03\x04") && head.get(26..).and_then(name).is_some_and(|name| name.ends_with(b".npy"))
 }

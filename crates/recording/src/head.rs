@@ -1,15 +1,17 @@
-//! The beginning of a text table: comments, LabVIEW's header, the names of the columns, and the separator.
+//! The beginning of a text table: comments, a preamble, LabVIEW's header, the names of the columns, and the separator.
 //!
-//! The names are the first line that is neither blank nor a comment, which begins with `#` or `%`. If that line
-//! contains only numbers, the names are the last comment, provided that it has as many fields. The separator is the
-//! most frequent of `,`, `;` and tab in the names. Without any of them it is `|`, or spaces if the line below the names
-//! has as many numbers.
+//! The names are the first line that is neither blank nor a comment, which begins with `#` or `%`, unless
+//! [`block::table`] finds them below a preamble. If that line contains only numbers, the names are the last comment,
+//! provided that it has as many fields; without such a comment the columns are numbered. The separator is the most
+//! frequent of `,`, `;` and tab in the names. Without any of them it is `|`, or spaces if the line below the names has
+//! as many numbers.
 
 use std::io::{self, BufRead};
 
+use super::block::{self, Table};
 use super::header::separator;
 use super::labview::{self, Clock};
-use super::signals::is_known_unit;
+use super::units;
 
 #[derive(Debug, Default)]
 pub(super) struct Head {
@@ -19,6 +21,8 @@ pub(super) struct Head {
     pub(super) separator: u8,
     /// True if runs of spaces separate the fields; each is read as one separator.
     pub(super) in_spaces: bool,
+    /// True if the names are in a comment.
+    pub(super) has_comment_names: bool,
     /// True if a line that begins with `%` is a comment.
     pub(super) has_percent: bool,
     /// The units of the columns; empty if unknown.
@@ -28,18 +32,45 @@ pub(super) struct Head {
     pub(super) is_labview: bool,
     /// True if no names follow a LabVIEW header.
     pub(super) is_incomplete: bool,
+    /// Number of columns of a table without names; its text begins with the first row.
+    pub(super) unnamed: Option<usize>,
 }
 
-pub(super) fn head(text: &mut impl BufRead) -> io::Result<Head> {
+/// Reads the beginning of a text after its first `skip_lines` lines.
+pub(super) fn head(text: &mut impl BufRead, skip_lines: u64) -> io::Result<Head> {
+    let mut skipped = vec![];
+    for _ in 0..skip_lines {
+        skipped.clear();
+        text.read_until(b'\n', &mut skipped)?;
+    }
+    let beginning = block::beginning(text)?;
+    let mut rest = &beginning[..];
+    let table = block::table(&beginning);
+    let mut head = with_names(&mut rest, table.as_ref())?;
+    head.lines_before += skip_lines;
+    head.text.extend_from_slice(rest);
+    match table {
+        Some(table) if !head.has_comment_names && !head.is_labview && !head.is_incomplete => Ok(Head {
+            text: beginning[table.from..].to_vec(),
+            lines_before: skip_lines + table.lines_before as u64,
+            separator: table.separator.unwrap_or(b'\t'),
+            in_spaces: table.separator.is_none(),
+            has_percent: head.has_percent,
+            unnamed: table.unnamed,
+            ..Head::default()
+        }),
+        _ => Ok(head),
+    }
+}
+
+/// Reads the names that are on the first line or in a comment, and LabVIEW's header.
+fn with_names(text: &mut impl BufRead, table: Option<&Table>) -> io::Result<Head> {
     let mut line = Vec::new();
     let mut lines_before = 0;
     let mut comments: Vec<Vec<u8>> = vec![];
     loop {
         line.clear();
         let ended = text.read_until(b'\n', &mut line)? == 0;
-        if lines_before == 0 && line.starts_with(b"\xef\xbb\xbf") {
-            line.drain(..3);
-        }
         let content = line.trim_ascii();
         let is_comment = content.starts_with(b"#") || content.starts_with(b"%");
         if ended || !(content.is_empty() || is_comment) {
@@ -58,8 +89,10 @@ pub(super) fn head(text: &mut impl BufRead) -> io::Result<Head> {
         return from_labview(text, lines_before);
     }
     let has_percent = comments.iter().any(|comment| comment.starts_with(b"%"));
-    if let Some(head) = from_comments(&line, &comments, lines_before) {
-        return Ok(Head { has_percent, ..head });
+    // A line of numbers that a preamble precedes is not the first one.
+    let is_first = table.is_none_or(|table| table.lines_before as u64 == lines_before);
+    if is_first && let Some(head) = from_comments(&line, &comments, lines_before) {
+        return Ok(Head { has_percent, has_comment_names: true, ..head });
     }
     let mut head = Head { separator: separator(&line), lines_before, has_percent, ..Head::default() };
     let has_separator = line.iter().any(|byte| b",;\t".contains(byte));
@@ -111,7 +144,7 @@ fn from_comments(line: &[u8], comments: &[Vec<u8>], lines_before: u64) -> Option
         })?;
     let mut names = split(last, separator, values.len())?;
     let mut units = vec![];
-    let has_units = names.iter().any(|name| is_known_unit(name));
+    let has_units = names.iter().any(|name| units::is_known(name));
     if has_units
         && let [above, _] = comments
         && let Some(above) = split(above, separator, values.len())

@@ -22,7 +22,8 @@ pub(super) fn separator(header: &[u8]) -> u8 {
 /// The indices of the requested columns, from 0, and the total number of columns.
 #[derive(Debug)]
 pub(super) struct Layout {
-    pub(super) time: usize,
+    /// `None` if the times follow from a rate.
+    pub(super) time: Option<usize>,
     pub(super) position: usize,
     pub(super) velocity: Option<usize>,
     pub(super) force: usize,
@@ -30,11 +31,11 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    pub(super) fn locate<'a>(fields: impl Iterator<Item = &'a [u8]>, columns: &Columns) -> Result<Self, Problem> {
-        let names = names(fields)?;
-        let find = |column, quantity| find(&names, column).map_err(|problem| of_quantity(problem, quantity));
+    /// Finds the columns by their names. The time is not needed if `has_rate`.
+    pub(super) fn locate(names: &[String], columns: &Columns, has_rate: bool) -> Result<Self, Problem> {
+        let find = |column, quantity| find(names, column).map_err(|problem| of_quantity(problem, quantity));
         Ok(Self {
-            time: find(&columns.time, Quantity::Time)?,
+            time: if has_rate { None } else { Some(find(&columns.time, Quantity::Time)?) },
             position: find(&columns.position, Quantity::Position)?,
             velocity: columns.velocity.as_ref().map(|column| find(column, Quantity::Velocity)).transpose()?,
             force: find(&columns.force, Quantity::Force)?,
@@ -55,15 +56,25 @@ fn of_quantity(problem: Problem, quantity: Quantity) -> Problem {
 }
 
 pub(super) fn names<'a>(fields: impl Iterator<Item = &'a [u8]>) -> Result<Vec<String>, Problem> {
-    let name = |field: &[u8]| match str::from_utf8(field) {
-        Ok(name) => trimmed(name).to_owned(),
-        // Latin-1: its bytes are the first code points of Unicode.
-        Err(_) => trimmed(&field.iter().copied().map(char::from).collect::<String>()).to_owned(),
-    };
-    let names: Vec<String> = fields.map(name).collect();
+    let names: Vec<String> = fields.map(text).collect();
     if names.iter().all(|name| name.parse::<f64>().is_ok()) { Err(Problem::NoHeader) } else { Ok(names) }
 }
 
+/// The text of a field, without surrounding spaces and quotes.
+pub(super) fn text(field: &[u8]) -> String {
+    match str::from_utf8(field) {
+        Ok(text) => trimmed(text).to_owned(),
+        // Latin-1: its bytes are the first code points of Unicode.
+        Err(_) => trimmed(&field.iter().copied().map(char::from).collect::<String>()).to_owned(),
+    }
+}
+
+/// The names of the columns of a table without names: their numbers.
+pub(super) fn numbered(width: usize) -> Vec<String> {
+    (1..=width).map(|number| number.to_string()).collect()
+}
+
+/// Finds a column by its name, or by its number if no name equals it.
 pub(super) fn find(names: &[String], column: &Column) -> Result<usize, Problem> {
     let wanted = column.name();
     // A name from a line that begins with % can be given with the %.
@@ -73,12 +84,15 @@ pub(super) fn find(names: &[String], column: &Column) -> Result<usize, Problem> 
     match (found.next(), found.count()) {
         (Some(index), 0) => Ok(index),
         (Some(_), others) => Err(Problem::AmbiguousColumn { name: wanted.into(), count: 1 + others }),
-        (None, _) => Err(Problem::MissingColumn {
-            name: wanted.into(),
-            available: names.to_vec(),
-            nearest: nearest(names, wanted),
-            quantity: None,
-        }),
+        (None, _) => match wanted.parse::<usize>() {
+            Ok(number) if (1..=names.len()).contains(&number) => Ok(number - 1),
+            _ => Err(Problem::MissingColumn {
+                name: wanted.into(),
+                available: names.to_vec(),
+                nearest: nearest(names, wanted),
+                quantity: None,
+            }),
+        },
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::io::Read;
 
-use super::header::{find, names};
+use super::header::find;
 use super::table::Rows;
 use super::{Column, Limits, RecordingError};
 
@@ -32,13 +32,12 @@ pub fn read_labels<R: Read>(
     needs_file: bool,
 ) -> Result<Vec<LabelRow>, RecordingError> {
     let columns = ["file", "time_s", "kind"].map(Column::plain);
-    let (mut rows, (file, time, kind, width)) = Rows::open(source, reader, limits.max_bytes, |header| {
-        let names = names(header.iter())?;
+    let (mut rows, (file, time, kind, width)) = Rows::open(source, reader, &limits.of_table(), |names| {
         let optional = |column: &Column| {
-            if names.iter().any(|name| name == column.name()) { find(&names, column).map(Some) } else { Ok(None) }
+            if names.iter().any(|name| name == column.name()) { find(names, column).map(Some) } else { Ok(None) }
         };
-        let file = if needs_file { Some(find(&names, &columns[0])?) } else { optional(&columns[0])? };
-        Ok((file, find(&names, &columns[1])?, optional(&columns[2])?, names.len()))
+        let file = if needs_file { Some(find(names, &columns[0])?) } else { optional(&columns[0])? };
+        Ok((file, find(names, &columns[1])?, optional(&columns[2])?, names.len()))
     })?;
     let mut labels = vec![];
     while rows.next()? {

@@ -29,6 +29,7 @@
 //! ```
 
 mod arrays;
+mod block;
 mod column;
 mod containers;
 mod delays;
@@ -52,11 +53,13 @@ mod samples;
 mod settings;
 mod signals;
 mod spaces;
+mod stamp;
 mod table;
+mod units;
 mod utf16;
 
 pub use arrays::{ArrayError, first_where};
-pub use column::{Column, ColumnError, Columns};
+pub use column::{Column, ColumnError, Columns, offset_splits};
 pub use delays::{DelayRow, read_delays};
 pub use error::{Place, Problem, RecordingError, Row};
 pub use file::{list_signals, open_delays, open_labels, open_recording, read_file, signal_names};
@@ -69,9 +72,11 @@ pub use memory::{MEMORY, keep, kept};
 pub use quantity::Quantity;
 pub use read::{read_csv, scan_csv};
 pub use resample::{ResampleError, Resampled};
-pub use samples::Recording;
-pub use settings::{ColumnSettings, FileSettings, ScaleSettings, SignSettings};
+pub use samples::{Joined, Recording};
+pub use settings::{ColumnSettings, FileSettings, OffsetSettings, ScaleSettings, SignSettings};
 pub use signals::{Roles, Signal, signals_by_name};
+pub use stamp::CALENDAR_S;
+pub use units::IgnoredUnit;
 
 #[cfg(test)]
 mod fixtures;

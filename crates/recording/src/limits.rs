@@ -1,4 +1,4 @@
-//! Limits on the size of a file and on its gaps.
+//! Limits on the size of a file and on its gaps, and the parts of a file that are not its signals.
 
 trocar_core::settings! {
     /// Limits on reading. Memory stays below about `32 * max_samples` bytes plus the longest row.
@@ -16,6 +16,10 @@ trocar_core::settings! {
         ///
         /// The default is 83 minutes at 1 kHz.
         max_samples: usize [2..] = 5_000_000,
+        /// Number of lines before the table in a text; a preamble is also found without it.
+        skip_lines: u64 [0..] = 0,
+        /// Samples per second of a file without a time; its column of time is then not read.
+        rate_hz: Option<f64> [POSITIVE],
     }
 }
 
@@ -26,6 +30,11 @@ impl Limits {
     /// Largest plausible position (m), velocity (m/s) and force (N) of a needle. Larger numbers overflow when squared,
     /// and indicate a missing scale.
     pub const MAX_MAGNITUDE: f64 = 1e6;
+
+    /// The limits of a table of labels or delays, beside a recording.
+    pub(super) fn of_table(&self) -> Self {
+        Self { skip_lines: 0, rate_hz: None, ..self.clone() }
+    }
 
     /// Maximum number of bytes in a line. A file without line ends is not a table.
     pub const MAX_LINE_BYTES: u64 = 1 << 20;

@@ -1,7 +1,7 @@
 //! Reads samples from a growing table, line by line.
 
 use super::error::{Place, Problem};
-use super::header::{Layout, separator};
+use super::header::{Layout, names, separator};
 use super::number::number;
 use super::{Columns, Limits, RecordingError};
 
@@ -148,13 +148,14 @@ impl LiveTable {
         }
         let read = |index: usize, column: &super::Column, limit: f64| {
             let value = number(field(index), column.scale()).and_then(|value| {
+                let value = value + column.offset();
                 if value.abs() <= limit { Ok(value) } else { Err(Problem::TooGreat { value, limit }) }
             });
             value.map_err(|problem| self.place().in_column(column.name()).error(problem))
         };
         let velocity = layout.velocity.zip(self.columns.velocity.as_ref());
         Ok(LiveLine::Sample(LiveSample {
-            time_s: read(layout.time, &self.columns.time, f64::INFINITY)?,
+            time_s: layout.time.map_or(Ok(0.0), |index| read(index, &self.columns.time, f64::INFINITY))?,
             position_m: read(layout.position, &self.columns.position, Limits::MAX_MAGNITUDE)?,
             velocity_m_per_s: velocity.map_or(Ok(0.0), |(index, column)| read(index, column, Limits::MAX_MAGNITUDE))?,
             force_n: read(layout.force, &self.columns.force, Limits::MAX_MAGNITUDE)?,
@@ -165,7 +166,8 @@ impl LiveTable {
         let separator = separator(line);
         let mut fields = vec![];
         split(line, separator, &mut fields);
-        let layout = Layout::locate(fields.iter().map(|&(from, to)| &line[from..to]), &self.columns);
+        let names = names(fields.iter().map(|&(from, to)| &line[from..to]));
+        let layout = names.and_then(|names| Layout::locate(&names, &self.columns, false));
         layout.map(|layout| (separator, layout)).map_err(|problem| self.place().error(problem))
     }
 

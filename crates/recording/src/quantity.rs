@@ -42,9 +42,9 @@ impl Quantity {
     pub const fn units(self) -> &'static str {
         match self {
             Self::Time => "s, ms, us, ns or min",
-            Self::Position => "m, cm, mm or um",
+            Self::Position => "m, cm, mm, um or nm",
             Self::Velocity => "m/s, cm/s, mm/s or um/s",
-            Self::Force => "N, kN, cN, mN, gf or kgf",
+            Self::Force => "N, kN, cN, mN, uN, gf or kgf",
         }
     }
 

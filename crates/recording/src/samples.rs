@@ -1,5 +1,7 @@
 //! The samples of a recording, in SI units.
 
+use super::IgnoredUnit;
+use super::stamp::written;
 use trocar_base::quantiles::{AT_ONCE, order_statistic};
 
 /// Samples of an insertion, in time order.
@@ -14,6 +16,26 @@ pub struct Recording {
     force_n: Vec<f64>,
     /// The minimum, median and maximum time between two samples, in s.
     interval_s: [f64; 3],
+    /// The signals that were interpolated.
+    joined: Vec<Joined>,
+    ignored_units: Vec<IgnoredUnit>,
+    /// The time from which the times count, in s since 1970; 0 if they are not of the calendar.
+    origin_s: f64,
+}
+
+/// A signal that was interpolated at the times of another one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joined {
+    /// The name of the signal.
+    pub signal: String,
+    /// The name of the signal whose times the recording has.
+    pub to: String,
+    /// The median time between two samples of the signal, in s.
+    pub median_interval_s: f64,
+    /// The longest time between two samples of the signal, in s.
+    pub longest_interval_s: f64,
+    /// The time that the signals do not have in common, in s.
+    pub cut_s: f64,
 }
 
 impl Recording {
@@ -36,7 +58,64 @@ impl Recording {
         force_n: Vec<f64>,
         interval_s: [f64; 3],
     ) -> Self {
-        Self { time_s, position_m, velocity_m_per_s, force_n, interval_s }
+        Self {
+            time_s,
+            position_m,
+            velocity_m_per_s,
+            force_n,
+            interval_s,
+            joined: vec![],
+            ignored_units: vec![],
+            origin_s: 0.0,
+        }
+    }
+
+    /// The recording with reports about interpolated signals.
+    pub(super) fn with_joined(self, joined: Vec<Joined>) -> Self {
+        Self { joined, ..self }
+    }
+
+    /// The recording with the units that its columns state and the factors ignore.
+    pub(super) fn with_ignored_units(self, ignored_units: Vec<IgnoredUnit>) -> Self {
+        Self { ignored_units, ..self }
+    }
+
+    /// The units that the file states and the factors of the columns ignore.
+    #[must_use]
+    pub fn ignored_units(&self) -> &[IgnoredUnit] {
+        &self.ignored_units
+    }
+
+    /// The signals that were interpolated, because their clock is not that of the recording.
+    #[must_use]
+    pub fn joined(&self) -> &[Joined] {
+        &self.joined
+    }
+
+    /// The recording with the time of the calendar from which its times count, in s since 1970.
+    pub(super) fn since(self, origin_s: f64) -> Self {
+        Self { origin_s, ..self }
+    }
+
+    /// The time of the calendar from which the times count, in s since 1970; 0 if the times are not of the calendar.
+    #[must_use]
+    pub fn origin_s(&self) -> f64 {
+        self.origin_s
+    }
+
+    /// The date or the time of the day from which the times count; `None` if they are not of the calendar.
+    #[must_use]
+    pub fn origin_text(&self) -> Option<String> {
+        if self.origin_s == 0.0 { None } else { written(self.origin_s) }
+    }
+
+    /// Subtracts the first position from all positions, if `is_on`.
+    #[must_use]
+    pub fn zeroed(mut self, is_on: bool) -> Self {
+        if is_on && let Some(&first_m) = self.position_m.first() {
+            self.position_m.iter_mut().for_each(|position_m| *position_m -= first_m);
+        }
+        self
     }
 
     /// The columns: time, position, velocity, force.

@@ -1,4 +1,4 @@
-//! Scenario settings of a recording: its file and labels, its signs, and the names and scales of its columns.
+//! Scenario settings of a recording: its file and labels, its signs, and the names, scales and offsets of its columns.
 //!
 //! [`Limits`](super::Limits) are the limits on reading.
 
@@ -6,12 +6,14 @@ trocar_core::settings! {
     /// The recording and the times of its ruptures.
     #[derive(Debug, Clone, PartialEq)]
     pub struct FileSettings in "recording." no const {
-        /// A file (CSV, .mat, Parquet, TDMS; see `trocar detect FILE --list`), or builtin:in_vivo_like.csv, builtin:own_ctrl_pop.csv.
+        /// A file (CSV, .mat, NumPy, Parquet, MCAP, TDMS; see `trocar detect FILE --list`), or builtin:in_vivo_like.csv, builtin:own_ctrl_pop.csv.
         file: Option<String> [FILE],
         /// Times of the ruptures, counted from the recording's first sample.
         ruptures_s: Vec<f64> = [],
         /// Duration of the beginning, with the needle free, whose mean force is subtracted from all forces; 0 subtracts nothing.
         tare_s: f64 [NON_NEGATIVE] = 0.0,
+        /// True if the first position is subtracted from all positions.
+        zero_at_start: bool = false,
     }
 }
 
@@ -55,5 +57,20 @@ trocar_core::settings! {
         velocity_m_per_s: f64 [POSITIVE] = 1.0,
         /// To newtons.
         force_n: f64 [POSITIVE] = 1.0,
+    }
+}
+
+trocar_core::settings! {
+    /// The offsets that are added to the scaled columns, in SI units.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct OffsetSettings in "recording.offset." {
+        /// To the times.
+        time_s: f64 [ANY] = 0.0,
+        /// To the positions, such as 0.1 with `position_sign = -1` for an axis that counts down from 0.1 m.
+        position_m: f64 [ANY] = 0.0,
+        /// To the velocities.
+        velocity_m_per_s: f64 [ANY] = 0.0,
+        /// To the forces.
+        force_n: f64 [ANY] = 0.0,
     }
 }

@@ -1,6 +1,6 @@
 //! The signals of a file, and their possible roles: time, position, velocity and force.
 
-use super::{Column, Quantity};
+use super::{Column, Quantity, units};
 
 /// A signal of a file.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,6 +33,7 @@ pub(super) struct Statistics {
     range: Option<(f64, f64)>,
     ends: Option<(f64, f64)>,
     falls: bool,
+    repeats: bool,
 }
 
 impl Statistics {
@@ -45,7 +46,8 @@ impl Statistics {
         let (low, high) = self.range.unwrap_or((value, value));
         self.range = Some((low.min(value), high.max(value)));
         let (first, last) = self.ends.unwrap_or((value, f64::NEG_INFINITY));
-        self.falls |= value <= last;
+        self.falls |= value < last;
+        self.repeats |= value == last;
         self.ends = Some((first, value));
     }
 
@@ -62,20 +64,21 @@ impl Signal {
         shape: Vec<usize>,
         statistics: Statistics,
     ) -> Self {
-        let unit = unit.or_else(|| unit_of(&name)).or_else(|| label.as_deref().and_then(unit_in_text));
-        let Statistics { samples, undefined, range, ends, falls } = statistics;
-        let increases = !falls && undefined == 0 && samples > 1;
-        let increase = ends.filter(|_| increases).map(|(first, last)| last - first);
-        let role = role(&name, label.as_deref(), unit.as_deref(), increase.is_some());
+        let unit = unit.or_else(|| units::of_name(&name)).or_else(|| label.as_deref().and_then(units::in_text));
+        let Statistics { samples, undefined, range, ends, falls, repeats } = statistics;
+        let never_falls = !falls && undefined == 0 && samples > 1;
+        let increase = ends.filter(|_| never_falls && !repeats).map(|(first, last)| last - first);
+        let rises = ends.is_some_and(|(first, last)| last > first);
+        let role = role(&name, label.as_deref(), unit.as_deref(), never_falls && rises);
         Self { name, label, unit, shape, samples, range, undefined, increase, role }
     }
 
     /// The signal as a column, with its unit if that is a unit of its quantity.
     #[must_use]
     pub fn column(&self) -> String {
-        let unit = self.unit.as_deref().filter(|unit| self.role.is_some_and(|role| is_unit(unit, role)));
+        let unit = self.unit.as_deref().filter(|unit| self.role.is_some() && units::quantity(unit) == self.role);
         match unit {
-            Some(unit) => format!("{}:{unit}", self.name),
+            Some(unit) => format!("{}:{}", self.name, units::accepted(unit)),
             // The text after the last colon must not be read as a factor.
             None => Column::new(&self.name, 1.0).map_or_else(|_| self.name.clone(), |column| column.to_string()),
         }
@@ -85,91 +88,95 @@ impl Signal {
 /// Other words for a quantity, in lower case, separated by spaces.
 fn words(quantity: Quantity) -> &'static str {
     match quantity {
-        Quantity::Time => "t times timestamp seconds sec zeit temps tiempo tempo",
-        Quantity::Position => "x z xs pos positions depth displacement disp distance stroke insertion travel weg tiefe",
-        Quantity::Velocity => "v vs vel velocities speed geschwindigkeit vitesse",
-        Quantity::Force => "f fz forces load kraft effort fuerza forza",
+        Quantity::Time => {
+            "t times timestamp timestamps stamp elapsed datetime seconds sec zeit prüfzeit temps tiempo tempo"
+        }
+        Quantity::Position => {
+            "x z xs pos positions depth displacement disp distance stroke insertion travel extension crosshead weg \
+             standardweg traversenweg tiefe"
+        }
+        Quantity::Velocity => "v vs vel velocities speed twist geschwindigkeit vitesse",
+        Quantity::Force => "f fx fy fz forces load kraft standardkraft prüfkraft effort fuerza forza",
     }
 }
 
-/// Returns true if a text is a unit of a quantity, one of [`Quantity::units`].
-fn is_unit(text: &str, quantity: Quantity) -> bool {
-    quantity.units().split([',', ' ']).any(|unit| unit != "or" && !unit.is_empty() && unit == text)
-}
+/// Words of other quantities, in lower case. A signal with one of them has no role, even with an axis in its name.
+const OTHER_WORDS: &str = "torque torques moment moments drehmoment tau mx my mz angle angles angular rotation orientation \
+    quaternion roll pitch yaw accel acceleration covariance temperature temperatur current voltage pressure stress strain \
+    stiffness energy power index seq frame_id";
 
-/// Returns true if a text is a unit as files write it below or beside the name of a column: `mm`, `[N]`, `(s)`.
-pub(super) fn is_known_unit(text: &str) -> bool {
-    let text = text.trim().trim_matches(['[', ']', '(', ')']);
-    Quantity::ALL.into_iter().any(|quantity| is_unit(text, quantity))
-        || ["rad", "deg", "Nm", "V", "mV", "A"].contains(&text)
-}
+/// Words that name only an axis or a value, so that the rest of the path names the quantity.
+const AXES: &str = "x y z data value values";
 
-/// The unit in brackets in a text: "Lever positions (rad), master".
-fn unit_in_text(text: &str) -> Option<String> {
-    let inside = text.split(['(', '[']).skip(1).filter_map(|rest| rest.split([')', ']', ' ', ',']).next());
-    inside.map(str::to_owned).find(|unit| is_known_unit(unit))
-}
-
-/// The unit in a name: `x (mm)`, `x [mm]`, `x_mm`, `v_mm_per_s`.
-fn unit_of(name: &str) -> Option<String> {
-    for (open, close) in [('(', ')'), ('[', ']')] {
-        let inside = name.trim_end().strip_suffix(close).and_then(|rest| rest.rsplit_once(open));
-        if let Some((_, unit)) = inside.filter(|(_, unit)| unit.chars().next().is_some_and(char::is_alphabetic)) {
-            return Some(unit.trim().to_owned());
+/// The words of a text, in lower case: `NeedleForce_2` has the words needle and force.
+fn words_of(text: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let mut before_is_small = false;
+    for character in text.chars() {
+        if !character.is_alphabetic() || before_is_small && character.is_uppercase() {
+            words.push(String::new());
+        }
+        before_is_small = character.is_lowercase();
+        if character.is_alphabetic()
+            && let Some(word) = words.last_mut()
+        {
+            word.extend(character.to_lowercase());
         }
     }
-    // A rate such as rad_s is not in seconds.
-    let (base, per) = match name.strip_suffix("_per_s").or_else(|| name.strip_suffix("_s")) {
-        Some(rest) => (rest, true),
-        None => (name, false),
-    };
-    let last = |text: &str| text.rsplit_once('_').map(|(_, last)| last.to_owned());
-    let lengths = ["m", "cm", "mm", "um"];
-    if per {
-        return match last(base) {
-            Some(unit) if lengths.contains(&unit.as_str()) => Some(format!("{unit}/s")),
-            Some(unit) if ["rad", "deg"].contains(&unit.as_str()) => Some(format!("{unit}/s")),
-            _ => Some("s".into()),
-        };
-    }
-    let unit = last(base)?;
-    let forces = ["N", "kN", "cN", "mN", "gf", "kgf"];
-    let known = ["ms", "us", "ns", "min"].iter().chain(&lengths).chain(&forces).find(|known| **known == unit);
-    match (known, unit.as_str()) {
-        (Some(known), _) => Some((*known).to_owned()),
-        (None, "n") => Some("N".into()),
-        (None, "rad" | "deg" | "Nm" | "V") => Some(unit),
-        _ => None,
-    }
+    words.retain(|word| !word.is_empty());
+    words
 }
 
-/// The quantity indicated by the words of a name or label and by the unit. Only a strictly increasing signal can be a
-/// time.
-fn role(name: &str, label: Option<&str>, unit: Option<&str>, increases: bool) -> Option<Quantity> {
-    let of_unit = unit.and_then(|unit| Quantity::ALL.into_iter().find(|quantity| is_unit(unit, *quantity)));
-    let own = name.rsplit(['.', '/', '!']).next().unwrap_or(name);
-    let of_text = |text: &str| {
-        let text = text.to_lowercase();
-        if text == "x_value" || text.starts_with("time(") {
-            return Some(Quantity::Time);
+/// The quantity that a name says; `Err` if it names another one than those of a recording.
+fn of_text(text: &str) -> Result<Option<Quantity>, ()> {
+    let lower = text.to_lowercase();
+    if lower == "x_value" || lower.starts_with("time(") {
+        return Ok(Some(Quantity::Time));
+    }
+    // A unit in brackets is not a word of the name.
+    let words_of_text = words_of(text.split(['(', '[']).next().unwrap_or(text));
+    let has = |known: &str| words_of_text.iter().any(|word| known.split_whitespace().any(|known| known == word));
+    if has(OTHER_WORDS) {
+        return Err(());
+    }
+    // "force over time" is a force, so time is tried last.
+    let order = [Quantity::Force, Quantity::Velocity, Quantity::Position, Quantity::Time];
+    Ok(order.into_iter().find(|quantity| has(quantity.name()) || has(words(*quantity))))
+}
+
+/// The quantity that the end of a path says, or the part before it if the end is an axis: `/wrench.force.z` is a force.
+fn of_path(name: &str) -> Result<Option<Quantity>, ()> {
+    let mut parts = name.rsplit(['.', '/', '!']);
+    let last = parts.next().unwrap_or(name);
+    let found = of_text(last)?;
+    let is_axis = words_of(last).iter().all(|word| AXES.split(' ').any(|axis| axis == word));
+    if !is_axis {
+        return Ok(found);
+    }
+    for part in parts {
+        if let Some(quantity) = of_text(part)? {
+            return Ok(Some(quantity));
         }
-        let is_word = |quantity: &Quantity| {
-            text.split(|character: char| !character.is_alphanumeric())
-                .any(|word| word == quantity.name() || words(*quantity).split(' ').any(|known| known == word))
-        };
-        // "force over time" is a force, so time is tried last.
-        [Quantity::Force, Quantity::Velocity, Quantity::Position, Quantity::Time].into_iter().find(is_word)
+    }
+    Ok(found)
+}
+
+/// The quantity indicated by the words of a name or label and by the unit. A time never decreases. A signal of another
+/// quantity, such as a torque, has no role, whatever its axis.
+fn role(name: &str, label: Option<&str>, unit: Option<&str>, may_be_time: bool) -> Option<Quantity> {
+    let of_unit = unit.and_then(units::quantity);
+    let of_words = of_path(name).ok()?;
+    let of_words = match (of_words, label) {
+        (None, Some(label)) => of_text(label).ok()?,
+        (words, _) => words,
     };
-    let of_words = if name.starts_with("time(") { Some(Quantity::Time) } else { of_text(own) };
-    let of_words = of_words.or_else(|| label.and_then(of_text));
     let role = match (of_words, of_unit) {
-        (Some(words), Some(unit)) if words == unit => words,
         // A unit of another quantity, such as an angle or a torque, needs a factor.
         (Some(words), None) if unit.is_none() => words,
         (_, Some(unit)) => unit,
         _ => return None,
     };
-    (role != Quantity::Time || increases).then_some(role)
+    (role != Quantity::Time || may_be_time).then_some(role)
 }
 
 /// Creates signals from names alone, with the roles that names and units indicate; each could be a time. They allow
@@ -184,38 +191,79 @@ pub fn signals_by_name(names: &[String]) -> Vec<Signal> {
     names.iter().map(of).collect()
 }
 
+/// The end of the name of the time at which the messages of a topic were logged.
+const LOG_TIME: &str = ".log_time";
+
+/// Largest plausible travel of a needle in m and force on it in N, of a signal that states no unit.
+const PLAUSIBLE: [(Quantity, f64); 2] = [(Quantity::Position, 2.0), (Quantity::Force, 5000.0)];
+
+impl Signal {
+    /// Returns true if the range of the signal is not that of its role in SI units, and it states no unit: a position
+    /// from 0 to 55 is hardly in metres.
+    #[must_use]
+    pub fn needs_unit(&self) -> bool {
+        let Some((low, high)) = self.range else { return false };
+        self.unit.is_none() && PLAUSIBLE.iter().any(|(role, span)| self.role == Some(*role) && high - low > *span)
+    }
+}
+
 /// The signals by their possible roles.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Roles {
-    /// For each quantity, in the order of [`Quantity::ALL`], the indices of its candidates with as many samples as the
-    /// first time.
+    /// For each quantity, in the order of [`Quantity::ALL`], the indices of its candidates.
     pub candidates: [Vec<usize>; Quantity::ALL.len()],
 }
 
 impl Roles {
-    /// Sorts signals by their roles. A position, a velocity or a force needs as many samples as the time.
+    /// Sorts signals by their roles. A position, a velocity or a force needs the clock of the time: as many samples, and
+    /// in a log the same topic. If no topic has both a position and a force, the time is the log time, to which all
+    /// topics are joined. Constant signals are candidates only if all are constant.
     #[must_use]
     pub fn of(signals: &[Signal]) -> Self {
         let mut roles = Self::default();
         let with = |quantity: Quantity| {
-            signals.iter().enumerate().filter(move |(_, signal)| signal.role == Some(quantity) && signal.undefined == 0)
+            let serves =
+                move |signal: &Signal| signal.role == Some(quantity) && signal.undefined == 0 && !signal.needs_unit();
+            signals.iter().enumerate().filter(move |(_, signal)| serves(signal))
         };
-        // The first time with a position and a force of the same length.
-        let serves = |samples: usize| {
+        let topics: Vec<&str> = signals.iter().filter_map(|signal| signal.name.strip_suffix(LOG_TIME)).collect();
+        let topic = |signal: &Signal| {
+            let is_in = |topic: &&&str| signal.name.strip_prefix(**topic).is_some_and(|rest| rest.starts_with('.'));
+            topics.iter().find(is_in).copied()
+        };
+        let is_of_clock =
+            |signal: &Signal, clock: &Signal| signal.samples == clock.samples && topic(signal) == topic(clock);
+        // The first time with a position and a force of the same clock.
+        let serves = |clock: &Signal| {
             [Quantity::Position, Quantity::Force]
                 .into_iter()
-                .all(|quantity| with(quantity).any(|(_, s)| s.samples == samples))
+                .all(|quantity| with(quantity).any(|(_, signal)| is_of_clock(signal, clock)))
         };
-        let Some(samples) = with(Quantity::Time)
-            .map(|(_, time)| time.samples)
-            .find(|samples| serves(*samples))
-            .or_else(|| with(Quantity::Time).map(|(_, time)| time.samples).next())
-        else {
-            return roles;
-        };
+        let times = || with(Quantity::Time).map(|(_, time)| time);
+        let clock = times().find(|time| serves(time));
+        let is_joined = clock.is_none() && topics.len() > 1;
+        let clock = clock
+            .or_else(|| times().find(|time| !is_joined || time.name.ends_with(LOG_TIME)))
+            // Without a time, a rate is given.
+            .or_else(|| with(Quantity::Position).map(|(_, position)| position).find(|position| serves(position)));
+        let Some(clock) = clock else { return roles };
         for quantity in Quantity::ALL {
-            let same = with(quantity).filter(|(_, signal)| signal.samples == samples);
-            roles.candidates[quantity as usize] = same.map(|(index, _)| index).collect();
+            let is_candidate = |signal: &Signal| match quantity {
+                Quantity::Time if is_joined => std::ptr::eq(signal, clock),
+                _ => is_joined || is_of_clock(signal, clock),
+            };
+            let mut found: Vec<usize> =
+                with(quantity).filter(|(_, signal)| is_candidate(signal)).map(|(index, _)| index).collect();
+            let varies = |index: &usize| signals[*index].range.is_some_and(|(low, high)| low < high);
+            if found.iter().any(varies) {
+                found.retain(varies);
+            }
+            // The time of a message is preferred to the time at which it was logged.
+            let is_logged = |index: &usize| signals[*index].name.ends_with(LOG_TIME);
+            if quantity == Quantity::Time && !found.iter().all(is_logged) {
+                found.retain(|index| !is_logged(index));
+            }
+            roles.candidates[quantity as usize] = found;
         }
         roles
     }
@@ -264,17 +312,58 @@ mod tests {
             ("scope.time", None, Some(Quantity::Time), "scope.time"),
             ("force", None, Some(Quantity::Force), "force"),
             ("note", None, None, "note"),
+            ("torque_z", None, None, "torque_z"),
+            ("torque_z", Some("N"), None, "torque_z"),
+            ("/wrench.wrench.force.z", None, Some(Quantity::Force), "/wrench.wrench.force.z"),
+            ("/wrench.wrench.torque.z", None, None, "/wrench.wrench.torque.z"),
+            ("/pose.pose.position.z", None, Some(Quantity::Position), "/pose.pose.position.z"),
+            ("/pose.pose.orientation.x", None, None, "/pose.pose.orientation.x"),
+            ("/force.data", None, Some(Quantity::Force), "/force.data"),
+            ("load_g", None, Some(Quantity::Force), "load_g:gf"),
+            ("Load (µN)", None, Some(Quantity::Force), "Load (µN):uN"),
+            ("Depth (nm)", None, Some(Quantity::Position), "Depth (nm):nm"),
+            ("NeedleForce", None, Some(Quantity::Force), "NeedleForce"),
+            ("timestamp", None, Some(Quantity::Time), "timestamp"),
+            ("timestamp_ns", None, Some(Quantity::Time), "timestamp_ns:ns"),
         ] {
             let signal = signal(name, unit, &rising);
             assert_eq!((signal.role, signal.column().as_str()), (role, column), "{name}");
         }
         assert_eq!(signal("time_s", None, &[0.0, 0.0]).role, None, "a time increases");
+        assert_eq!(signal("time_s", None, &[1.0, 0.0]).role, None, "a time increases");
+        let repeated = signal("Time (sec)", None, &[0.0, 0.0, 1.0]);
+        assert_eq!((repeated.role, repeated.column().as_str()), (Some(Quantity::Time), "Time (sec):s"));
     }
 
     #[test]
     fn statistics_ignore_values_that_are_not_finite() {
         let signal = signal("a", None, &[1.0, f64::NAN, -2.0]);
         assert_eq!((signal.samples, signal.undefined, signal.range, signal.increase), (3, 1, Some((-2.0, 1.0)), None));
+    }
+
+    #[test]
+    fn signals_of_two_topics_have_the_log_time() {
+        let (slow, fast) = ([0.0, 1.0, 2.0], [0.0, 0.5, 1.0, 1.5]);
+        let signals = [
+            signal("/a.stamp", None, &slow),
+            signal("/a.position.x", None, &[0.0; 3]),
+            signal("/a.position.z", None, &slow),
+            signal("/a.log_time", Some("s"), &slow),
+            signal("/b.force.z", None, &fast),
+            signal("/b.log_time", Some("s"), &fast),
+        ];
+        let roles = Roles::of(&signals);
+        assert!(roles.are_unique(), "{roles:?}");
+        assert_eq!(roles.candidates, [vec![3], vec![2], vec![], vec![4]]);
+    }
+
+    #[test]
+    fn a_position_of_many_metres_without_a_unit_is_not_guessed() {
+        let time = signal("t", None, &[0.0, 1.0]);
+        let signals = |position: Signal| [time.clone(), position, signal("load", None, &[0.0, 9.0])];
+        assert!(Roles::of(&signals(signal("extension", None, &[0.0, 0.055]))).are_unique());
+        assert!(Roles::of(&signals(signal("extension", Some("mm"), &[0.0, 55.0]))).are_unique());
+        assert!(!Roles::of(&signals(signal("extension", None, &[0.0, 55.0]))).are_unique());
     }
 
     #[test]

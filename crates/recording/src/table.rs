@@ -7,12 +7,14 @@ use csv::ByteRecord;
 use super::error::{Place, Problem, Row};
 use super::guard::{Guard, recover};
 use super::head::head;
+use super::header::{names, numbered, text};
 use super::labview::Clock;
 use super::number::{Decimals, trimmed};
-use super::signals::is_known_unit;
 use super::spaces::Spaces;
+use super::stamp::Stamps;
+use super::units;
 use super::utf16::Utf8;
-use super::{Column, RecordingError};
+use super::{Column, Limits, RecordingError};
 
 const BUFFER_BYTES: usize = 64 << 10;
 
@@ -31,18 +33,20 @@ pub(super) struct Rows<'a, R> {
     units: Vec<String>,
     clock: Option<Clock>,
     decimals: Decimals,
+    stamps: Stamps,
 }
 
 impl<'a, R: Read> Rows<'a, R> {
-    /// Opens a table and reads its header, in which `locate` finds the requested columns. At most `max_bytes` are read.
+    /// Opens a table and reads its header, in which `locate` finds the requested columns. The columns of a table without
+    /// a header are named by their numbers.
     pub(super) fn open<T>(
         source: &'a str,
         reader: R,
-        max_bytes: u64,
-        locate: impl FnOnce(&ByteRecord) -> Result<T, Problem>,
+        limits: &Limits,
+        locate: impl FnOnce(&[String]) -> Result<T, Problem>,
     ) -> Result<(Self, T), RecordingError> {
-        let mut text = BufReader::with_capacity(BUFFER_BYTES, Guard::new(source, Utf8::new(reader), max_bytes));
-        let head = head(&mut text).map_err(|error| recover(source, error))?;
+        let mut text = BufReader::with_capacity(BUFFER_BYTES, Guard::new(source, Utf8::new(reader), limits.max_bytes));
+        let head = head(&mut text, limits.skip_lines).map_err(|error| recover(source, error))?;
         if head.is_incomplete {
             return Err(Place::file(source).error(Problem::LabViewHeader));
         }
@@ -62,12 +66,21 @@ impl<'a, R: Read> Rows<'a, R> {
             units: head.units,
             clock: head.clock,
             decimals: Decimals::new(head.separator),
+            stamps: Stamps::default(),
         };
-        if !rows.advance()? {
-            return Err(Place::file(source).error(Problem::Empty));
-        }
-        let located = locate(&rows.record).map_err(|problem| match problem {
+        let names = match head.unnamed {
+            Some(width) => Ok(numbered(width)),
+            None if !rows.advance()? => return Err(Place::file(source).error(Problem::Empty)),
+            None => names(rows.record.iter()),
+        };
+        let located = names.and_then(|names| locate(&names)).map_err(|problem| match problem {
             Problem::NotUtf8 | Problem::NoHeader => rows.place().error(problem),
+            Problem::MissingColumn { name, quantity: Some(quantity), available, .. } if head.unnamed.is_some() => {
+                Place::file(source).error(Problem::UnnamedColumns { name, quantity, count: available.len() })
+            }
+            Problem::MissingColumn { .. } if head.unnamed.is_some() => {
+                Place::file(source).at_line(head.lines_before + 1).error(Problem::NoHeader)
+            }
             _ => Place::file(source).error(problem),
         })?;
         Ok((rows, located))
@@ -116,7 +129,8 @@ impl<'a, R: Read> Rows<'a, R> {
     }
 
     pub(super) fn number(&self, index: usize, column: &Column) -> Result<f64, RecordingError> {
-        self.parse(index, column.scale()).map_err(|problem| self.place().in_column(column.name()).error(problem))
+        let number = self.parse(index, column.scale()).map(|number| number + column.offset());
+        number.map_err(|problem| self.place().in_column(column.name()).error(problem))
     }
 
     /// The number of a field times `scale`.
@@ -126,10 +140,9 @@ impl<'a, R: Read> Rows<'a, R> {
 
     /// Stores the units of the columns if the row contains a known unit and no number. Returns true if it does.
     pub(super) fn take_units(&mut self) -> bool {
-        let fields: Vec<String> =
-            self.record.iter().map(|field| String::from_utf8_lossy(field).trim().to_owned()).collect();
+        let fields: Vec<String> = self.record.iter().map(text).collect();
         let has_number = (0..fields.len()).any(|index| self.parse(index, 1.0).is_ok());
-        if has_number || !fields.iter().any(|field| is_known_unit(field)) {
+        if has_number || !fields.iter().any(|field| units::is_known(field)) {
             return false;
         }
         self.units = fields;
@@ -148,12 +161,15 @@ impl<'a, R: Read> Rows<'a, R> {
 
     /// The time of a row, which must be later than `before`, the previous time and its line.
     pub(super) fn time(
-        &self,
+        &mut self,
         index: usize,
         column: &Column,
         before: Option<(f64, u64)>,
     ) -> Result<f64, RecordingError> {
-        let time_s = self.number(index, column)?;
+        let number = self.parse(index, 1.0);
+        let field = self.record.get(index).unwrap_or_default();
+        let time_s = self.stamps.time_s(field, number, column.scale());
+        let time_s = time_s.map_err(|problem| self.place().in_column(column.name()).error(problem))? + column.offset();
         match before {
             Some((before_s, before_line)) if time_s <= before_s => {
                 let place = self.place().in_column(column.name());
@@ -161,6 +177,25 @@ impl<'a, R: Read> Rows<'a, R> {
             }
             _ => Ok(time_s),
         }
+    }
+
+    /// The number of a field, or for a date its time in s since the first date of the column, which `stamps` keeps.
+    pub(super) fn number_or_date(&self, index: usize, stamps: &mut Stamps) -> Option<f64> {
+        let field = self.record.get(index).unwrap_or_default();
+        match self.parse(index, 1.0) {
+            Ok(number) => Some(number),
+            Err(problem) => stamps.time_s(field, Err(problem), 1.0).ok(),
+        }
+    }
+
+    /// Returns true if the times are dates.
+    pub(super) fn has_dates(&self) -> bool {
+        self.stamps.has_dates()
+    }
+
+    /// The time of the first row since 1970, in s; 0 for times that are not of the calendar.
+    pub(super) fn origin_s(&self, column: &Column) -> f64 {
+        self.stamps.origin_s(column.scale())
     }
 
     /// Returns true if a field is empty or one of `words`.

@@ -35,7 +35,14 @@ fn section_text(section: &Section, all: bool) -> String {
                 if !text.is_empty() {
                     text.push('\n');
                 }
-                text.push_str(&Table::from(table).to_string());
+                match table.first_rows.filter(|(rows, _)| table.rows.len() > *rows) {
+                    None => text.push_str(&Table::from(table).to_string()),
+                    Some((rows, file)) => {
+                        let first = trocar_document::Table { rows: table.rows[..rows].to_vec(), ..table.clone() };
+                        text.push_str(&Table::from(&first).to_string());
+                        text.push_str(&format!("… and {} more in {file}\n", table.rows.len() - rows));
+                    }
+                }
             }
             Block::Table(_) | Block::Figures { .. } => {}
         }
@@ -67,5 +74,19 @@ mod tests {
         let short = "name: stable\nnot modelled: friction\n\na line\n\nmetric     x\n────────────\nµ       1 mm\n";
         assert_eq!(document_text(&document, false), short);
         assert_eq!(document_text(&document, true), format!("{short}\nmore\n"));
+    }
+
+    #[test]
+    fn a_long_table_has_its_first_rows_and_the_file_with_the_others() {
+        let mut table = trocar_document::Table::new("t", "T", [("alarm", "alarm")]).first_rows(2, "events.csv");
+        let mut section = |rows: usize| {
+            table.rows.clear();
+            (1..=rows).for_each(|row| table.row([row.to_string()]));
+            let mut section = Section::new("a", "A");
+            section.table(table.clone());
+            section_text(&section, false)
+        };
+        assert!(section(4).ends_with("1\n2\n… and 2 more in events.csv\n"), "{}", section(4));
+        assert!(section(2).ends_with("1\n2\n"), "{}", section(2));
     }
 }

@@ -1,6 +1,6 @@
 //! Quantities with their unit: "30ms", "3 mm", "0.5 N/mm".
 
-use trocar_recording::{Column, Quantity};
+use trocar_recording::{Column, ColumnError, Quantity, offset_splits};
 
 /// Standard gravity in m/s²: 1 kgf is 9.80665 N.
 const GRAVITY: f64 = 9.80665;
@@ -152,18 +152,24 @@ fn units_of(unit: &str) -> (&str, String) {
     }
 }
 
-/// Parses `COLUMN`, `COLUMN:FACTOR`, or a column with its unit, such as `x:mm` if `unit` is `m`; `-mm` also changes the
-/// sign. Other text after the colon is part of the name; if the file has no such column, the error says that it is no
-/// unit.
+/// Parses `COLUMN`, `COLUMN:FACTOR`, or a column with its unit, for example `x:mm` if `unit` is `m`; `-mm` also changes
+/// the sign. An offset can follow, in `unit` or with its own unit, as in `x:-mm+100mm`. Any other text after the colon
+/// is part of the name. If the file has no such column, the error says that the text is no unit.
 ///
 /// # Errors
 /// The name or the factor is invalid.
 pub fn parse_column(text: &str, unit: &str) -> Result<Column, String> {
     let with_unit = text.rsplit_once(':').and_then(|(name, written)| {
-        let (sign, written) = written.strip_prefix('-').map_or(("", written), |rest| ("-", rest));
-        let scale = parse(&format!("{sign}1 {written}"), unit).ok()?;
-        Some(Column::new(name, scale))
+        let scale = |written: &str| {
+            let (sign, unit_of_file) = written.strip_prefix('-').map_or(("", written), |rest| ("-", rest));
+            written.trim().parse().ok().or_else(|| parse(&format!("{sign}1 {unit_of_file}"), unit).ok())
+        };
+        let shifted =
+            || offset_splits(written).find_map(|(of, offset)| Some((scale(of)?, parse_number(offset, unit).ok()?)));
+        let (scale, offset) = scale(written).map(|scale| (scale, 0.0)).or_else(shifted)?;
+        Some(Column::new(name, scale).and_then(|column: Column| column.with_offset(offset)))
     });
+    let with_unit: Option<Result<Column, ColumnError>> = with_unit;
     with_unit.unwrap_or_else(|| text.parse()).map_err(|error| error.to_string())
 }
 

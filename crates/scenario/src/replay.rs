@@ -16,8 +16,8 @@ use trocar_engine::operator::MotionSettings;
 use trocar_engine::sensor::SensorSettings;
 use trocar_engine::tissue::TissueSettings;
 use trocar_recording::{
-    Column, ColumnError, ColumnSettings, Columns, FileSettings, Limits, Problem, Quantity, Recording, ScaleSettings,
-    SignSettings, Signal, first_where, kept, list_signals, open_recording, read_csv, scan_csv,
+    Column, ColumnError, ColumnSettings, Columns, FileSettings, Limits, OffsetSettings, Problem, Quantity, Recording,
+    ScaleSettings, SignSettings, Signal, first_where, kept, list_signals, open_recording, read_csv, scan_csv,
 };
 
 const FILE: &str = FileSettings::KEYS[0].path;
@@ -201,17 +201,18 @@ pub(super) fn embedded(values: &Values, key: &str, name: &str) -> Result<&'stati
 /// The errors of [`Scenario::load`](super::Scenario::load).
 pub fn recording_columns(values: &mut Values) -> Result<Columns, ScenarioError> {
     let (names, scales) = (ColumnSettings::read(values)?, ScaleSettings::read(values)?);
-    let signs = SignSettings::read(values)?;
-    let column = |key: usize, name: &str, scale: f64| {
+    let (signs, offsets) = (SignSettings::read(values)?, OffsetSettings::read(values)?);
+    let column = |key: usize, name: &str, scale: f64, offset: f64| {
         let refuse = |error: ColumnError| values.error(ColumnSettings::KEYS[key].path, error.to_string());
-        Column::new(name, scale).map_err(refuse)
+        Column::new(name, scale).and_then(|column| column.with_offset(offset)).map_err(refuse)
     };
-    let velocity = |name: String| column(2, &name, scales.velocity_m_per_s * signs.velocity_sign);
+    let velocity =
+        |name: String| column(2, &name, scales.velocity_m_per_s * signs.velocity_sign, offsets.velocity_m_per_s);
     Ok(Columns {
-        time: column(0, &names.time_s, scales.time_s)?,
-        position: column(1, &names.position_m, scales.position_m * signs.position_sign)?,
+        time: column(0, &names.time_s, scales.time_s, offsets.time_s)?,
+        position: column(1, &names.position_m, scales.position_m * signs.position_sign, offsets.position_m)?,
         velocity: names.velocity_m_per_s.map(velocity).transpose()?,
-        force: column(3, &names.force_n, scales.force_n * signs.force_sign)?,
+        force: column(3, &names.force_n, scales.force_n * signs.force_sign, offsets.force_n)?,
     })
 }
 
@@ -294,11 +295,21 @@ pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, Scena
         let named = |key: &&Key| column.is_some() && values.optional_word(key.path) == column;
         let column = ColumnSettings::KEYS.iter().find(named).and_then(|key| values.place(key.path));
         let place = limiting_key(&error.problem).and_then(|key| values.place(key)).or(column);
-        let is_of_velocity = matches!(&error.problem, Problem::MissingColumn { quantity: Some(Quantity::Velocity), .. });
+        let missing = match &error.problem {
+            Problem::MissingColumn { quantity, .. } | Problem::MissingSignal { quantity, .. } => *quantity,
+            _ => None,
+        };
         let error = ScenarioError::new(error.to_string()).at(place.or(values.place(FILE)));
         // The column may be named in a base.
         let remedy = "name the file's column, or set recording.columns.velocity_m_per_s = \"\" to estimate the velocity from the position";
-        if is_of_velocity { error.remedy(remedy) } else { error }
+        match missing {
+            Some(Quantity::Velocity) => error.remedy(remedy),
+            Some(Quantity::Position) => error.remedy(
+                "name the column of the position; if none was recorded and the needle moves steadily, give the time times its speed \
+                 in m/s, as in --position time:0.005",
+            ),
+            _ => error,
+        }
     })?;
     let spec = labelled(values, recording)?;
     values.derive_keeping_place(FILE, Value::Text(source.display()));
@@ -307,12 +318,12 @@ pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, Scena
 
 fn labelled(values: &mut Values, recording: Recording) -> Result<RecordingSpec, ScenarioError> {
     check_magnitudes(values, &recording)?;
-    let FileSettings { ruptures_s, tare_s, .. } = FileSettings::read(values)?;
+    let FileSettings { ruptures_s, tare_s, zero_at_start, .. } = FileSettings::read(values)?;
     check_ruptures(values, &ruptures_s, recording.duration_s())?;
     let duration_s = recording.duration_s();
     if tare_s >= duration_s {
         let message = format!("{TARE} is {tare_s} s, must be below the length of the recording, {duration_s} s");
         return Err(values.error(TARE, message).remedy("give the time before the needle touches the tissue, in s"));
     }
-    Ok(RecordingSpec { recording: recording.tared(tare_s), ruptures_s })
+    Ok(RecordingSpec { recording: recording.tared(tare_s).zeroed(zero_at_start), ruptures_s })
 }

@@ -39,7 +39,7 @@ use trocar_engine::teleoperation::{
     ComplianceSettings, ControllerSettings, LinkSettings, Machines, PassivitySettings, RecoverySettings, Scales,
 };
 use trocar_engine::tissue::{LAYER_KEYS, OrganMotion, ReplayIndex, TissueSettings};
-use trocar_recording::{ColumnSettings, FileSettings, Limits, Resampled, ScaleSettings, SignSettings};
+use trocar_recording::{ColumnSettings, FileSettings, Limits, OffsetSettings, Resampled, ScaleSettings, SignSettings};
 
 /// A scenario that can be run.
 #[derive(Debug, Clone)]
@@ -403,6 +403,12 @@ pub(super) const GROUPS: &[Group] = &[
         sections: &[("recording.scale", "The factor that converts each column to SI units.")],
         keys: ScaleSettings::KEYS,
         whole: ScaleSettings::KEYS,
+        ..PLAIN
+    },
+    Group {
+        sections: &[("recording.offset", "The offset that is added to each scaled column, in SI units.")],
+        keys: OffsetSettings::KEYS,
+        whole: OffsetSettings::KEYS,
         ..PLAIN
     },
     Group {

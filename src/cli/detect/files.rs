@@ -9,14 +9,15 @@ use super::inputs::{Input, inputs};
 use super::labels::{self, LabelRows};
 use crate::cli::error::{CliError, DetectError};
 use crate::cli::finish::Finish;
+use crate::cli::format::LONG_ROWS;
 use crate::cli::warnings::Warnings;
-use crate::cli::{progress, recorded};
+use crate::cli::{progress, recorded, terminal};
 use trocar_base::warning::Warning;
 use trocar_detect::document::{DetectionEntry, DetectionStudy, Detections};
 use trocar_detect::{DetectionReport, Label, detect};
 use trocar_document::Study as _;
-use trocar_report::Folder;
 use trocar_report::html::Again;
+use trocar_report::{ColumnFormat, Folder};
 use trocar_scenario::{DetectionSpec, Reader, Values};
 
 /// The sections of a scenario that affect a detection.
@@ -51,8 +52,25 @@ fn single(args: &DetectArgs, out: &Folder, input: Input, labels: Option<LabelRow
     let document = study.document();
     let warnings = Warnings::new(&args.output);
     warn(&warnings, &study.file, &document.warnings);
-    finish(args, folder, &study).document(&document)?;
+    let finish = finish(args, folder, &study);
+    finish.document(&document)?;
+    if !args.output.quiet && !args.output.json {
+        terminal::print(&long_files(&finish.folder, study.report.samples))?;
+    }
     warnings.finish()
+}
+
+/// Returns a line per file with one row per sample, with its size, if they are long.
+fn long_files(folder: &Folder, rows: usize) -> String {
+    if rows <= LONG_ROWS {
+        return String::new();
+    }
+    let size = |format: &ColumnFormat| {
+        let path = folder.path.join(format!("detection.{format}"));
+        let bytes = std::fs::metadata(&path).ok()?.len();
+        Some(format!("{}: {rows} rows, {:.1} MB\n", path.display(), bytes as f64 / 1e6))
+    };
+    folder.samples.iter().filter_map(size).collect()
 }
 
 fn many(args: &DetectArgs, out: &Folder, work: Vec<(Input, Option<LabelRows>)>) -> Result<(), CliError> {
@@ -104,6 +122,7 @@ fn again(args: &DetectArgs, files: Vec<(String, String)>, recordings: &[String])
 
 /// Returns the final output of the detection in one recording.
 fn finish<'a>(args: &'a DetectArgs, folder: Folder, study: &DetectionStudy) -> Finish<'a> {
+    let folder = Folder { samples: args.format.of_rows(study.report.samples).to_vec(), ..folder };
     let name = study.values.name();
     let settings = || vec![(format!("{name}.toml"), study.values.sections_toml(SETTINGS))];
     let report = args.report.then(|| again(args, settings(), std::slice::from_ref(&study.file)));
@@ -148,5 +167,5 @@ fn labels_of(given: &str, spec: &DetectionSpec, rows: Option<LabelRows>) -> Resu
         None => labels::from_sidecar(given)?,
         rows => rows,
     };
-    Ok(rows.map(|rows| rows.labels(from_s, to_s)).transpose()?)
+    Ok(rows.map(|rows| rows.labels(from_s, to_s, spec.recording.recording.origin_s())).transpose()?)
 }

@@ -6,7 +6,7 @@ use super::DetectArgs;
 use super::inputs::{Input, SIDECAR_END};
 use crate::cli::error::{DetectError, LabelProblem};
 use trocar_detect::Label;
-use trocar_recording::{Format, LabelRow, Limits, open_labels};
+use trocar_recording::{CALENDAR_S, Format, LabelRow, Limits, open_labels};
 
 /// The rows of a label file for one recording.
 #[derive(Debug, Clone)]
@@ -72,12 +72,14 @@ fn sidecar(recording: &str) -> Option<PathBuf> {
 }
 
 impl LabelRows {
-    /// Returns the labels, sorted by time, for a recording from `from_s` to `to_s` (s).
-    pub(super) fn labels(&self, from_s: f64, to_s: f64) -> Result<Vec<Label>, DetectError> {
+    /// Returns the labels, sorted by time, for a recording from `from_s` to `to_s` (s). Labels of the calendar, in s since
+    /// 1970, count from `origin_s`, from which the times of the recording count.
+    pub(super) fn labels(&self, from_s: f64, to_s: f64, origin_s: f64) -> Result<Vec<Label>, DetectError> {
         let refuse = |line, problem| Err(DetectError::Label { file: self.file.clone(), line, problem });
         let mut timed: Vec<(f64, &LabelRow)> = vec![];
         for row in &self.rows {
             let Some(time_s) = row.time_s else { continue };
+            let time_s = if time_s.abs() >= CALENDAR_S { time_s - origin_s } else { time_s };
             if !(from_s..=to_s).contains(&time_s) {
                 return refuse(row.line, LabelProblem::Outside { time_s, from_s, to_s });
             }
@@ -104,7 +106,7 @@ mod tests {
     }
 
     fn labels(rows: Vec<LabelRow>) -> Result<Vec<Label>, DetectError> {
-        LabelRows { file: "labels.csv".into(), rows }.labels(1.0, 5.0)
+        LabelRows { file: "labels.csv".into(), rows }.labels(1.0, 5.0, 0.0)
     }
 
     #[test]
@@ -113,6 +115,13 @@ mod tests {
         assert_eq!(found.iter().map(|label| label.time_s).collect::<Vec<_>>(), [1.0, 2.5, 5.0]);
         assert_eq!(found[0].kind.as_deref(), Some("kind 3"));
         assert!(labels(vec![row(None, 2)]).expect("no rupture").is_empty());
+    }
+
+    #[test]
+    fn labels_of_the_calendar_count_from_the_origin_of_the_recording() {
+        let rows = LabelRows { file: "labels.csv".into(), rows: vec![row(Some(1767225602.5), 2), row(Some(3.0), 3)] };
+        let found = rows.labels(0.0, 5.0, 1767225600.0).expect("valid");
+        assert_eq!(found.iter().map(|label| label.time_s).collect::<Vec<_>>(), [2.5, 3.0]);
     }
 
     #[test]

@@ -38,7 +38,7 @@ const TUNED_SECTIONS: [&str; 2] = ["estimator", "detector"];
 #[derive(Debug, Args)]
 #[command(after_long_help = help::MORE, mut_arg("out", |arg| arg.help(super::OUT_PER_RECORDING)), mut_arg("settings", |arg| arg.help(super::SET_ONE)), mut_arg("within_s", |arg| arg.default_value(RUPTURE_WINDOW_S.to_string())))]
 pub(super) struct DetectArgs {
-    /// Recordings (CSV, .mat, Parquet, TDMS, HDF5, Excel), folders with recordings, builtin:own_ctrl_pop.csv,
+    /// Recordings (CSV, .mat, NumPy, Parquet, MCAP, TDMS, HDF5, Excel, JSON lines), folders with recordings, builtin:own_ctrl_pop.csv,
     /// builtin:in_vivo_like.csv, or scenario files with a [recording]; or - for a live stream on standard input
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<String>,
@@ -106,7 +106,7 @@ pub(super) fn run(mut args: DetectArgs) -> Result<(), CliError> {
             ("--report", args.report),
             ("--list", args.list),
         ];
-        for (flag, given) in recordings_only {
+        for (flag, given) in recordings_only.into_iter().chain(args.columns.of_files()) {
             if given {
                 return Err(DetectError::NotForStreams { flag }.into());
             }

@@ -40,7 +40,8 @@ pub use run_length::RunLength;
 pub(super) use spread::noise_std;
 pub use whiteness::{LAGS, Whiteness};
 
-use super::{is_even, position_step_m, samples};
+use super::even::{is_even, samples};
+use super::position_step_m;
 use bench::CandidateBench;
 use signal::Signal;
 use trocar_base::warning::{Code, Warning};
@@ -217,7 +218,7 @@ pub fn calibrate_with_progress(
         Some(even) => (&*even.position_m, even.velocity_m_per_s.as_deref(), &*even.force_n),
         None => (recording.position_m(), recording.velocity_m_per_s(), recording.force_n()),
     };
-    let interval_s = recording.median_interval_s();
+    let interval_s = resampled.as_ref().map_or(recording.median_interval_s(), |even| even.interval_s);
     let filtered: Vec<f64>;
     let velocity_m_per_s = match velocity_m_per_s {
         Some(velocity) => velocity,

@@ -129,6 +129,7 @@ pub fn report_document(name: &str, report: &DetectionReport, values: &Values) ->
         section.table(tables::scores(scores, report.within_s));
         sections.push(section);
     }
+    sentences.extend(report.notes.iter().cloned());
     sections.push(meanings());
     Document {
         name: "detection",

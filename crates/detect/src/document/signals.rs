@@ -80,11 +80,7 @@ fn table(signals: &[Signal]) -> Table {
 fn choices(signals: &[Signal]) -> Vec<String> {
     let roles = Roles::of(signals);
     let of = |quantity: Quantity| match roles.candidates[quantity as usize].as_slice() {
-        [] if quantity != Quantity::Velocity => Some(format!(
-            "{0}: no signal has a matching name or unit; choose one for {1}",
-            quantity.name(),
-            quantity.name().to_uppercase()
-        )),
+        [] if quantity != Quantity::Velocity => Some(unknown(quantity, signals)),
         [_, others @ ..] if !others.is_empty() => {
             let others: Vec<&str> = others.iter().map(|index| signals[*index].name.as_str()).collect();
             Some(format!("{}: or {}", quantity.name(), others.join(", ")))
@@ -92,6 +88,33 @@ fn choices(signals: &[Signal]) -> Vec<String> {
         _ => None,
     };
     Quantity::ALL.into_iter().filter_map(of).collect()
+}
+
+/// Returns the reason why no signal has a quantity, with the remedy.
+fn unknown(quantity: Quantity, signals: &[Signal]) -> String {
+    let (name, word) = (quantity.name(), quantity.name().to_uppercase());
+    let of_role = |signal: &&Signal| signal.role == Some(quantity);
+    if let Some((signal, (low, high))) = signals
+        .iter()
+        .filter(of_role)
+        .find(|signal| signal.needs_unit())
+        .and_then(|signal| Some((signal, signal.range?)))
+    {
+        let (low, high, units) = (plain(low), plain(high), quantity.units());
+        return format!(
+            "{name}: '{}' states no unit, and its range, {low} to {high}, is hardly in {}; give its unit after a colon ({units})",
+            signal.name,
+            quantity.unit()
+        );
+    }
+    if let Some(signal) = signals.iter().filter(of_role).find(|signal| signal.undefined > 0) {
+        return format!(
+            "{name}: {} of {} samples of '{}' are no numbers",
+            signal.undefined, signal.samples, signal.name
+        );
+    }
+    let rate = if quantity == Quantity::Time { ", or give --rate HZ instead of --time" } else { "" };
+    format!("{name}: no name or unit shows it; choose a signal for {word}{rate}")
 }
 
 /// The signals of a file, which `trocar detect --list --json` prints.

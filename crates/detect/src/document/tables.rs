@@ -5,6 +5,9 @@ use trocar_document::{Cell, Digits, Number, Table, plain};
 use trocar_figures::STANDARD_ERRORS;
 use trocar_metrics::Unit;
 
+/// Maximum number of alarms and missed ruptures that the terminal shows.
+const EVENTS_ON_TERMINAL: usize = 20;
+
 pub(super) fn newton(value: f64) -> Cell {
     Cell::of(Some(value), Unit::Newton)
 }
@@ -37,7 +40,8 @@ pub(super) fn events(recordings: &[(Option<&str>, &DetectionReport)]) -> Table {
         ("rupture", "rupture"),
         ("delay_s", "delay"),
     ];
-    let mut table = Table::new("events", "Alarms and missed ruptures", columns);
+    let table = Table::new("events", "Alarms and missed ruptures", columns);
+    let mut table = table.first_rows(EVENTS_ON_TERMINAL, "events.csv");
     for (name, report) in recordings {
         for event in Event::all(report) {
             let mut cells = event.cells(report);

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::EVEN_SHARE;
 use super::chain::{DetectionChain, Step, VelocitySource};
+use super::even::EVEN_SHARE;
 use trocar_base::moments::Moments;
 use trocar_core::chain::Measurement;
 use trocar_core::error::{InvalidValue, require};

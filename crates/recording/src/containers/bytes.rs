@@ -61,6 +61,21 @@ impl Scalar {
     }
 }
 
+/// Whole numbers of a column as floating-point numbers. Beyond 2⁵³, as for nanoseconds since 1970, they count from the
+/// first one, because a floating-point number does not have their digits.
+#[derive(Debug, Default)]
+pub(super) struct Wide {
+    first: Option<i64>,
+}
+
+impl Wide {
+    pub(super) fn number(&mut self, value: i64) -> f64 {
+        const EXACT: u64 = 1 << 53;
+        let first = *self.first.get_or_insert(if value.unsigned_abs() > EXACT { value } else { 0 });
+        value.saturating_sub(first) as f64
+    }
+}
+
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cursor<'a> {
     bytes: &'a [u8],

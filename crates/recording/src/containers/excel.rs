@@ -11,7 +11,7 @@ use calamine::{Data, DataRef, DataType, Reader, Xls, Xlsx};
 use super::{Array, Container, Fault, Format};
 use crate::Limits;
 use crate::error::{Problem, Row, excerpt};
-use crate::signals::is_known_unit;
+use crate::units;
 
 /// Maximum number of rows searched for the names of the columns.
 const HEAD_ROWS: u32 = 200;
@@ -73,7 +73,7 @@ impl Excel {
                 found.sheet(&name, sheet);
             }
         }
-        if super::vectors(&found.arrays).is_empty() { Err(Problem::NoSignal(Format::Excel)) } else { Ok(found) }
+        if super::vectors(&found.arrays).is_empty() { Err(Problem::no_signal(Format::Excel, &[])) } else { Ok(found) }
     }
 
     fn sheet(&mut self, name: &str, mut sheet: Sheet) {
@@ -88,7 +88,7 @@ impl Excel {
         let mut header = last_texts(HEAD_ROWS);
         let first_row = header.map_or(0, |row| row + 1);
         let mut units = None;
-        if header.is_some_and(|row| texts(row).into_iter().any(is_known_unit)) {
+        if header.is_some_and(|row| texts(row).into_iter().any(units::is_known)) {
             units = header;
             header = header.and_then(last_texts);
         }

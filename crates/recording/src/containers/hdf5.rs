@@ -53,7 +53,7 @@ impl Hdf5 {
         let mut found =
             Self { arrays: vec![], stored: vec![], limits: limits.clone(), is_matlab, objects: 0, outer: vec![] };
         found.group(&file.root(), "", 0)?;
-        if super::vectors(&found.arrays).is_empty() { Err(Problem::NoSignal(Format::Hdf5)) } else { Ok(found) }
+        if super::vectors(&found.arrays).is_empty() { Err(Problem::no_signal(Format::Hdf5, &[])) } else { Ok(found) }
     }
 
     fn count(&mut self) -> Result<(), Problem> {

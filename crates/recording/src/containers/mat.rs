@@ -59,7 +59,7 @@ impl Mat {
         let mut mat = Self { order, buffers: vec![], arrays: vec![], stored: vec![], limits: limits.clone() };
         let mut file = Cursor::new(&bytes, order);
         file.at = HEADER_BYTES;
-        let mut inflated = vec![];
+        let (mut inflated, mut objects) = (vec![], vec![]);
         let mut held = 0;
         let cut = || Format::Mat.damaged("it is cut off");
         while !file.rest().is_empty() {
@@ -71,7 +71,7 @@ impl Mat {
                     held += content.len() as u64;
                     let mut inside = Cursor::new(&content, order);
                     let found = match element(&mut inside, false).ok_or_else(cut)? {
-                        (MATRIX, range) => matrices(&content, range, order)?,
+                        (MATRIX, range) => matrices(&content, range, order, &mut objects)?,
                         _ => vec![],
                     };
                     if found.is_empty() {
@@ -81,7 +81,7 @@ impl Mat {
                     }
                     (inflated.len(), found)
                 }
-                MATRIX => (0, matrices(&bytes, range, order)?),
+                MATRIX => (0, matrices(&bytes, range, order, &mut objects)?),
                 _ => continue,
             };
             let (buffer, found) = found;
@@ -94,7 +94,7 @@ impl Mat {
             }
         }
         mat.buffers = std::iter::once(bytes).chain(inflated).collect();
-        if super::vectors(&mat.arrays).is_empty() { Err(Problem::NoSignal(Format::Mat)) } else { Ok(mat) }
+        if super::vectors(&mat.arrays).is_empty() { Err(Problem::no_signal(Format::Mat, &objects)) } else { Ok(mat) }
     }
 }
 
@@ -126,8 +126,14 @@ fn element(at: &mut Cursor<'_>, at_top: bool) -> Option<(u32, Range<usize>)> {
     Some((first, start..start + size))
 }
 
-fn matrices(buffer: &[u8], range: Range<usize>, order: Order) -> Result<Vec<Found>, Problem> {
-    let mut walk = Walk { buffer, order, found: vec![] };
+/// The arrays of an element. Appends the objects of classes, which are not read.
+fn matrices(
+    buffer: &[u8],
+    range: Range<usize>,
+    order: Order,
+    objects: &mut Vec<String>,
+) -> Result<Vec<Found>, Problem> {
+    let mut walk = Walk { buffer, order, found: vec![], objects };
     walk.matrix(range, None, 0).ok_or_else(|| Format::Mat.damaged("the sizes of an array contradict each other"))?;
     Ok(walk.found)
 }
@@ -136,6 +142,8 @@ struct Walk<'a> {
     buffer: &'a [u8],
     order: Order,
     found: Vec<Found>,
+    /// The objects at the top level, with the remedy.
+    objects: &'a mut Vec<String>,
 }
 
 enum Content {
@@ -144,6 +152,20 @@ enum Content {
 }
 
 impl Walk<'_> {
+    /// Notes an object of a class, such as a timetable: its name, the system of classes and its class follow the flags.
+    fn object(&mut self, at: &mut Cursor<'_>, bytes: &[u8]) {
+        let mut text = || {
+            let (_, range) = element(at, false)?;
+            Some(String::from_utf8_lossy(bytes.get(range)?).into_owned())
+        };
+        let (Some(name), Some(_), Some(class)) = (text(), text(), text()) else { return };
+        if !name.is_empty() {
+            self.objects.push(format!(
+                "{name} is a {class}: save its columns as arrays, as in t = seconds({name}.Time); x = {name}.x"
+            ));
+        }
+    }
+
     /// Reads a matrix; inside another one its name is `given`. `None` if it is damaged.
     fn matrix(&mut self, range: Range<usize>, given: Option<&str>, depth: usize) -> Option<Content> {
         let bytes = self.buffer.get(range.clone())?;
@@ -156,6 +178,9 @@ impl Walk<'_> {
         let class = flags & 0xff;
         // Objects of classes and functions have no dimensions here.
         if matches!(class, 16 | 17) {
+            if class == 17 && given.is_none() {
+                self.object(&mut at, bytes);
+            }
             return Some(Content::Other);
         }
         let (_, dims) = element(&mut at, false)?;

@@ -30,7 +30,7 @@ impl Mat4 {
             mat.matrix(&mut at).ok_or_else(refuse)?;
         }
         mat.bytes = bytes;
-        if super::vectors(&mat.arrays).is_empty() { Err(Problem::NoSignal(Format::Mat)) } else { Ok(mat) }
+        if super::vectors(&mat.arrays).is_empty() { Err(Problem::no_signal(Format::Mat, &[])) } else { Ok(mat) }
     }
 
     fn matrix(&mut self, at: &mut Cursor<'_>) -> Option<()> {

@@ -5,19 +5,31 @@
 
 mod bytes;
 mod foreign;
+mod join;
+mod json;
+mod json_lines;
 mod mat;
 mod mat4;
 mod mcap;
+mod mcap_chunks;
 mod name;
+mod npy;
 mod parquet;
+mod parquet_pages;
 mod read;
 mod ros;
 mod tdms;
+mod topics;
+mod unpack;
 
+#[cfg(feature = "arrow-formats")]
+mod arrow;
 #[cfg(feature = "lab-formats")]
 mod excel;
 #[cfg(feature = "lab-formats")]
 mod hdf5;
+#[cfg(feature = "ros-formats")]
+mod rosbag2;
 
 use std::fs::File;
 use std::io::Read;
@@ -26,6 +38,7 @@ use super::error::{Problem, Row};
 use super::{Format, Limits};
 
 pub(super) use foreign::guarded;
+pub(crate) use json_lines::JsonLines;
 pub(super) use name::vectors;
 pub(super) use read::{read, scan};
 
@@ -42,12 +55,14 @@ pub(super) struct Array {
     /// Description in the file.
     pub(super) label: Option<String>,
     pub(super) unit: Option<String>,
+    /// The index of the array with the times of the samples, in a log of several topics.
+    pub(super) clock: Option<usize>,
 }
 
 impl Array {
     /// Creates a row-major array without texts.
     pub(super) fn new(name: impl Into<String>, dims: Vec<usize>) -> Self {
-        Self { name: name.into(), aliases: vec![], dims, column_major: false, label: None, unit: None }
+        Self { name: name.into(), aliases: vec![], dims, column_major: false, label: None, unit: None, clock: None }
     }
 
     pub(super) fn len(&self) -> usize {
@@ -87,12 +102,20 @@ pub(super) fn open(format: Format, mut file: File, limits: &Limits) -> Result<Bo
         Ok::<_, Problem>(bytes)
     };
     Ok(match format {
-        Format::Csv => return Err(Problem::Unsupported(format)),
+        Format::Csv | Format::JsonLines | Format::Rosbag1 => return Err(Problem::Unsupported(format)),
+        Format::Npy => {
+            let bytes = whole()?;
+            guarded(format, || Ok(Box::new(npy::Numpy::of_array(&bytes, limits)?)))?
+        }
+        Format::Npz => {
+            let bytes = whole()?;
+            guarded(format, || Ok(Box::new(npy::Numpy::of_archive(bytes, limits)?)))?
+        }
         Format::Mat => mat::open(whole()?, limits)?,
         Format::Tdms => Box::new(tdms::Tdms::open(whole()?, limits)?),
         Format::Mcap => {
             let bytes = whole()?;
-            guarded(format, || Ok(Box::new(mcap::Mcap::open(&bytes, limits)?)))?
+            guarded(format, || Ok(Box::new(mcap::open(&bytes, limits)?)))?
         }
         Format::Parquet => guarded(format, || Ok(Box::new(parquet::Parquet::open(file, limits)?)))?,
         #[cfg(feature = "lab-formats")]
@@ -105,6 +128,20 @@ pub(super) fn open(format: Format, mut file: File, limits: &Limits) -> Result<Bo
             let bytes = whole()?;
             guarded(format, || Ok(Box::new(excel::Excel::open(bytes, limits)?)))?
         }
+        #[cfg(feature = "arrow-formats")]
+        Format::Arrow => {
+            let bytes = whole()?;
+            guarded(format, || Ok(Box::new(arrow::Arrow::open(bytes, limits)?)))?
+        }
+        #[cfg(not(feature = "arrow-formats"))]
+        Format::Arrow => return Err(Problem::Unsupported(format)),
+        #[cfg(feature = "ros-formats")]
+        Format::Rosbag2 => {
+            let bytes = whole()?;
+            guarded(format, || Ok(Box::new(rosbag2::open(&bytes, limits)?)))?
+        }
+        #[cfg(not(feature = "ros-formats"))]
+        Format::Rosbag2 => return Err(Problem::Unsupported(format)),
         #[cfg(not(feature = "lab-formats"))]
         Format::Hdf5 | Format::Excel => return Err(Problem::Unsupported(format)),
     })

@@ -19,6 +19,11 @@ pub(crate) struct Vector {
 }
 
 impl Vector {
+    /// All elements of an array as a signal.
+    pub(super) fn whole(index: usize, array: &Array) -> Self {
+        Self { array: index, name: array.name.clone(), offset: 0, stride: 1, len: array.len() }
+    }
+
     pub(super) fn of<'a>(&self, values: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
         values.iter().skip(self.offset).step_by(self.stride.max(1)).take(self.len).copied()
     }
@@ -137,11 +142,14 @@ pub(super) fn find(arrays: &[Array], wanted: &str, quantity: Quantity) -> Result
 /// path.
 fn named(arrays: &[Array], name: &str) -> Result<Option<usize>, Problem> {
     let without_zeros = |name: &str| name.replace("[0]", "");
-    let rules: [&dyn Fn(&Array) -> bool; 4] = [
+    // The end of a path may be a field of a message, as in `force.z`.
+    let is_end = |array: &Array| array.name.strip_suffix(name).is_some_and(|before| before.ends_with(['/', '!', '.']));
+    let rules: [&dyn Fn(&Array) -> bool; 5] = [
         &|array| array.name == name,
         &|array| array.aliases.iter().any(|alias| alias == name),
         &|array| without_zeros(&array.name) == without_zeros(name),
         &|array| array.name.trim_start_matches('/') == name || array.name.rsplit(['/', '!']).next() == Some(name),
+        &is_end,
     ];
     for rule in rules {
         let mut found = (0..arrays.len()).filter(|index| rule(&arrays[*index]));

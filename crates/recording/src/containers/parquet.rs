@@ -1,13 +1,16 @@
-//! Parquet files: a signal per column of numbers. Columns of lists and maps are omitted.
+//! Parquet files: a signal per column of numbers. A column with a list of equal length per row has a signal per element.
 
 use std::fs::File;
+use std::sync::Arc;
 
 use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type as Physical};
-use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
 use parquet::data_type::DataType;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 
+use super::bytes::Wide;
+use super::parquet_pages::Pages;
 use super::{Array, Container, Fault, Format, check_size, guarded};
 use crate::Limits;
 use crate::error::Problem;
@@ -16,6 +19,7 @@ const BATCH: usize = 1 << 16;
 
 pub(super) struct Parquet {
     reader: SerializedFileReader<File>,
+    file: Arc<File>,
     arrays: Vec<Array>,
     /// The column index of each array.
     columns: Vec<usize>,
@@ -28,54 +32,84 @@ fn damaged(error: ParquetError) -> Problem {
 
 impl Parquet {
     pub(super) fn open(file: File, limits: &Limits) -> Result<Self, Problem> {
+        let again = Arc::new(file.try_clone().map_err(Problem::Unreadable)?);
         let reader = SerializedFileReader::new(file).map_err(damaged)?;
         let metadata = reader.metadata().file_metadata();
         let rows = usize::try_from(metadata.num_rows()).unwrap_or(usize::MAX);
         if rows > limits.max_samples {
             return Err(Problem::TooManySamples { limit: limits.max_samples });
         }
-        let (mut arrays, mut columns) = (vec![], vec![]);
+        let (mut arrays, mut columns, mut left_out) = (vec![], vec![], vec![]);
         for (index, column) in metadata.schema_descr().columns().iter().enumerate() {
             let is_number = !matches!(
                 column.physical_type(),
                 Physical::BYTE_ARRAY | Physical::FIXED_LEN_BYTE_ARRAY | Physical::INT96
             ) && !matches!(column.converted_type(), ConvertedType::DECIMAL);
-            if column.max_rep_level() == 0 && is_number {
+            let path = column.path().string();
+            if !is_number || column.max_rep_level() > 1 {
+                let kind = if is_number { "lists of lists" } else { "no numbers" };
+                left_out.push(format!("{path} has {kind}"));
+                continue;
+            }
+            // A list per row: the number of its elements follows from the number of values.
+            let values: i64 = reader.metadata().row_groups().iter().map(|group| group.column(index).num_values()).sum();
+            let length = usize::try_from(values).unwrap_or(0) / rows.max(1);
+            let is_list = column.max_rep_level() == 1;
+            if is_list && length == 0 {
+                left_out.push(format!("{path} has empty lists"));
+            } else if is_list && length.checked_mul(rows) != usize::try_from(values).ok() {
+                left_out.push(format!("{path} has lists of different lengths"));
+            } else {
                 let unit = match column.logical_type_ref() {
                     Some(LogicalType::Timestamp(stamp)) => Some(time_unit(&stamp.unit)),
                     _ => None,
                 };
-                arrays.push(Array { unit: unit.map(str::to_owned), ..Array::new(column.path().string(), vec![rows]) });
+                // Writers name the element of a list `x.list.element` or `x.list.item`.
+                let name = if is_list { path.split(".list.").next().unwrap_or(&path) } else { &path };
+                let dims = if is_list { vec![rows, length] } else { vec![rows] };
+                arrays.push(Array { unit: unit.map(str::to_owned), ..Array::new(name, dims) });
                 columns.push(index);
             }
         }
         if arrays.is_empty() || rows < 2 {
-            return Err(Problem::NoSignal(Format::Parquet));
+            return Err(Problem::no_signal(Format::Parquet, &left_out));
         }
-        Ok(Self { reader, arrays, columns, limits: limits.clone() })
+        Ok(Self { reader, file: again, arrays, columns, limits: limits.clone() })
     }
 
     fn column(&self, index: usize) -> Result<Vec<f64>, Fault> {
-        let rows = self.arrays[index].dims[0];
+        let rows = self.arrays[index].len();
         let mut values = Vec::new();
-        for group in 0..self.reader.num_row_groups() {
-            let group = self.reader.get_row_group(group).map_err(damaged)?;
-            match group.get_column_reader(self.columns[index]).map_err(damaged)? {
-                ColumnReader::BoolColumnReader(column) => numbers(column, rows, &mut values, |value| f64::from(*value)),
-                ColumnReader::Int32ColumnReader(column) => {
-                    numbers(column, rows, &mut values, |value| f64::from(*value))
+        let (metadata, max_bytes) = (self.reader.metadata(), self.limits.max_bytes);
+        let column = self.columns[index];
+        let described = metadata.file_metadata().schema_descr().column(column);
+        let length = self.arrays[index].dims.get(1).copied().unwrap_or(1);
+        let list = List { rows: self.arrays[index].dims[0], length, defined: described.max_def_level() };
+        let mut wide = Wide::default();
+        for (number, group) in metadata.row_groups().iter().enumerate() {
+            let rows_of_group = usize::try_from(group.num_rows()).unwrap_or(0);
+            let pages = Pages::of(&self.file, group.column(column), rows_of_group, max_bytes).map_err(damaged)?;
+            let reader = match pages {
+                Some(pages) => get_column_reader(described.clone(), Box::new(pages)),
+                None => {
+                    let group = self.reader.get_row_group(number).map_err(damaged)?;
+                    group.get_column_reader(column).map_err(damaged)?
                 }
-                ColumnReader::Int64ColumnReader(column) => numbers(column, rows, &mut values, |value| *value as f64),
-                ColumnReader::FloatColumnReader(column) => {
-                    numbers(column, rows, &mut values, |value| f64::from(*value))
-                }
-                ColumnReader::DoubleColumnReader(column) => numbers(column, rows, &mut values, |value| *value),
+            };
+            let into = &mut values;
+            match reader {
+                ColumnReader::BoolColumnReader(column) => numbers(column, list, into, |value| f64::from(*value)),
+                ColumnReader::Int32ColumnReader(column) => numbers(column, list, into, |value| f64::from(*value)),
+                ColumnReader::Int64ColumnReader(column) => numbers(column, list, into, |value| wide.number(*value)),
+                ColumnReader::FloatColumnReader(column) => numbers(column, list, into, |value| f64::from(*value)),
+                ColumnReader::DoubleColumnReader(column) => numbers(column, list, into, |value| *value),
                 _ => Ok(()),
             }
             .map_err(damaged)?;
         }
         if values.len() != rows {
-            return Err(Format::Parquet.damaged("a column has fewer values than the file has rows").into());
+            let reason = "a column has fewer values than the file has rows, or lists of different lengths";
+            return Err(Format::Parquet.damaged(reason).into());
         }
         Ok(values)
     }
@@ -89,29 +123,46 @@ fn time_unit(unit: &TimeUnit) -> &'static str {
     }
 }
 
-/// Appends up to `rows` numbers of a column, with NaN for undefined values.
+/// The lists of a column; without lists their length is 1.
+#[derive(Clone, Copy)]
+struct List {
+    /// Number of rows of the file.
+    rows: usize,
+    /// Number of elements per row.
+    length: usize,
+    /// The definition level of a defined value.
+    defined: i16,
+}
+
+/// Appends the numbers of a column, with NaN for undefined values, up to those of all rows.
 fn numbers<T: DataType>(
     mut column: ColumnReaderImpl<T>,
-    rows: usize,
+    List { rows, length, defined }: List,
     values: &mut Vec<f64>,
-    number: impl Fn(&T::T) -> f64,
+    mut number: impl FnMut(&T::T) -> f64,
 ) -> Result<(), ParquetError> {
-    let (mut read, mut levels) = (vec![], vec![]);
-    while values.len() < rows {
+    let (mut read, mut levels, mut lists) = (vec![], vec![], vec![]);
+    while values.len() < rows * length {
         read.clear();
         levels.clear();
-        let (records, ..) = column.read_records(BATCH.min(rows - values.len()), Some(&mut levels), None, &mut read)?;
+        lists.clear();
+        let records = BATCH.min(rows - values.len() / length);
+        let (records, ..) = column.read_records(records, Some(&mut levels), Some(&mut lists), &mut read)?;
         if records == 0 {
             break;
         }
-        // A column without undefined values has no levels.
-        if read.len() == records {
-            values.extend(read.iter().map(&number));
+        // A new row has the repetition level 0.
+        let is_uneven = |(at, level): (usize, &i16)| (*level == 0) != (at % length == 0);
+        if lists.iter().enumerate().any(is_uneven) {
+            return Err(ParquetError::General("the lists of a column have different lengths".into()));
+        }
+        if defined == 0 {
+            values.extend(read.iter().map(&mut number));
         } else {
-            let defined = levels.iter().copied().max().unwrap_or(0);
             let mut read = read.iter();
-            let value = |level: &i16| if *level == defined { read.next().map_or(f64::NAN, &number) } else { f64::NAN };
-            values.extend(levels.iter().map(value));
+            let mut value =
+                |level: &i16| if *level == defined { read.next().map_or(f64::NAN, &mut number) } else { f64::NAN };
+            values.extend(levels.iter().map(&mut value));
         }
     }
     Ok(())

@@ -153,7 +153,7 @@ impl Tdms {
             sources.push(ArraySource::Values(index));
         }
         if super::vectors(&arrays).is_empty() {
-            return Err(Problem::NoSignal(Format::Tdms));
+            return Err(Problem::no_signal(Format::Tdms, &[]));
         }
         Ok(Self { channels, arrays, sources, limits: limits.clone(), bytes })
     }

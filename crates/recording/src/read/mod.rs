@@ -5,9 +5,11 @@ use std::io::Read;
 use super::error::{Place, Problem, Row};
 use super::header::Layout;
 use super::labview::X_VALUE;
+use super::samples::intervals;
 use super::signals::{Signal, Statistics};
+use super::stamp::Stamps;
 use super::table::Rows;
-use super::{Columns, Limits, Recording, RecordingError};
+use super::{Column, Columns, IgnoredUnit, Limits, Quantity, Recording, RecordingError};
 
 /// Reads a recording from CSV text in UTF-8; `source` is its name in messages.
 ///
@@ -20,7 +22,10 @@ use super::{Columns, Limits, Recording, RecordingError};
 ///
 /// - UTF-16 with a byte order mark, and names in Latin-1;
 /// - `%` before comments, and names in the comment above the numbers;
+/// - a preamble of any length: the names are then on the line above the longest block of numbers;
+/// - no names: the columns are named by their numbers, from 1;
 /// - a row of units below the names, or in the comment;
+/// - times as dates of ISO 8601 or as Unix times, which then count from the first one;
 /// - decimal commas, unless the comma is the separator or the file also has decimal points;
 /// - the header of LabVIEW's `.lvm`, whose `Delta_X` gives the times if `X_Value` is empty.
 ///
@@ -35,21 +40,31 @@ pub fn read_csv<R: Read>(
     limits: &Limits,
 ) -> Result<Recording, RecordingError> {
     let (mut rows, layout) =
-        Rows::open(source, reader, limits.max_bytes, |header| Layout::locate(header.iter(), columns))?;
+        Rows::open(source, reader, limits, |names| Layout::locate(names, columns, limits.rate_hz.is_some()))?;
     let mut samples = Samples::new(columns, limits);
     let mut has_row = rows.next()?;
     if has_row && rows.take_units() {
         has_row = rows.next()?;
     }
     while has_row {
-        samples.push(&rows, &layout)?;
+        samples.push(&mut rows, &layout)?;
         has_row = rows.next()?;
     }
-    samples.finish(source)
+    let recording = samples.finish(source, rows.origin_s(&columns.time))?;
+    let of = |(quantity, column, index): (Quantity, Option<&Column>, Option<usize>)| {
+        IgnoredUnit::of(quantity, column?, rows.unit(index?))
+    };
+    let requested = [
+        (Quantity::Time, Some(&columns.time).filter(|_| !rows.has_dates()), layout.time),
+        (Quantity::Position, Some(&columns.position), Some(layout.position)),
+        (Quantity::Velocity, columns.velocity.as_ref(), layout.velocity),
+        (Quantity::Force, Some(&columns.force), Some(layout.force)),
+    ];
+    Ok(recording.with_ignored_units(requested.into_iter().filter_map(of).collect()))
 }
 
 pub(super) fn names_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Result<Vec<String>, RecordingError> {
-    Rows::open(source, reader, limits.max_bytes, |header| super::header::names(header.iter())).map(|(_, names)| names)
+    Rows::open(source, reader, limits, |names| Ok(names.to_vec())).map(|(_, names)| names)
 }
 
 /// Lists the columns of a table that contain a number, as signals. Other fields count as undefined.
@@ -57,8 +72,8 @@ pub(super) fn names_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Re
 /// # Errors
 /// As [`read_csv`], for a text that is not a table.
 pub fn scan_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Result<Vec<Signal>, RecordingError> {
-    let (mut rows, names) = Rows::open(source, reader, limits.max_bytes, |header| super::header::names(header.iter()))?;
-    let mut statistics = vec![Statistics::default(); names.len()];
+    let (mut rows, names) = Rows::open(source, reader, limits, |names| Ok(names.to_vec()))?;
+    let mut statistics = vec![(Statistics::default(), Stamps::default()); names.len()];
     let mut has_row = rows.next()?;
     if has_row && rows.take_units() {
         has_row = rows.next()?;
@@ -67,19 +82,31 @@ pub fn scan_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Result<Vec
     let mut count = 0;
     while has_row {
         rows.check_room(count, limits.max_samples)?;
-        for (index, statistics) in statistics.iter_mut().enumerate() {
+        for (index, (statistics, stamps)) in statistics.iter_mut().enumerate() {
             let value = match clock {
                 Some(clock) if names[index] == X_VALUE && rows.is_empty_or(index, &[]) => clock.time_s(count),
-                _ => rows.parse(index, 1.0).unwrap_or(f64::NAN),
+                _ => rows.number_or_date(index, stamps).unwrap_or(f64::NAN),
             };
             statistics.push(value);
         }
         count += 1;
         has_row = rows.next()?;
     }
+    if count == 0 {
+        return Err(Place::file(source).error(Problem::TooFewSamples(0)));
+    }
+    if !statistics.iter().any(|(statistics, _)| statistics.has_number()) {
+        return Err(Place::file(source).error(Problem::NoNumbers { names }));
+    }
     let units: Vec<Option<String>> = (0..names.len()).map(|index| rows.unit(index).map(str::to_owned)).collect();
-    let columns = names.into_iter().zip(units).zip(statistics).filter(|(_, statistics)| statistics.has_number());
-    Ok(columns.map(|((name, unit), statistics)| Signal::new(name, None, unit, vec![count], statistics)).collect())
+    let columns = names.into_iter().zip(units).zip(statistics);
+    let columns = columns.filter(|(_, (statistics, _))| statistics.has_number());
+    let signal = |((name, unit), (statistics, stamps)): ((String, _), (_, Stamps))| {
+        // A date has the unit of the seconds that it is read as.
+        let unit = if stamps.has_dates() { Some("s".to_owned()) } else { unit };
+        Signal::new(name, None, unit, vec![count], statistics)
+    };
+    Ok(columns.map(signal).collect())
 }
 
 struct Samples<'a> {
@@ -105,16 +132,14 @@ impl<'a> Samples<'a> {
         }
     }
 
-    fn push<R: Read>(&mut self, rows: &Rows<'_, R>, layout: &Layout) -> Result<(), RecordingError> {
+    fn push<R: Read>(&mut self, rows: &mut Rows<'_, R>, layout: &Layout) -> Result<(), RecordingError> {
         rows.check_room(self.time_s.len(), self.limits.max_samples)?;
         rows.check_width(layout.width)?;
-        let before = self.time_s.last().map(|&before_s| (before_s, self.lines.of(self.time_s.len() - 1)));
-        let time_s = match rows.clock() {
-            Some(clock) if self.columns.time.name() == X_VALUE && rows.is_empty_or(layout.time, &[]) => {
-                clock.time_s(self.time_s.len()) * self.columns.time.scale()
-            }
-            _ => rows.time(layout.time, &self.columns.time, before)?,
-        };
+        let time_s = self.time_s(rows, layout)?;
+        // Some programs write the first time twice. The last row with it counts.
+        if self.time_s == [time_s] {
+            *self = Self::new(self.columns, self.limits);
+        }
         self.position_m.push(rows.number(layout.position, &self.columns.position)?);
         if let (Some(index), Some(column)) = (layout.velocity, &self.columns.velocity) {
             self.velocity_m_per_s.push(rows.number(index, column)?);
@@ -125,12 +150,34 @@ impl<'a> Samples<'a> {
         Ok(())
     }
 
-    fn finish(self, source: &str) -> Result<Recording, RecordingError> {
+    fn time_s<R: Read>(&self, rows: &mut Rows<'_, R>, layout: &Layout) -> Result<f64, RecordingError> {
+        let (sample, column) = (self.time_s.len(), &self.columns.time);
+        let Some(index) = layout.time else {
+            return Ok(sample as f64 / self.limits.rate_hz.unwrap_or(1.0));
+        };
+        match rows.clock() {
+            Some(clock) if column.name() == X_VALUE && rows.is_empty_or(index, &[]) => {
+                Ok(column.convert(clock.time_s(sample)))
+            }
+            _ => {
+                let before = self.time_s.last().map(|&before_s| (before_s, self.lines.of(sample - 1)));
+                match rows.time(index, column, before) {
+                    Err(RecordingError { problem: Problem::TimeRepeats { time_s, .. }, .. }) if sample == 1 => {
+                        Ok(time_s)
+                    }
+                    time_s => time_s,
+                }
+            }
+        }
+    }
+
+    fn finish(self, source: &str, origin_s: f64) -> Result<Recording, RecordingError> {
         if self.time_s.len() < 2 {
             return Err(Place::file(source).error(Problem::TooFewSamples(self.time_s.len())));
         }
         let velocity = self.columns.velocity.as_ref().map(|_| self.velocity_m_per_s);
         let recording = Recording::from_checked(self.time_s, self.position_m, velocity, self.force_n);
+        let recording = recording.since(origin_s);
         check_gaps(source, recording, self.columns, self.limits, |row| Row::Line(self.lines.of(row)))
     }
 }
@@ -143,19 +190,29 @@ pub(super) fn check_gaps(
     limits: &Limits,
     row: impl Fn(usize) -> Row,
 ) -> Result<Recording, RecordingError> {
-    let median_s = recording.median_interval_s();
+    check_times(source, &columns.time, limits, recording.time_s(), row)?;
+    Ok(recording)
+}
+
+/// Checks that no gap of increasing times exceeds the limit.
+pub(super) fn check_times(
+    source: &str,
+    column: &Column,
+    limits: &Limits,
+    time_s: &[f64],
+    row: impl Fn(usize) -> Row,
+) -> Result<(), RecordingError> {
+    let [_, median_s, _] = intervals(time_s);
     let limit_s = limits.max_gap_s.unwrap_or(Limits::GAP_IN_MEDIANS * median_s);
-    let mut pairs = recording.time_s().windows(2);
+    let mut pairs = time_s.windows(2);
     // Gaps equal to the limit are allowed, up to the rounding of decimal times; a limit of NaN allows no gap.
     let allowed = |gap_s: f64| gap_s <= limit_s * (1.0 + 1e-9);
-    let Some(before) = pairs.position(|pair| !allowed(pair[1] - pair[0])) else {
-        return Ok(recording);
-    };
+    let Some(before) = pairs.position(|pair| !allowed(pair[1] - pair[0])) else { return Ok(()) };
     let place = Place::file(source).at(row(before + 1));
-    Err(place.in_column(columns.time.name()).error(Problem::Gap {
+    Err(place.in_column(column.name()).error(Problem::Gap {
         before: row(before),
-        before_s: recording.time_s()[before],
-        after_s: recording.time_s()[before + 1],
+        before_s: time_s[before],
+        after_s: time_s[before + 1],
         limit_s,
         median_s: limits.max_gap_s.is_none().then_some(median_s),
     }))

@@ -110,6 +110,69 @@ fn a_name_after_a_percent_sign_can_be_given_with_the_sign() {
 }
 
 #[test]
+fn tables_below_a_preamble_are_read() {
+    let bluehill = "General : Start date,\"2024-01-01\"\nMaximum Load,\"2.00\",N\n\nt,x,f\n(s),(m),(N)\n\"0.0\",\"1\",\"2.5\"\n\"1.0\",\"-3\",\"0.004\"\n";
+    let plain = [[0.0, 1.0, 2.5], [1.0, -3.0, 4e-3]];
+    assert_eq!(samples(bluehill), plain);
+    let long = format!("{}t;x;f\n0;1;2,5\n1;-3;,004\n", "Parameter;1\n# remark\n\n".repeat(3));
+    assert_eq!(samples(&long), plain, "{long}");
+    assert_eq!(samples(format!("{}{bluehill}", "a line of text\n".repeat(5000))), plain);
+    let limits = Limits { skip_lines: 1, ..Limits::default() };
+    let skipped = |table: &str| read_csv("pop.csv", table.as_bytes(), &columns(), &limits);
+    assert_eq!(skipped("a,b,c\nt,x,f\n0,1,2\n1,-3,4\n").expect("a recording").len(), 2);
+    let refusal = skipped("a,b,c\nt,x,f\n0,1,2\n1,?,4\n").expect_err("refused").to_string();
+    assert!(refusal.starts_with("pop.csv line 4, column 'x'"), "{refusal}");
+}
+
+#[test]
+fn a_table_without_names_has_numbered_columns() {
+    let column = |text: &str| text.parse().expect("a column");
+    let columns = Columns { time: column("1"), position: column("2:2+1"), velocity: None, force: column("3") };
+    for table in
+        ["0,1,2\n1,2,3\n", "0;1;2\n1;2;3\n", "0 1 2\n1 2 3\n", "by hand\n\n0\t1\t2\n1\t2\t3\n", "t,x,f\n0,1,2\n1,2,3\n"]
+    {
+        let recording = read_csv("pop.csv", table.as_bytes(), &columns, &Limits::default()).expect(table);
+        assert_eq!((recording.time_s(), recording.position_m()), (&[0.0, 1.0][..], &[3.0, 5.0][..]), "{table}");
+    }
+    let at = read_csv("pop.csv", &b"0,1,2\n1,?,3\n2,2,2\n"[..], &columns, &Limits::default()).expect_err("refused");
+    assert!(at.to_string().starts_with("pop.csv line 2, column '2'"), "{at}");
+    let names: Vec<String> = scan_csv("pop.csv", &b"0,1\n1,2\n"[..], &Limits::default())
+        .expect("signals")
+        .into_iter()
+        .map(|s| s.name)
+        .collect();
+    assert_eq!(names, ["1", "2"]);
+}
+
+#[test]
+fn a_rate_replaces_the_column_of_time() {
+    let limits = Limits { rate_hz: Some(500.0), ..Limits::default() };
+    let recording = read_csv("pop.csv", &b"x,f\n0,1\n1,2\n2,3\n"[..], &columns(), &limits).expect("a recording");
+    assert_eq!(recording.time_s(), [0.0, 0.002, 0.004]);
+}
+
+#[test]
+fn dates_and_unix_times_count_from_the_first_sample() {
+    for table in [
+        "t,x,f\n2026-01-01T00:00:00.000Z,1,2\n2026-01-01T00:00:00.250Z,1,2\n",
+        "t,x,f\n1767225600.000000,1,2\n1767225600.250000,1,2\n",
+    ] {
+        let recording = read(table).expect(table);
+        assert_eq!((recording.time_s(), recording.origin_s()), (&[0.0, 0.25][..], 1767225600.0), "{table}");
+    }
+    let mixed = refusal("t,x,f\n2026-01-01T00:00:00,1,2\nyesterday,1,2\n");
+    assert!(mixed.starts_with("pop.csv line 3, column 't': 'yesterday' is not a number"), "{mixed}");
+    let listed = scan_csv("pop.csv", &b"t,x\n10:00:00,1\n10:00:01,2\n"[..], &Limits::default()).expect("signals");
+    assert_eq!((listed[0].role, listed[0].unit.as_deref()), (Some(Quantity::Time), Some("s")));
+}
+
+#[test]
+fn a_first_time_that_is_written_twice_counts_once() {
+    assert_eq!(samples("t,x,f\n0,9,9\n0,1,2\n1,2,3\n"), [[0.0, 1.0, 2.0], [1.0, 2.0, 3.0]]);
+    assert!(refusal("t,x,f\n0,9,9\n-1,1,2\n").contains("time decreases"));
+}
+
+#[test]
 fn a_table_is_listed_as_signals() {
     let table = "t,x,f,note\nms,mm,N,-\n0,1,2,a\n1,3,,b\n2,2,5,c\n";
     let signals = scan_csv("pop.csv", table.as_bytes(), &Limits::default()).expect("signals");
@@ -145,11 +208,14 @@ fn unusable_headers_are_refused() {
         refusal("t,y,f\n"),
         "pop.csv: no column 'x' (--position or recording.columns.position_m); the file has t, y, f"
     );
-    assert_eq!(refusal("t,x,f,x,x\n"), "pop.csv: 3 columns are named 'x'; rename all but one");
+    assert_eq!(
+        refusal("t,x,f,x,x\n"),
+        "pop.csv: 3 columns are named 'x'; rename all but one, or give the number of the column, from 1"
+    );
     assert_eq!(
         refusal("# t,x\n0,1,2\n"),
-        "pop.csv line 2: numbers where the columns' names are expected; add a header line \
-         (a line that begins with '#' is a comment)"
+        "pop.csv: no column 't' (--time or recording.columns.time_s): the file has no line of names, so that its 3 columns \
+         are named by their numbers; give them as in --time 1 --position 2 --force 3, or add a line of names"
     );
 }
 
@@ -220,8 +286,8 @@ fn time_must_increase() {
          sort the rows by time, or keep one run per file"
     );
     assert_eq!(
-        refusal("t,x,f\n0,1,2\n# pause\n0,1,2\n"),
-        "pop.csv line 4, column 't': the time 0 s repeats that of line 2; \
+        refusal("t,x,f\n0,1,2\n1,1,2\n# pause\n1,1,2\n"),
+        "pop.csv line 5, column 't': the time 1 s repeats that of line 3; \
          remove the repeated row, or log time with more digits"
     );
 }

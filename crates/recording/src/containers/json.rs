@@ -1,0 +1,97 @@
+//! The numbers of JSON objects as columns, one row per object.
+
+use serde_json::Value as Json;
+
+use super::ros::MAX_ELEMENTS;
+use crate::error::Problem;
+use crate::stamp::Stamps;
+
+/// Maximum number of values in an object.
+const MAX_NUMBERS: usize = 1024;
+
+/// The columns of the objects, named by the paths of their numbers.
+#[derive(Debug, Default)]
+pub(super) struct JsonColumns {
+    pub(super) names: Vec<String>,
+    pub(super) columns: Vec<Vec<f64>>,
+    /// The dates of each column.
+    stamps: Vec<Stamps>,
+    rows: usize,
+}
+
+impl JsonColumns {
+    /// Adds an object. Numbers and Booleans are values; texts are values only if they are dates.
+    pub(super) fn push(&mut self, text: &[u8]) -> Result<(), String> {
+        let json = serde_json::from_slice(text).map_err(|error| error.to_string())?;
+        let row = self.rows;
+        visit(&json, &mut String::new(), &mut |name, value| {
+            let known = self.names.iter().position(|known| known == name);
+            let date = |stamps: &mut Stamps| match value {
+                Leaf::Number(number) => Some(number),
+                Leaf::Text(text) => stamps.time_s(text.as_bytes(), Err(Problem::EmptyField), 1.0).ok(),
+            };
+            let (index, number) = match known {
+                Some(index) => (index, date(&mut self.stamps[index])),
+                None => {
+                    let mut stamps = Stamps::default();
+                    let Some(number) = date(&mut stamps) else { return };
+                    if self.names.len() < MAX_NUMBERS {
+                        self.names.push(name.to_owned());
+                        self.columns.push(vec![]);
+                        self.stamps.push(stamps);
+                    }
+                    (self.names.len() - 1, Some(number))
+                }
+            };
+            // Pads for the objects without this number. A name that occurs twice in an object keeps its last number.
+            self.columns[index].resize(row, f64::NAN);
+            self.columns[index].push(number.unwrap_or(f64::NAN));
+        });
+        if self.names.len() == MAX_NUMBERS {
+            return Err(format!("it has {MAX_NUMBERS} numbers or more"));
+        }
+        self.rows += 1;
+        Ok(())
+    }
+
+    /// Returns the names, the columns with one value per object, and for each column true if it holds dates.
+    pub(super) fn finish(mut self) -> impl Iterator<Item = (String, Vec<f64>, bool)> {
+        self.columns.iter_mut().for_each(|column| column.resize(self.rows, f64::NAN));
+        let dates: Vec<bool> = self.stamps.iter().map(Stamps::has_dates).collect();
+        self.names.into_iter().zip(self.columns).zip(dates).map(|((name, column), dates)| (name, column, dates))
+    }
+}
+
+enum Leaf<'a> {
+    Number(f64),
+    Text(&'a str),
+}
+
+/// Visits the values of an object, with their paths.
+fn visit<'a>(json: &'a Json, path: &mut String, leaf: &mut impl FnMut(&str, Leaf<'a>)) {
+    let before = path.len();
+    match json {
+        Json::Number(value) => leaf(path, Leaf::Number(value.as_f64().unwrap_or(f64::NAN))),
+        Json::Bool(value) => leaf(path, Leaf::Number(f64::from(u8::from(*value)))),
+        Json::Null => leaf(path, Leaf::Number(f64::NAN)),
+        Json::String(text) => leaf(path, Leaf::Text(text)),
+        Json::Array(elements) if elements.len() > MAX_ELEMENTS => {}
+        Json::Array(elements) => {
+            for (index, element) in elements.iter().enumerate() {
+                path.push_str(&format!("[{index}]"));
+                visit(element, path, leaf);
+                path.truncate(before);
+            }
+        }
+        Json::Object(fields) => {
+            for (name, field) in fields {
+                if before > 0 {
+                    path.push('.');
+                }
+                path.push_str(name);
+                visit(field, path, leaf);
+                path.truncate(before);
+            }
+        }
+    }
+}
