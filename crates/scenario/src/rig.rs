@@ -6,12 +6,14 @@ use super::error::ScenarioError;
 use super::scenario::Scenario;
 use super::value::Value;
 use trocar_core::rig::{Limits, Settings, VelocitySource};
+use trocar_core::safety::SafetySettings;
 
 impl Scenario {
     /// Returns the settings with which a rig's controller behaves like this scenario's.
     ///
     /// Architecture and passivity of the link are not transferred, because [`trocar_core::rig`] implements the paper's
-    /// scheme. The limits are the defaults, because a scenario has none.
+    /// scheme. The limits of a possible sample are the defaults, because a scenario has none. A limit of the master's
+    /// motor lowers the limit of the force.
     #[must_use]
     pub fn rig_settings(&self) -> Settings {
         let resolution_m = self.sensor.position_resolution_m;
@@ -31,7 +33,14 @@ impl Scenario {
             detector: self.detector,
             augmentation: self.augmentation,
             limits: Limits::default(),
+            safety: SafetySettings { force_limit_n: self.force_limit_n(), ..self.safety },
         }
+    }
+
+    /// The largest force of a rig's master in N.
+    fn force_limit_n(&self) -> f64 {
+        let limit_n = self.safety.force_limit_n;
+        self.actuators.master_force_n.map_or(limit_n, |motor_n| motor_n.min(limit_n))
     }
 
     /// Like [`Scenario::rig_settings`], with changed values for some of [`Settings::KEYS`].
@@ -57,6 +66,7 @@ impl Scenario {
         Settings::KEYS.iter().map(|key| {
             let value = match (key.path, key.fallback) {
                 ("rig.start_m", _) => Some(Value::Number(self.start_m())),
+                ("safety.force_limit_n", _) => Some(Value::Number(self.force_limit_n())),
                 (path, Fallback::Value(default)) if path.starts_with("rig.") => Some(Value::from(default)),
                 (path, _) => self.values().get(path).cloned(),
             };
