@@ -25,6 +25,8 @@ pub enum Status {
     NotInitialised = 7,
     /// A defect of the library. The rig must not be used any more.
     Panic = 8,
+    /// The state is damaged, or of a rig with other settings or of another version.
+    State = 9,
 }
 
 impl Status {
@@ -41,10 +43,11 @@ impl Status {
             Self::Scenario => c"the scenario cannot be read",
             Self::NotInitialised => c"the rig is not initialised: call trocar_rig_init first",
             Self::Panic => c"a defect of the library: the rig must not be used any more",
+            Self::State => c"the state is damaged, or of a rig with other settings or of another version",
         }
     }
 
-    const ALL: [Self; 9] = [
+    const ALL: [Self; 10] = [
         Self::Ok,
         Self::Null,
         Self::StructSize,
@@ -54,6 +57,7 @@ impl Status {
         Self::Scenario,
         Self::NotInitialised,
         Self::Panic,
+        Self::State,
     ];
 }
 

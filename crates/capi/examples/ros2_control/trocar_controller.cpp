@@ -111,7 +111,7 @@ private:
     trocar_rig_settings settings_{};
     std::vector<std::max_align_t> memory_;
     trocar_rig *rig_ = nullptr;
-    trocar_command command_{sizeof(trocar_command), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+    trocar_command command_{sizeof(trocar_command), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
     unsigned bad_samples_to_stop_ = 50;
 };
 

@@ -5,7 +5,7 @@ use crate::detector::DetectorSettings;
 use crate::error::{InvalidValue, finite, require};
 use crate::estimation::{ContactSettings, Forgetting, Parameters, RlsSettings, VelocityFilter};
 use crate::safety::SafetySettings;
-use crate::settings::{Key, KeySource, Range, count, joined};
+use crate::settings::{Key, KeySource, Range, count, joined, restricted};
 
 /// Smallest and largest magnitude of a setting that the tick divides by or multiplies with. Within these bounds no
 /// product of the tick overflows or underflows a 64-bit float. Chosen here, far beyond any rig.
@@ -129,7 +129,8 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// The keys in order: keys of a scenario, and `rig.` keys for values that a scenario does not have.
+    /// The keys in order: keys of a scenario, and `rig.start_m`, which a scenario derives. The choices of the estimator
+    /// have the words of estimators that a rig runs.
     pub const KEYS: &'static [Key] = {
         const GROUPS: &[&[Key]] = &[
             Machines::KEYS,
@@ -140,7 +141,9 @@ impl Settings {
             DetectorSettings::KEYS,
             AugmentationSettings::KEYS,
         ];
-        &joined::<{ count(GROUPS) }>(GROUPS)
+        const ALL: [Key; count(GROUPS)] = joined(GROUPS);
+        const FORGETTING: [Key; count(GROUPS)] = restricted(ALL, Forgetting::KEY.path, &["resetting"]);
+        &restricted(FORGETTING, Parameters::KEY.path, &["stiffness-and-damping", "stiffness"])
     };
 
     /// Reads the settings by [`Settings::KEYS`]. A resolution of 0 means that the velocity is measured.
@@ -258,6 +261,21 @@ mod tests {
         assert_eq!(refused(Settings { limits, ..default }), "rig.force_limit_n");
         let velocity = VelocitySource::Filtered { resolution_m: 0.0, acceleration_std_m_per_s2: 1.0 };
         assert_eq!(refused(Settings { velocity, ..default }), "sensor.position_resolution_m");
+    }
+
+    #[test]
+    fn the_words_of_an_estimator_are_those_that_validation_accepts() {
+        let words = |path: &str| {
+            let key = Settings::KEYS.iter().find(|key| key.path == path).expect("a key");
+            if let crate::settings::Kind::Choice(words) = key.kind { words } else { &[] }
+        };
+        let default = Settings::default();
+        for parameters in Parameters::ALL {
+            let estimator = RlsSettings { parameters, ..default.estimator };
+            let is_accepted = Settings { estimator, ..default }.validate().is_ok();
+            assert_eq!(words("estimator.parameters").contains(&parameters.word()), is_accepted, "{parameters:?}");
+        }
+        assert_eq!(words("estimator.forgetting"), [Forgetting::Resetting.word()]);
     }
 
     #[test]
