@@ -71,7 +71,7 @@ use crate::detector::CusumDetector;
 use crate::error::InvalidValue;
 use crate::estimation::{Rls, VelocityFilter};
 use crate::lane::{Lane, Stored};
-use crate::safety::{Safe, SafetyCounts, SafetyStage, SlaveSample, Wanted};
+use crate::safety::{Safe, SafetyCounts, SafetyStage, SafetyState, SlaveSample, Wanted};
 use detection::{Detected, DetectionChain};
 use held::HeldMeasurement;
 use sequence::{Arrival, Sequence};
@@ -194,6 +194,12 @@ impl HapticController {
     /// Ends a stop or a fault: the reference moves to the hand, and then the force returns.
     pub fn enable(&mut self) {
         self.safety.enable();
+    }
+
+    /// The state of the commands.
+    #[must_use]
+    pub fn safety_state(&self) -> SafetyState {
+        self.safety.state()
     }
 
     /// The numbers of ticks at which limits acted, and of faults.

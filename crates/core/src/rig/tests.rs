@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::augmentation::{AugmentationSettings, Mode};
-use crate::safety::{SafetyActs, SafetySettings, SafetyState};
+use crate::safety::{SafetyActs, SafetySettings};
 
 /// Settings without the safety stage: most tests are about the commands that enter it.
 fn settings() -> Settings {

@@ -1,15 +1,17 @@
 //! The safety stage: every command to a motor passes it.
 //!
-//! [`ForceLimiter`] and [`ReferenceLimiter`] bound the commands; the simulation uses them, too. [`SafetyStage`] adds
+//! [`ForceLimiter`] and [`ReferenceLimiter`] bound the commands; the simulation uses them, too, as [`CommandLimits`]. [`SafetyStage`] adds
 //! the states of a rig: alignment at the start, faults, and the stop.
 
 mod force;
+mod limits;
 mod plausibility;
 mod reference;
 mod settings;
 mod state;
 
 pub use force::{ForceLimiter, LimitedForce};
+pub use limits::CommandLimits;
 pub use plausibility::SlaveSample;
 pub use reference::{LimitedReference, ReferenceLimiter};
 pub use settings::{SafetyActs, SafetySettings};

@@ -2,6 +2,7 @@
 
 mod at_rest;
 mod document;
+mod limits;
 mod misses;
 mod oscillation;
 mod own;
