@@ -4,6 +4,16 @@
 //! owns all memory: a rig is initialised in memory of [`trocar_rig_size`] bytes, and no function keeps or frees
 //! anything. [`trocar_rig_step`] neither allocates nor blocks. No panic leaves a function; it becomes
 //! [`Status::Panic`].
+//!
+//! Without the feature `std` the crate needs neither operating system nor allocator. A static library for a
+//! microcontroller:
+//!
+//! ```text
+//! cargo rustc -p trocar-c --lib --release --no-default-features --features panic-loop \
+//!     --crate-type staticlib --target thumbv7em-none-eabihf
+//! ```
+
+#![cfg_attr(not(feature = "std"), no_std)]
 
 mod digest;
 mod error_text;

@@ -1,7 +1,6 @@
 //! The status of a call.
 
 use core::ffi::{CStr, c_char};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// The status of a call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,9 +61,27 @@ impl Status {
 }
 
 /// Converts a panic of the body to a status.
+#[cfg(feature = "std")]
 #[inline(always)]
 pub(crate) fn guarded(body: impl FnOnce() -> Status) -> Status {
-    catch_unwind(AssertUnwindSafe(body)).unwrap_or(Status::Panic)
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(body)).unwrap_or(Status::Panic)
+}
+
+/// Runs the body. Without the standard library a panic goes to the panic handler.
+#[cfg(not(feature = "std"))]
+#[inline(always)]
+pub(crate) fn guarded(body: impl FnOnce() -> Status) -> Status {
+    body()
+}
+
+/// Stops the processor's program: a panic is a defect of the library, after which no command is valid. A watchdog then
+/// switches the motors off.
+#[cfg(all(feature = "panic-loop", not(feature = "std")))]
+#[panic_handler]
+fn stop(_: &core::panic::PanicInfo<'_>) -> ! {
+    loop {
+        core::hint::spin_loop();
+    }
 }
 
 /// Returns the text of a status: one line without a full stop, never freed. Unknown numbers also have a text.
@@ -86,6 +103,7 @@ mod tests {
         }
     }
 
+    #[cfg(feature = "std")]
     #[test]
     fn a_panic_becomes_a_status() {
         assert_eq!(guarded(|| panic!("a defect")), Status::Panic);
