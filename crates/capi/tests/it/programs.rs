@@ -328,6 +328,29 @@ fn a_program_in_cpp_announces_the_same_alarms() {
 }
 
 #[test]
+fn the_ros2_controller_gives_the_commands_of_rust_with_a_stub_of_ros() {
+    let folder = TempDir::new().expect("a folder");
+    let case = augmented(&folder);
+    let stub = here().join("tests/ros2_stub").display().to_string();
+    for compiler in compilers(&["g++", "clang++"]) {
+        let program = compiled_with(compiler, &["-I", &stub], "tests/ros2_stub/main.cpp", &folder);
+        let text = run(Command::new(program).arg(&case.arguments[1]), &case.input());
+        let commands = case.commands();
+        assert_eq!(text.lines().count(), commands.len(), "{compiler}");
+        for (k, (line, command)) in text.lines().zip(&commands).enumerate() {
+            let (reference, force) = line.split_once(',').expect("two numbers");
+            let number = |text: &str| text.parse::<f64>().expect("a number");
+            // The force pushes the master against the direction of insertion.
+            assert_eq!(
+                [number(reference).to_bits(), (-number(force)).to_bits()],
+                command[..2],
+                "{compiler}, sample {k}"
+            );
+        }
+    }
+}
+
+#[test]
 fn cmake_and_pkg_config_find_the_installed_library() {
     if compilers(&["gcc", "clang"]).is_empty() || !is_there("cmake") {
         println!("skipped: CMake is not installed");

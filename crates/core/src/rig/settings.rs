@@ -141,9 +141,12 @@ impl Settings {
             DetectorSettings::KEYS,
             AugmentationSettings::KEYS,
         ];
-        const ALL: [Key; count(GROUPS)] = joined(GROUPS);
-        const FORGETTING: [Key; count(GROUPS)] = restricted(ALL, Forgetting::KEY.path, &["resetting"]);
-        &restricted(FORGETTING, Parameters::KEY.path, &["stiffness-and-damping", "stiffness"])
+        const COUNT: usize = count(GROUPS);
+        &restricted(
+            restricted(joined::<COUNT>(GROUPS), Forgetting::KEY.path, &["resetting"]),
+            Parameters::KEY.path,
+            &["stiffness-and-damping", "stiffness"],
+        )
     };
 
     /// Reads the settings by [`Settings::KEYS`]. A resolution of 0 means that the velocity is measured.
