@@ -73,7 +73,7 @@ impl Silence {
 }
 
 fn seconds(ns: i64) -> f64 {
-    1e-9 * ns as f64
+    ns as f64 / 1e9
 }
 
 #[cfg(test)]
