@@ -3,7 +3,9 @@
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use trocar_core::lane::Stored as _;
-use trocar_core::rig::{self, Faults, Sample, Settings};
+use trocar_core::rig::{self, Counters, DetectionState, Faults, Sample, Settings};
+use trocar_core::safety::{FaultCause, Limited, SafetyCounts, SafetyState};
+use trocar_core::settings::Kind;
 use trocar_scenario::ScenarioError;
 
 use crate::error;
@@ -31,20 +33,47 @@ pub(crate) struct Command {
     slave_velocity_m_per_s: f64,
     faults: Vec<&'static str>,
     faulty_samples: u32,
+    detection: &'static str,
+    detection_ticks: u32,
+    state: &'static str,
+    fault: Option<&'static str>,
+    limited: Vec<&'static str>,
 }
+
+/// The limits of a command, by their names.
+const LIMITS: [&str; 4] = ["force", "force_rate", "reference_speed", "lead"];
 
 /// The channels of a sample, by the names of faults.
 const CHANNELS: [&str; 4] = ["master_position", "slave_position", "slave_velocity", "force"];
 
-/// The numbers of a command, its mode, true for an alarm and for a taken alarm, the faulty channels, and the number
-/// of faulty samples.
-type CommandParts = ([f64; 9], u8, (bool, bool), Vec<String>, u32);
+/// The numbers of a command, its mode, true for an alarm and for a taken alarm, the faulty channels, the number of
+/// faulty samples, and the states: the detection with its ticks, the state, the fault and the acting limits.
+type CommandParts = ([f64; 9], u8, (bool, bool), Vec<String>, u32, States);
+
+type States = (u8, u32, u8, u8, Vec<String>);
+
+fn named(names: [&'static str; 4], given: &[String]) -> Vec<&'static str> {
+    names.into_iter().filter(|name| given.iter().any(|one| one == name)).collect()
+}
+
+fn place(word: &str, words: impl IntoIterator<Item = &'static str>) -> u8 {
+    words.into_iter().position(|one| one == word).map_or(0, |place| place as u8)
+}
 
 #[pymethods]
 impl Command {
     /// Restores a pickled command.
     #[new]
-    fn new(numbers: [f64; 9], mode: u8, alarms: (bool, bool), faults: Vec<String>, faulty_samples: u32) -> Self {
+    fn new(
+        numbers: [f64; 9],
+        mode: u8,
+        alarms: (bool, bool),
+        faults: Vec<String>,
+        faulty_samples: u32,
+        states: States,
+    ) -> Self {
+        let (detection, detection_ticks, state, fault, limited) = states;
+        let of_code = |code: u8| usize::from(code);
         let [
             slave_reference_m,
             master_force_n,
@@ -70,8 +99,13 @@ impl Command {
             distance,
             decision,
             slave_velocity_m_per_s,
-            faults: CHANNELS.into_iter().filter(|name| faults.iter().any(|fault| fault == name)).collect(),
+            faults: named(CHANNELS, &faults),
             faulty_samples,
+            detection: DetectionState::ALL.get(of_code(detection)).map_or("blind", |state| state.word()),
+            detection_ticks,
+            state: SafetyState::ALL.get(of_code(state)).map_or("disabled", |state| state.word()),
+            fault: FaultCause::ALL.get(of_code(fault).wrapping_sub(1)).map(|cause| cause.word()),
+            limited: named(LIMITS, &limited),
         }
     }
 
@@ -88,8 +122,17 @@ impl Command {
             self.decision,
             self.slave_velocity_m_per_s,
         ];
-        let faults = self.faults.iter().map(|fault| (*fault).to_owned()).collect();
-        (numbers, self.mode, (self.alarm, self.alarm_taken), faults, self.faulty_samples)
+        let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+        let fault = self.fault.map_or(0, |fault| 1 + place(fault, FaultCause::ALL.map(FaultCause::word)));
+        let states = (
+            place(self.detection, DetectionState::ALL.map(DetectionState::word)),
+            self.detection_ticks,
+            place(self.state, SafetyState::ALL.map(SafetyState::word)),
+            fault,
+            owned(&self.limited),
+        );
+        let alarms = (self.alarm, self.alarm_taken);
+        (numbers, self.mode, alarms, owned(&self.faults), self.faulty_samples, states)
     }
 
     fn __repr__(&self) -> String {
@@ -100,12 +143,14 @@ impl Command {
 
 #[pymethods]
 impl HapticController {
-    /// The controller of a scenario, with values of the keys `rig.…`.
+    /// The controller of a scenario, with values of the keys `rig.…` and `safety.…`.
     #[new]
     fn new(py: Python<'_>, scenario: &Scenario, changes: Vec<(String, f64)>) -> PyResult<Self> {
         let refuse = |error: ScenarioError| error::scenario(py, &error);
         let key_of = |(path, value): (String, f64)| {
-            let key = Settings::KEYS.iter().find(|key| key.path == path && path.starts_with("rig."));
+            let is_limit = path.starts_with("rig.") || path.starts_with("safety.");
+            let key =
+                Settings::KEYS.iter().find(|key| key.path == path && is_limit && matches!(key.kind, Kind::Number(_)));
             let named =
                 || error::value(format!("there is no {path}; `trocar.HapticController` lists the keys of a rig"));
             Ok::<_, PyErr>((key.ok_or_else(named)?.path, value))
@@ -116,18 +161,28 @@ impl HapticController {
         Ok(Self { initial: controller.clone(), controller })
     }
 
-    /// Processes a sample. NaN marks a missing number.
+    /// Processes a sample. NaN marks a missing number; `number` is the number of the sample, from 1, if it has one.
+    #[pyo3(signature = (master_position_m, slave_position_m, slave_velocity_m_per_s, force_n, number=None))]
     fn step(
         &mut self,
         master_position_m: f64,
         slave_position_m: f64,
         slave_velocity_m_per_s: f64,
         force_n: f64,
+        number: Option<u64>,
     ) -> Command {
         let sample = Sample { master_position_m, slave_position_m, slave_velocity_m_per_s, force_n };
-        let command = self.controller.step(&sample);
+        let command = match number {
+            None => self.controller.step(&sample),
+            Some(number) => self.controller.step_numbered(&sample, number),
+        };
         let Faults { master_position, slave_position, slave_velocity, force } = command.faults;
         let faulty = [master_position, slave_position, slave_velocity, force];
+        let Limited { force, force_rate, reference_speed, lead } = command.limited;
+        let limited = [force, force_rate, reference_speed, lead];
+        let of = |names: [&'static str; 4], flags: [bool; 4]| {
+            names.into_iter().zip(flags).filter_map(|(name, is_set)| is_set.then_some(name)).collect()
+        };
         Command {
             slave_reference_m: command.slave_reference_m,
             master_force_n: command.master_force_n,
@@ -141,13 +196,44 @@ impl HapticController {
             distance: command.distance,
             decision: command.decision,
             slave_velocity_m_per_s: command.slave_velocity_m_per_s,
-            faults: CHANNELS
-                .into_iter()
-                .zip(faulty)
-                .filter_map(|(name, is_faulty)| is_faulty.then_some(name))
-                .collect(),
+            faults: of(CHANNELS, faulty),
             faulty_samples: command.faulty_samples,
+            detection: command.detection.word(),
+            detection_ticks: command.detection_ticks,
+            state: command.state.word(),
+            fault: command.fault.map(FaultCause::word),
+            limited: of(LIMITS, limited),
         }
+    }
+
+    /// Stops until [`HapticController::enable`].
+    fn stop(&mut self) {
+        self.controller.stop();
+    }
+
+    /// Ends a stop or a fault.
+    fn enable(&mut self) {
+        self.controller.enable();
+    }
+
+    /// Returns the names and the values of the counts.
+    fn counts(&self) -> Vec<(&'static str, u64)> {
+        let Counters { bad, repeated, late, bridged, gaps } = self.controller.counters();
+        let safety = self.controller.safety_counts();
+        let SafetyCounts { force, force_rate, reference_speed, lead, alignments, faults } = safety;
+        vec![
+            ("bad", bad),
+            ("repeated", repeated),
+            ("late", late),
+            ("bridged", bridged),
+            ("gaps", gaps),
+            ("force_limited", force),
+            ("force_rate_limited", force_rate),
+            ("reference_speed_limited", reference_speed),
+            ("lead_limited", lead),
+            ("alignments", alignments),
+            ("faults", faults),
+        ]
     }
 
     fn reset(&mut self) {

@@ -151,8 +151,7 @@ def test_fmpy_simulates_an_exported_unit(export, kind, version):
     unit = export("layers/skin-augmented", kind, version)
     outputs = {"rig": "command.slave_reference_m", "simulation": "slave_position_m", "tissue": "reaction.force_n"}
     output = outputs[kind]
-    start = {"person.is_led": False} if kind == "simulation" else {}
-    result = fmpy.simulate_fmu(str(unit), stop_time=1.0, output_interval=1e-3, start_values=start, output=[output])
+    result = fmpy.simulate_fmu(str(unit), stop_time=1.0, output_interval=1e-3, output=[output])
     assert len(result) == 1001 and np.isfinite(result[output]).all()
     assert (result[output].max() > 1e-3) == (kind == "simulation")
 
@@ -180,7 +179,7 @@ def test_a_rig_gives_the_commands_of_the_augmented_insertion(export, augmented, 
 
 @pytest.mark.parametrize("version", [2, 3])
 def test_a_simulation_with_the_scenarios_operator_equals_the_run(export, augmented, version):
-    slave = Slave(export("paper/augmented", "simulation", version), {"person.is_led": False})
+    slave = Slave(export("paper/augmented", "simulation", version))
     names = ["master_position_m", "slave_position_m", "tissue_force_n", "feedback_force_n", "decision", "mode"]
     for k in range(6000):
         slave.step(1e-3)

@@ -41,6 +41,45 @@ def test_a_missing_sample_is_a_fault_and_the_last_sample_is_held():
     assert controller.step(0.02, 0.02, 0.0, 0.5).faulty_samples == 0
 
 
+def test_lost_and_stale_samples_are_counted_and_a_few_do_not_hide_a_rupture():
+    run = trocar.run("paper/augmented")
+    controller = trocar.HapticController(run.scenario)
+    alarms = []
+    for k, sample in enumerate(zip(*samples(run))):
+        if k % 50 == 10:
+            sample = (None,) * 4
+        # Every 100th sample arrives twice.
+        number = k if k % 100 == 30 else k + 1
+        command = controller.step(*sample, number=number)
+        if command.alarm_taken:
+            alarms.append(k)
+    ruptures = [round(rupture["time_s"] / run.scenario.tick_s) for rupture in run.metrics["ruptures"]]
+    assert len(alarms) == len(ruptures) == 2
+    assert all(0 <= alarm - rupture <= 30 for alarm, rupture in zip(alarms, ruptures))
+    counts = controller.counts
+    assert counts["repeated"] == len(run["time_s"]) // 100 and counts["gaps"] == 0
+    assert command.detection in {"armed", "settling"} and command.state == "active" and command.fault is None
+
+
+def test_a_long_loss_is_blind_and_a_fault_and_the_force_decays():
+    controller = trocar.HapticController("paper/augmented", **{"safety.decay_s": 0.05})
+    controller.step(0.015, 0.0149, 0.01, 1.2)
+    commands = [controller.step(None, None, None, None) for _ in range(70)]
+    assert commands[8].detection == "settling" and commands[9].detection == "blind"
+    assert commands[9].state == "fault" and commands[9].fault == "bad-samples"
+    assert commands[-1].master_force_n == 0.0 and commands[-1].detection_ticks == 60
+    assert controller.counts["faults"] == 1
+    assert pickle.loads(pickle.dumps(commands[-1])).__getnewargs__() == commands[-1].__getnewargs__()
+
+
+def test_commands_keep_their_limits():
+    scenario = trocar.Scenario.load("paper/augmented", **{"scaling.force": 1000.0})
+    controller = trocar.HapticController(scenario, **{"safety.force_limit_n": 8.0})
+    commands = [controller.step(0.015, 0.0149, 0.01, 99.0) for _ in range(100)]
+    assert commands[-1].master_force_n == 8.0 and "force" in commands[-1].limited
+    assert controller.counts["force_limited"] == 100
+
+
 LAWS = ["decay", "amplify", "damp"]
 HOLDS = ["freeze", "none", "speed-limit", "forbidden-region"]
 RETURNS = ["ramp", "ramp-until-load", "clutch", "snap"]
@@ -77,6 +116,8 @@ def test_invalid_settings_are_reported():
         trocar.HapticController("paper/augmented", **{"rig.force": 20.0})
     with pytest.raises(ValueError, match="rig.force_limit_n"):
         trocar.HapticController("paper/augmented", **{"rig.force_limit_n": -1.0})
+    with pytest.raises(ValueError, match="safety.decay_s"):
+        trocar.HapticController("paper/augmented", **{"safety.decay_s": 0.0})
     for key, word in (("estimator.parameters", "hunt-crossley"), ("estimator.forgetting", "exponential")):
         with pytest.raises(ValueError, match=f"^{key} is ., must be the word .*: a rig runs no other estimator"):
             trocar.HapticController(trocar.Scenario.load("paper/augmented", **{key: word}))

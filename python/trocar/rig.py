@@ -27,11 +27,11 @@ class HapticController:
         its ``estimator.forgetting`` must be ``"resetting"``. If ``sensor.position_resolution_m`` is above 0, the
         velocity is estimated from the slave's positions.
     **limits
-        Values of the keys ``rig.…``, as in ``**{"rig.force_limit_n": 20.0}``: ``rig.start_m`` (position of the
-        master, in m, before the first valid sample); the maximum magnitudes of a valid sample,
-        ``rig.position_limit_m`` (m), ``rig.velocity_limit_m_per_s`` (m/s) and ``rig.force_limit_n`` (N); and the
-        rates at which the commands return after invalid samples, ``rig.recovery_speed_m_per_s`` (m/s) and
-        ``rig.recovery_force_rate_n_per_s`` (N/s).
+        Numbers for the keys ``rig.…`` and ``safety.…``, as in ``**{"safety.force_limit_n": 8.0}``. ``rig.start_m`` is
+        the position of the master, in m, before the first valid sample. The others are also keys of a scenario:
+        ``rig.…`` are the maximum magnitudes of a valid sample and the rates at which the commands return after
+        invalid samples, and ``safety.…`` are the limits of the commands. Words, flags and counts, such as
+        ``safety.acts`` and ``rig.bridged_samples``, are keys of the scenario only.
 
     Raises
     ------
@@ -60,27 +60,59 @@ class HapticController:
         slave_position_m: float | None,
         slave_velocity_m_per_s: float | None,
         force_n: float | None,
+        *,
+        number: int | None = None,
     ) -> _core.Command:
         """Processes the sample of a tick: positions of master and slave in m, velocity of the slave in m/s, force in
         N.
 
         ``None`` marks a missing number. A missing or impossible number is a fault of its channel, and the last valid
-        number replaces it.
+        number replaces it. ``number`` is the sample's number, counted from 1 by its source: a repeated sample and a
+        late one count as missing, and skipped numbers are lost samples.
 
         Returns the command. ``slave_reference_m`` is for the slave's position controller, and ``master_force_n`` for
         the master's force controller. The other attributes are intermediate results: ``mode`` (0 teleoperation, 1
         augmented, 2 re-engaging), ``alarm``, ``alarm_taken``, ``stiffness_n_per_m``, ``damping_n_s_per_m``,
         ``predicted_force_n``, ``residual_n``, ``distance``, ``decision``, ``slave_velocity_m_per_s`` as used,
-        ``faults`` (names of the faulty channels) and ``faulty_samples`` (number of consecutive faulty samples).
+        ``faults`` (names of the faulty channels), ``faulty_samples`` (number of consecutive faulty samples),
+        ``detection`` (``"armed"``, ``"settling"`` or ``"blind"``) for ``detection_ticks`` ticks, ``state`` of the
+        commands (``"disabled"``, ``"aligning"``, ``"active"`` or ``"fault"``), ``fault`` (cause of the last fault, or
+        ``None``) and ``limited`` (names of the limits ``safety.…`` that acted).
 
         Raises
         ------
         TypeError
             If an argument is neither a number nor ``None``.
+        OverflowError
+            If the number of the sample is negative or above 2⁶⁴ - 1.
         """
         nan = float("nan")
         sample = master_position_m, slave_position_m, slave_velocity_m_per_s, force_n
-        return self._core.step(*(nan if value is None else value for value in sample))
+        return self._core.step(*(nan if value is None else value for value in sample), number)
+
+    def stop(self) -> None:
+        """Stops: the force decays within ``safety.decay_s``, and the reference holds until :meth:`enable`.
+
+        >>> import trocar
+        >>> controller = trocar.HapticController("paper/augmented")
+        >>> controller.stop()
+        >>> controller.step(0.015, 0.0149, 0.01, 1.2).state
+        'disabled'
+        >>> controller.enable()
+        >>> controller.step(0.015, 0.0149, 0.01, 1.2).state
+        'active'
+        """
+        self._core.stop()
+
+    def enable(self) -> None:
+        """Ends a stop or a fault: the reference moves to the hand, and then the force returns."""
+        self._core.enable()
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """The numbers of bad, repeated, late and bridged samples, of gaps, of ticks at which each limit acted, of
+        alignments and of faults."""
+        return dict(self._core.counts())
 
     def reset(self) -> None:
         """Resets the controller to its initial state."""

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use trocar::rig::{HapticController, Sample, Settings};
 use trocar::run::run;
 use trocar::scenario::{Scenario, Source};
-use trocar_studies::fmu::{Causality, Instance, Model, Scalar, Type, Unit, Variable, Version};
+use trocar_studies::fmu::{Causality, Instance, InstanceError, Model, Scalar, Type, Unit, Variable, Version};
 
 use crate::support::{file, table, test_folder::TestFolder};
 
@@ -63,6 +63,11 @@ impl Unpacked {
     }
 }
 
+/// Runs a step from the present time.
+fn advance(instance: &mut Instance, step_s: f64) -> Result<(), InstanceError> {
+    instance.step(instance.time_s().unwrap_or(0.0), step_s)
+}
+
 /// The outputs of a rig's FMU.
 const COMMANDS: [&str; 12] = [
     "slave_reference_m",
@@ -91,7 +96,7 @@ fn assert_same_commands(unit: &Unpacked, settings: &Settings, samples: &[Sample]
         unit.set(&mut instance, "sample.slave_position_m", Scalar::Real(slave_position_m));
         unit.set(&mut instance, "sample.slave_velocity_m_per_s", Scalar::Real(slave_velocity_m_per_s));
         unit.set(&mut instance, "sample.force_n", Scalar::Real(force_n));
-        instance.step(settings.tick_s).expect("a tick");
+        advance(&mut instance, settings.tick_s).expect("a tick");
         let command = controller.step(sample);
         let expected = [
             command.slave_reference_m.to_bits(),
@@ -172,15 +177,16 @@ fn a_simulations_unit_with_the_scenarios_operator_equals_the_run() {
     let source = Source::Text { name: "same".into(), text: SHORT.into() };
     let trace = run(Scenario::load(&source, &[]).expect("loads")).expect("runs").trace;
     let mut instance = unit.instance();
-    unit.set(&mut instance, "person.is_led", Scalar::Boolean(false));
     instance.initialise().expect("its own parameters");
     for k in 0..trace.len() {
-        instance.step(1e-3).expect("a tick");
+        assert!(!instance.has_ended(), "tick {k}");
+        advance(&mut instance, 1e-3).expect("a tick");
         assert_eq!(unit.bits(&instance, "slave_position_m"), trace.slave_position_m[k].to_bits(), "tick {k}");
         assert_eq!(unit.bits(&instance, "feedback_force_n"), trace.feedback_force_n[k].to_bits(), "tick {k}");
         assert_eq!(unit.bits(&instance, "mode"), u64::from(trace.mode[k]), "tick {k}");
     }
-    let error = instance.step(1e-3).expect_err("the scenario ends").to_string();
+    assert!(instance.has_ended());
+    let error = advance(&mut instance, 1e-3).expect_err("the scenario ends").to_string();
     assert!(error.contains("500 ticks") && error.contains("simulation.duration_s"), "{error}");
 }
 
@@ -189,8 +195,9 @@ fn an_operator_with_a_given_position_follows_it() {
     let unit = Unpacked::of(SHORT, Model::Simulation, Version::Two);
     let mut instance = unit.instance();
     instance.initialise().expect("its own parameters");
+    unit.set(&mut instance, "person.is_led", Scalar::Boolean(true));
     unit.set(&mut instance, "person.position_m", Scalar::Real(-0.01));
-    instance.step(0.4).expect("400 ticks");
+    advance(&mut instance, 0.4).expect("400 ticks");
     let desired = instance.get(unit.reference("desired_position_m"), "any").expect("an output");
     assert_eq!(desired, Scalar::Real(-0.01));
 }
@@ -230,7 +237,7 @@ fn derived_values_follow_a_changed_parameter_and_an_unchanged_parameter_has_no_e
             ] {
                 unit.set(instance, name, Scalar::Real(value));
             }
-            instance.step(1e-3).expect("a tick");
+            advance(instance, 1e-3).expect("a tick");
             assert_eq!(unit.bits(instance, "command.decision"), expected.decision.to_bits(), "sample {k}");
             assert_eq!(unit.bits(instance, "command.faulty_samples"), u64::from(expected.faulty_samples), "sample {k}");
         }
@@ -250,7 +257,7 @@ fn a_tissues_unit_gives_the_forces_of_the_run() {
     for k in 0..trace.len() {
         unit.set(&mut instance, "needle.position_m", Scalar::Real(trace.slave_position_m[k]));
         unit.set(&mut instance, "needle.velocity_m_per_s", Scalar::Real(trace.slave_velocity_m_per_s[k]));
-        instance.step(1e-3).expect("a tick");
+        advance(&mut instance, 1e-3).expect("a tick");
         assert_eq!(unit.bits(&instance, "reaction.force_n"), trace.tissue_force_n[k].to_bits(), "tick {k}");
         if unit.bits(&instance, "reaction.ruptured") == 1 {
             ruptures.push(trace.time_s[k]);
@@ -274,7 +281,7 @@ fn stepped(
     let each = (first..first + ticks).map(|k| {
         // A motion with ripples, so that each tick differs.
         unit.set(instance, input, Scalar::Real(1e-5 * f64::from(k) + 1e-6 * f64::from(k % 7)));
-        instance.step(1e-3).expect("a tick");
+        advance(instance, 1e-3).expect("a tick");
         unit.bits(instance, output)
     });
     each.collect()
@@ -291,6 +298,9 @@ fn a_restored_state_gives_the_same_outputs_again() {
         let mut instance = unit.instance();
         let fresh = instance.save().expect("before the initialisation");
         instance.initialise().expect("its own parameters");
+        if model == Model::Simulation {
+            unit.set(&mut instance, "person.is_led", Scalar::Boolean(true));
+        }
         stepped(&unit, &mut instance, signals, 0, 200);
         let state = instance.save().expect("saved");
         let expected = stepped(&unit, &mut instance, signals, 200, 100);
@@ -300,15 +310,48 @@ fn a_restored_state_gives_the_same_outputs_again() {
             assert_eq!(stepped(&unit, &mut instance, signals, 200, 100), expected, "{model:?}");
         }
         instance.restore(&fresh).expect("restored");
-        assert!(instance.step(1e-3).is_err(), "not initialised");
+        assert!(advance(&mut instance, 1e-3).is_err(), "not initialised");
     }
+}
+
+#[test]
+fn a_step_continues_where_the_last_one_has_ended() {
+    let unit = Unpacked::of(SHORT, Model::Simulation, Version::Two);
+    let mut instance = unit.instance();
+    instance.initialise().expect("its own parameters");
+    assert_eq!(instance.time_s(), None);
+    instance.step(2.0, 0.1).expect("the first communication point may be any");
+    let error = instance.step(2.5, 1e-3).expect_err("a jump").to_string();
+    assert!(error.contains("begins at 2.5 s") && error.contains("continue from there"), "{error}");
+    let state = instance.save().expect("saved");
+    instance.step(2.1, 0.1).expect("continues");
+    instance.restore(&state).expect("restored");
+    instance.step(2.1, 0.1).expect("continues from the restored state");
+    // 300 ticks are left: the ticks before the end are done.
+    let error = instance.step(2.2, 0.4).expect_err("beyond the end").to_string();
+    assert!(error.contains("500 ticks"), "{error}");
+    assert!(instance.has_ended() && instance.time_s().is_some_and(|time_s| (time_s - 2.5).abs() < 1e-9));
+}
+
+#[test]
+fn a_stop_of_a_rigs_unit_holds_until_it_is_false_again() {
+    let unit =
+        Unpacked::of("estimator.contact_m = 0.0\nbase = \"builtin:paper/augmented\"\n", Model::Rig, Version::Two);
+    let mut instance = unit.instance();
+    instance.initialise().expect("its own parameters");
+    let mut state_after = |stop: bool| {
+        unit.set(&mut instance, "sample.stop", Scalar::Boolean(stop));
+        advance(&mut instance, 1e-3).expect("a tick");
+        unit.bits(&instance, "command.state")
+    };
+    assert_eq!([false, true, true, false].map(&mut state_after), [2, 0, 0, 2]);
 }
 
 #[test]
 fn a_unit_reports_what_it_refuses() {
     let unit = Unpacked::of(SHORT, Model::Simulation, Version::Three);
     let mut instance = unit.instance();
-    let error = instance.step(1e-3).expect_err("not initialised").to_string();
+    let error = advance(&mut instance, 1e-3).expect_err("not initialised").to_string();
     assert!(error.contains("initialised"), "{error}");
     let reference = unit.reference("scaling.force");
     let error = instance.set(reference, "Int64", Scalar::Integer(1)).expect_err("a number").to_string();
@@ -327,7 +370,7 @@ fn a_unit_reports_what_it_refuses() {
     instance.initialise().expect("the defaults again");
     let error = instance.set(reference, "Float64", Scalar::Real(1.0)).expect_err("it runs").to_string();
     assert_eq!(error, "scaling.force cannot be set after the initialisation");
-    let error = instance.step(1.5e-3).expect_err("a tick and a half").to_string();
+    let error = advance(&mut instance, 1.5e-3).expect_err("a tick and a half").to_string();
     assert!(error.contains("0.0015 s is not a whole number of ticks of 0.001 s"), "{error}");
 
     let error = Instance::load(&unit.resources(), "{another}").expect_err("foreign").to_string();

@@ -85,13 +85,34 @@ fn the_same_samples_give_the_commands_of_the_simulation_bit_for_bit() {
     assert_eq!(replay("classical", &[]), 2);
     assert_eq!(replay("augmented", &[]), 2);
     assert_eq!(replay("augmented", &["augmentation.reengage=clutch", "augmentation.force_law=amplify"]), 2);
-    assert_eq!(replay("augmented", &["augmentation.reengage=snap", "augmentation.freeze=reference"]), 2);
+    // A rig limits the speed of a snap by default.
+    let snap = ["augmentation.reengage=snap", "augmentation.freeze=reference", "safety.acts=nowhere"];
+    assert_eq!(replay("augmented", &snap), 2);
     assert_eq!(replay("augmented", &["scaling.force=0.7", "scaling.position=1.3", "sensor.force_noise_std_n=0.02"]), 2);
     for distance in ["mean-change", "variance-change", "parameter-change", "force-derivative"] {
         replay("augmented", &[&format!("detector.distance={distance}")]);
     }
     assert!(replay("layers/skin-augmented", &[]) > 0);
     assert!(replay("paper/real-augmented", &[]) > 0);
+}
+
+#[test]
+fn with_the_same_limits_in_the_simulation_a_rig_gives_its_commands_and_the_run_reports_the_limits() {
+    let limits = [
+        "safety.acts=everywhere",
+        "safety.force_limit_n=3.0",
+        "safety.force_rate_n_per_s=200.0",
+        "safety.reference_speed_m_per_s=0.02",
+        "augmentation.reengage=snap",
+    ];
+    assert!(replay("augmented", &limits) > 0);
+    let limited = trocar::run::run(scenario("augmented", &limits)).expect("runs");
+    let acting: Vec<_> = limited.warnings().into_iter().filter(|warning| warning.code.word() == "limit-acts").collect();
+    assert_eq!(acting.len(), 3, "{acting:?}");
+    assert!(limited.trace.feedback_force_n.iter().all(|force_n| force_n.abs() <= 3.0));
+    let free = trocar::run::run(scenario("augmented", &["augmentation.reengage=snap"])).expect("runs");
+    assert!(free.trace.feedback_force_n.iter().any(|force_n| *force_n > 3.0));
+    assert!(free.warnings().iter().all(|warning| warning.code.word() != "limit-acts"));
 }
 
 #[test]

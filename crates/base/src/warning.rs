@@ -76,6 +76,15 @@ codes! {
         "The master gives the hand more energy than hand and tissue have supplied.",
         "The tissue is a passive model, but the work of the hand on the master is negative: the teleoperator feeds \
          energy to the hand. A passive teleoperator does not. With a delay, a passivity scheme can prevent it.";
+    LimitActs "limit-acts":
+        "A limit of the safety stage changed a command.",
+        "With safety.acts = \"everywhere\" the limits of a rig act in the simulation, too. The message gives the number of ticks at \
+         which a command was at the limit. The run then shows the effect of the limit on the overshoot and on the felt force.";
+    PeerSilent "peer-silent":
+        "Nothing came from the other side of a link for longer than three outages.",
+        "The other process has ended or stands still, or the network has failed. The slave's reference holds after channel.outage_s, \
+         and the master's force decays to 0 after channel.dead_s within channel.dead_decay_s. If messages come again, reference \
+         and force return at their recovery rates. If the other side is silent at the end, the exit code is 1.";
     PromiseBroken "promise-broken":
         "A passivity scheme has generated more energy than it promises.",
         "A scheme promises that the ports at the hand and at the needle never deliver more than they have received and \

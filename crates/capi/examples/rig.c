@@ -44,7 +44,7 @@ int main(int count, char **arguments)
     trocar_rig_settings settings;
     trocar_rig *rig;
     trocar_sample sample = {sizeof sample, 0.0, 0.0, 0.0, 0.0};
-    trocar_command command = {sizeof command, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0, 0, 0, 0};
+    trocar_command command = {sizeof command, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
     trocar_status status;
     char error[1024];
     char line[256];
@@ -82,7 +82,8 @@ int main(int count, char **arguments)
     }
 
     puts("slave_reference_m,master_force_n,allowed_force_step_n,stiffness_n_per_m,damping_n_s_per_m,predicted_force_n,"
-         "residual_n,distance,decision,slave_velocity_m_per_s,mode,alarm,alarm_taken,faults,faulty_samples");
+         "residual_n,distance,decision,slave_velocity_m_per_s,mode,alarm,alarm_taken,faults,faulty_samples,"
+         "detection,state,limited");
     while (fgets(line, sizeof line, stdin) != NULL) {
         char *rest = line;
         sample.master_position_m = strtod(rest, &rest);
@@ -95,12 +96,13 @@ int main(int count, char **arguments)
             free(memory);
             return 1;
         }
-        printf("%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%u,%u,%u,%u,%u\n",
+        printf("%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%u,%u,%u,%u,%u,%u,%u,%u\n",
                command.slave_reference_m, command.master_force_n, command.allowed_force_step_n,
                command.stiffness_n_per_m, command.damping_n_s_per_m, command.predicted_force_n, command.residual_n,
                command.distance, command.decision, command.slave_velocity_m_per_s, (unsigned)command.mode,
                (unsigned)command.alarm, (unsigned)command.alarm_taken, (unsigned)command.faults,
-               (unsigned)command.faulty_samples);
+               (unsigned)command.faulty_samples, (unsigned)command.detection, (unsigned)command.state,
+               (unsigned)command.limited);
     }
     free(memory);
     return 0;

@@ -64,7 +64,7 @@ public:
 private:
     void *memory_;
     trocar_rig *rig_ = nullptr;
-    trocar_command command_{sizeof(trocar_command), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+    trocar_command command_{sizeof(trocar_command), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
 };
 
 } // namespace

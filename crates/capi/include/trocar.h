@@ -13,22 +13,27 @@
 #include <stdint.h>
 
 /**
+ * The words of safety.acts.
+ */
+enum trocar_safety_acts {
+    TROCAR_SAFETY_ACTS_ON_RIGS = 0,
+    TROCAR_SAFETY_ACTS_EVERYWHERE = 1,
+    TROCAR_SAFETY_ACTS_NOWHERE = 2
+};
+
+/**
  * The words of estimator.parameters.
  */
 enum trocar_estimator_parameters {
     TROCAR_ESTIMATOR_PARAMETERS_STIFFNESS_AND_DAMPING = 0,
-    TROCAR_ESTIMATOR_PARAMETERS_STIFFNESS = 1,
-    TROCAR_ESTIMATOR_PARAMETERS_STIFFNESS_DAMPING_FRICTION = 2,
-    TROCAR_ESTIMATOR_PARAMETERS_HUNT_CROSSLEY = 3,
-    TROCAR_ESTIMATOR_PARAMETERS_LEAST_RESIDUAL = 4
+    TROCAR_ESTIMATOR_PARAMETERS_STIFFNESS = 1
 };
 
 /**
  * The words of estimator.forgetting.
  */
 enum trocar_estimator_forgetting {
-    TROCAR_ESTIMATOR_FORGETTING_RESETTING = 0,
-    TROCAR_ESTIMATOR_FORGETTING_EXPONENTIAL = 1
+    TROCAR_ESTIMATOR_FORGETTING_RESETTING = 0
 };
 
 /**
@@ -148,6 +153,11 @@ typedef struct trocar_rig_settings {
      */
     double rig_force_limit_n;
     /**
+     * rig.bridged_samples: Longest gap, in samples, over which missing samples are interpolated; at most 100. A
+     * whole number of at least 0; default 9.
+     */
+    uint64_t rig_bridged_samples;
+    /**
      * rig.recovery_speed_m_per_s: Speed at which the reference returns to the hand after bad samples. In m/s; a
      * number, at least 1e-12 and at most 1e12; default 0.03.
      */
@@ -157,6 +167,74 @@ typedef struct trocar_rig_settings {
      * samples. In N/s; a number, at least 1e-12 and at most 1e12; default 50.0.
      */
     double rig_recovery_force_rate_n_per_s;
+    /**
+     * safety.acts: The controllers whose commands pass the safety stage. One of enum trocar_safety_acts; default
+     * TROCAR_SAFETY_ACTS_ON_RIGS.
+     */
+    uint64_t safety_acts;
+    /**
+     * safety.force_limit_n: Largest magnitude of the master's force. In N; a number, positive, from 1e-12 to 1e6;
+     * default 20.0. It applies to safety.acts = on-rigs, everywhere.
+     */
+    double safety_force_limit_n;
+    /**
+     * safety.force_rate_n_per_s: Largest rate of the master's force. In N/s; a number, positive, from 1e-12 to
+     * 1e6; default 2000.0. It applies to safety.acts = on-rigs, everywhere.
+     */
+    double safety_force_rate_n_per_s;
+    /**
+     * safety.reference_speed_m_per_s: Largest speed of the slave's reference. In m/s; a number, positive, from
+     * 1e-12 to 1e6; default 0.5. It applies to safety.acts = on-rigs, everywhere.
+     */
+    double safety_reference_speed_m_per_s;
+    /**
+     * safety.lead_m: Largest distance of the slave's reference from the measured slave. In m; a number, positive,
+     * from 1e-12 to 1e6; default 0.05. It applies to safety.acts = on-rigs, everywhere.
+     */
+    double safety_lead_m;
+    /**
+     * safety.start_tolerance_m: Largest distance between hand and slave at which a rig starts without alignment.
+     * In m; a number, positive, from 1e-12 to 1e6; default 0.002. It applies to safety.acts = on-rigs, everywhere.
+     */
+    double safety_start_tolerance_m;
+    /**
+     * safety.alignment_speed_m_per_s: Speed of the reference on its way from the slave to the hand, during an
+     * alignment. In m/s; a number, positive, from 1e-12 to 1e6; default 0.03. It applies to safety.acts = on-rigs,
+     * everywhere.
+     */
+    double safety_alignment_speed_m_per_s;
+    /**
+     * safety.bad_samples: Number of consecutive bad samples that are a fault: the force decays and the reference
+     * holds. A whole number of at least 1; default 10. It applies to safety.acts = on-rigs, everywhere.
+     */
+    uint64_t safety_bad_samples;
+    /**
+     * safety.decay_s: Duration in which the force decays after a fault or a stop, and in which it returns. In s; a
+     * number, positive, from 1e-12 to 1e6; default 0.2. It applies to safety.acts = on-rigs, everywhere.
+     */
+    double safety_decay_s;
+    /**
+     * safety.checks_sensors: Checks for a stuck or reversed force sensor and for a velocity that contradicts the
+     * positions. 0 or 1; default 1. It applies to safety.acts = on-rigs, everywhere.
+     */
+    uint64_t safety_checks_sensors;
+    /**
+     * safety.stuck_travel_m: Motion of the needle over which a force other than 0 does not change: the sensor is
+     * stuck. In m; a number, positive, from 1e-12 to 1e6; default 0.002. It applies to safety.acts = on-rigs,
+     * everywhere.
+     */
+    double safety_stuck_travel_m;
+    /**
+     * safety.pull_travel_m: Motion into the tissue against a force that pulls: the force has the wrong sign. In m;
+     * a number, positive, from 1e-12 to 1e6; default 0.005. It applies to safety.acts = on-rigs, everywhere.
+     */
+    double safety_pull_travel_m;
+    /**
+     * safety.velocity_travel_m: Motion over which position and velocity are compared: a velocity that differs by
+     * more than a factor of 2 has the wrong unit or sign. In m; a number, positive, from 1e-12 to 1e6; default
+     * 0.005. It applies to safety.acts = on-rigs, everywhere.
+     */
+    double safety_velocity_travel_m;
     /**
      * estimator.contact_m: Position of the tissue surface assumed by the estimator. In m; a number, at least -1e12
      * and at most 1e12; default 0.0.
@@ -463,6 +541,10 @@ enum trocar_status
      * A defect of the library. The rig must not be used any more.
      */
     TROCAR_STATUS_PANIC = 8,
+    /**
+     * The state is damaged, or of a rig with other settings or of another version.
+     */
+    TROCAR_STATUS_STATE = 9,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -572,10 +654,81 @@ typedef struct trocar_command {
      */
     uint32_t faulty_samples;
     /**
-     * Always 0.
+     * 0: armed, a drop of the force raises an alarm; 1: settling, the detector waits; 2: blind, samples are missing.
      */
-    uint32_t reserved;
+    uint32_t detection;
+    /**
+     * Number of ticks since detection has this value.
+     */
+    uint32_t detection_ticks;
+    /**
+     * State of the commands. 0: disabled, 1: aligning, 2: active, 3: fault.
+     */
+    uint32_t state;
+    /**
+     * Cause of the last fault. 0: none, 1: bad samples, 2: stuck force, 3: sign of the force, 4: velocity.
+     */
+    uint32_t fault;
+    /**
+     * The safety limits that acted as a sum: 1 force, 2 rate of the force, 4 speed of the reference, 8 distance of the
+     * reference from the slave.
+     */
+    uint32_t limited;
 } trocar_command;
+
+/**
+ * Counts since a rig was initialised.
+ */
+typedef struct trocar_counts {
+    /**
+     * sizeof(trocar_counts), set by the caller.
+     */
+    uint64_t struct_size;
+    /**
+     * Samples with a faulty channel, stale samples included.
+     */
+    uint64_t bad;
+    /**
+     * Samples with the number of the newest sample.
+     */
+    uint64_t repeated;
+    /**
+     * Samples with a number below the newest one.
+     */
+    uint64_t late;
+    /**
+     * Missing samples that were interpolated.
+     */
+    uint64_t bridged;
+    /**
+     * Gaps too long to be bridged, and counters that were set back. The detector was blind.
+     */
+    uint64_t gaps;
+    /**
+     * Ticks with a force beyond safety_force_limit_n.
+     */
+    uint64_t force_limited;
+    /**
+     * Ticks with a force faster than safety_force_rate_n_per_s.
+     */
+    uint64_t force_rate_limited;
+    /**
+     * Ticks with a reference faster than safety_reference_speed_m_per_s, or than an alignment.
+     */
+    uint64_t reference_speed_limited;
+    /**
+     * Ticks with a reference farther from the slave than safety_lead_m.
+     */
+    uint64_t lead_limited;
+    /**
+     * Alignments that were needed.
+     */
+    uint64_t alignments;
+    /**
+     * Faults.
+     */
+    uint64_t faults;
+} trocar_counts;
 
 #ifdef __cplusplus
 extern "C" {
@@ -600,7 +753,7 @@ size_t trocar_rig_alignment(void);
  * Initialises a rig in the given memory: in teleoperation, before the first sample. Another call restarts it.
  *
  * `memory` has `size` bytes, at least trocar_rig_size(), aligned to trocar_rig_alignment(). `rig` is set to the rig in
- * it, or to null. `error` is null or a buffer of `error_size` bytes for an error text.
+ * it, or to null if the call fails. `error` is null or a buffer of `error_size` bytes for an error text.
  *
  * @pre Each pointer is null or valid as described, and no other thread uses the memory at the same time.
  */
@@ -625,6 +778,42 @@ trocar_status trocar_rig_step(struct trocar_rig *rig,
                               struct trocar_command *command);
 
 /**
+ * Like trocar_rig_step, for a sample that its source has numbered from 1, with one number per tick.
+ *
+ * A repeated sample and one with a number below the newest one count as missing, and skipped numbers are lost samples.
+ * Ten consecutive ascending numbers below the newest one mean that the counter was set back.
+ *
+ * @pre As for trocar_rig_step.
+ */
+trocar_status trocar_rig_step_numbered(struct trocar_rig *rig,
+                                       const struct trocar_sample *sample,
+                                       uint64_t number,
+                                       struct trocar_command *command);
+
+/**
+ * Stops: the master's force decays within safety_decay_s, and the slave's reference holds, until trocar_rig_enable. It
+ * has no effect if safety_acts is "nowhere".
+ *
+ * @pre `rig` is null or from trocar_rig_init, and no other thread uses it at the same time.
+ */
+trocar_status trocar_rig_stop(struct trocar_rig *rig);
+
+/**
+ * Ends a stop or a fault: the reference moves to the hand at safety_alignment_speed_m_per_s, and then the force
+ * returns.
+ *
+ * @pre As for trocar_rig_stop.
+ */
+trocar_status trocar_rig_enable(struct trocar_rig *rig);
+
+/**
+ * Reads the counts of bad samples and of acting limits.
+ *
+ * @pre As for trocar_rig_stop; `counts` is null or valid.
+ */
+trocar_status trocar_rig_counts(struct trocar_rig *rig, struct trocar_counts *counts);
+
+/**
  * Sets every setting to its default: the simulator's at 1 kHz, with the tissue surface at 0.
  *
  * `size` is `sizeof(trocar_rig_settings)`; struct_size is set to it.
@@ -632,6 +821,31 @@ trocar_status trocar_rig_step(struct trocar_rig *rig,
  * @pre `settings` is null, or points to `size` writable bytes with the alignment of the structure.
  */
 trocar_status trocar_rig_settings_default(trocar_rig_settings *settings, size_t size);
+
+/**
+ * Sets `words` to the number of uint64_t that the state of a rig takes. It depends on the settings.
+ *
+ * @pre `rig` is null or from trocar_rig_init, and no other thread uses it at the same time; `words` is null or valid.
+ */
+trocar_status trocar_rig_state_size(struct trocar_rig *rig,
+                                    size_t *words);
+
+/**
+ * Writes the state of a rig to `state`, which has `words` words, as trocar_rig_state_size states.
+ *
+ * @pre As for trocar_rig_state_size; `state` is null or points to `words` writable words.
+ */
+trocar_status trocar_rig_save(struct trocar_rig *rig, uint64_t *state, size_t words);
+
+/**
+ * Continues from a state that trocar_rig_save wrote, for a rig with the same settings and of the same version. If the
+ * call fails the rig is unchanged.
+ *
+ * @pre As for trocar_rig_state_size; `state` is null or points to `words` words.
+ */
+trocar_status trocar_rig_restore(struct trocar_rig *rig,
+                                 const uint64_t *state,
+                                 size_t words);
 
 /**
  * Returns the text of a status: one line without a full stop, never freed. Unknown numbers also have a text.
@@ -642,8 +856,8 @@ const char *trocar_status_text(int32_t status);
  * Sets the settings from a scenario, a text in TOML, so that a rig behaves like the scenario's controller.
  *
  * `text` has `text_size` bytes in UTF-8, without a NUL. `base = "builtin:augmented"` in it names a shipped scenario;
- * other paths are relative to the working directory. Settings that only a rig has are at their defaults. `settings`
- * has `size` bytes, `sizeof(trocar_rig_settings)`. `error` is null or a buffer of `error_size` bytes for an error
+ * other paths are relative to the working directory. The text needs only keys of the controller, `rig.` and `safety.`:
+ * operator and tissue may be missing. `settings` has `size` bytes, `sizeof(trocar_rig_settings)`. `error` is null or a buffer of `error_size` bytes for an error
  * text. The function allocates while it reads.
  *
  * @pre Each pointer is null or valid as described.

@@ -4,18 +4,34 @@
 //! owns all memory: a rig is initialised in memory of [`trocar_rig_size`] bytes, and no function keeps or frees
 //! anything. [`trocar_rig_step`] neither allocates nor blocks. No panic leaves a function; it becomes
 //! [`Status::Panic`].
+//!
+//! Without the feature `std` the crate needs neither operating system nor allocator. A static library for a
+//! microcontroller:
+//!
+//! ```text
+//! cargo rustc -p trocar-c --lib --release --no-default-features --features panic-loop \
+//!     --crate-type staticlib --target thumbv7em-none-eabihf
+//! ```
 
+#![cfg_attr(not(feature = "std"), no_std)]
+
+mod digest;
 mod error_text;
 mod rig;
+mod safety;
 mod settings;
+mod state;
 mod status;
 #[cfg(feature = "toml")]
 mod toml;
 
 pub use rig::{
-    Command, Rig, Sample, trocar_rig_alignment, trocar_rig_init, trocar_rig_size, trocar_rig_step, trocar_version,
+    Command, Rig, Sample, trocar_rig_alignment, trocar_rig_init, trocar_rig_size, trocar_rig_step,
+    trocar_rig_step_numbered, trocar_version,
 };
+pub use safety::{Counts, trocar_rig_counts, trocar_rig_enable, trocar_rig_stop};
 pub use settings::{Settings, trocar_rig_settings_default};
+pub use state::{trocar_rig_restore, trocar_rig_save, trocar_rig_state_size};
 pub use status::{Status, trocar_status_text};
 #[cfg(feature = "toml")]
 pub use toml::{trocar_rig_init_toml, trocar_rig_settings_from_toml};

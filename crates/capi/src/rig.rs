@@ -26,7 +26,9 @@ const _: () = assert!(size_of::<HapticController>() < 1 << 16);
 #[derive(Debug)]
 pub struct Rig {
     initialised: u64,
-    controller: HapticController,
+    /// Digest of the settings, by which a saved state belongs to them.
+    pub(crate) settings: u64,
+    pub(crate) controller: HapticController,
 }
 
 /// A rig's measurements at one tick. A number that is not finite or exceeds its limit is a fault of its channel.
@@ -81,14 +83,23 @@ pub struct Command {
     pub faults: u32,
     /// Number of consecutive bad samples, including this one; 0 if it is good.
     pub faulty_samples: u32,
-    /// Always 0.
-    pub reserved: u32,
+    /// 0: armed, a drop of the force raises an alarm; 1: settling, the detector waits; 2: blind, samples are missing.
+    pub detection: u32,
+    /// Number of ticks since detection has this value.
+    pub detection_ticks: u32,
+    /// State of the commands. 0: disabled, 1: aligning, 2: active, 3: fault.
+    pub state: u32,
+    /// Cause of the last fault. 0: none, 1: bad samples, 2: stuck force, 3: sign of the force, 4: velocity.
+    pub fault: u32,
+    /// The safety limits that acted as a sum: 1 force, 2 rate of the force, 4 speed of the reference, 8 distance of the
+    /// reference from the slave.
+    pub limited: u32,
 }
 
 impl From<rig::Command> for Command {
     #[inline(always)]
     fn from(command: rig::Command) -> Self {
-        let faults = command.faults;
+        let (faults, limited) = (command.faults, command.limited);
         Self {
             struct_size: size_of::<Self>() as u64,
             slave_reference_m: command.slave_reference_m,
@@ -109,7 +120,14 @@ impl From<rig::Command> for Command {
                 | u32::from(faults.slave_velocity) << 2
                 | u32::from(faults.force) << 3,
             faulty_samples: command.faulty_samples,
-            reserved: 0,
+            detection: u32::from(command.detection.code()),
+            detection_ticks: command.detection_ticks,
+            state: u32::from(command.state.code()),
+            fault: command.fault.map_or(0, |cause| u32::from(cause.code())),
+            limited: u32::from(limited.force)
+                | u32::from(limited.force_rate) << 1
+                | u32::from(limited.reference_speed) << 2
+                | u32::from(limited.lead) << 3,
         }
     }
 }
@@ -138,7 +156,7 @@ pub extern "C" fn trocar_rig_alignment() -> usize {
 /// Initialises a rig in the given memory: in teleoperation, before the first sample. Another call restarts it.
 ///
 /// `memory` has `size` bytes, at least trocar_rig_size(), aligned to trocar_rig_alignment(). `rig` is set to the rig in
-/// it, or to null. `error` is null or a buffer of `error_size` bytes for an error text.
+/// it, or to null if the call fails. `error` is null or a buffer of `error_size` bytes for an error text.
 ///
 /// # Safety
 /// Each pointer is null or valid as described, and no other thread uses the memory at the same time.
@@ -155,12 +173,19 @@ pub unsafe extern "C" fn trocar_rig_init(
     // SAFETY: the caller's buffer, as described.
     let mut error = unsafe { ErrorText::new(error, error_size) };
     guarded(|| {
+        // SAFETY: `rig` is null or valid.
+        unsafe { clear(rig) };
         // SAFETY: every version has the first field; the others are read only in a structure of this version.
         let settings = unsafe {
             if settings.is_null() {
                 return Status::Null;
             }
-            if (&raw const (*settings).struct_size).read() != size_of::<Settings>() as u64 {
+            let found = (&raw const (*settings).struct_size).read();
+            if found != size_of::<Settings>() as u64 {
+                let expected = size_of::<Settings>();
+                // An error text that does not fit is cut; writing it does not fail.
+                let _ =
+                    write!(error, "struct_size of the settings is {found}, must be {expected}: set the defaults first");
                 return Status::StructSize;
             }
             settings.read()
@@ -170,7 +195,19 @@ pub unsafe extern "C" fn trocar_rig_init(
     })
 }
 
-/// Initialises a rig in the given memory.
+/// Sets the caller's pointer to null, so that no failed call leaves an old or invalid one.
+///
+/// # Safety
+/// `rig` is null or valid.
+#[allow(unsafe_code, reason = "the pointer is the caller's")]
+pub(crate) unsafe fn clear(rig: *mut *mut Rig) {
+    if !rig.is_null() {
+        // SAFETY: not null, so it is writable.
+        unsafe { rig.write(core::ptr::null_mut()) };
+    }
+}
+
+/// Initialises a rig in the given memory. The caller's pointer is null before.
 ///
 /// # Safety
 /// As for [`trocar_rig_init`].
@@ -185,8 +222,6 @@ pub(crate) unsafe fn init(
     if memory.is_null() || rig.is_null() {
         return Status::Null;
     }
-    // SAFETY: not null, so it is writable.
-    unsafe { rig.write(core::ptr::null_mut()) };
     if size < size_of::<Rig>() {
         return Status::MemorySize;
     }
@@ -194,18 +229,18 @@ pub(crate) unsafe fn init(
         return Status::Alignment;
     }
     // An error text that does not fit is cut; writing it does not fail.
-    let settings = match settings.read() {
-        Ok(settings) => settings,
+    let read = match settings.read() {
+        Ok(read) => read,
         Err(key) => {
             let _ = write!(error, "{} must be {}", key.path, key.kind);
             return Status::Setting;
         }
     };
-    match HapticController::new(&settings) {
+    match HapticController::new(&read) {
         Ok(controller) => {
             // SAFETY: the memory is large enough and aligned; `rig` is not null.
             unsafe {
-                memory.cast::<Rig>().write(Rig { initialised: INITIALISED, controller });
+                memory.cast::<Rig>().write(Rig { initialised: INITIALISED, settings: settings.digest(), controller });
                 rig.write(memory.cast());
             }
             Status::Ok
@@ -228,6 +263,39 @@ pub(crate) unsafe fn init(
 #[allow(unsafe_code, reason = "rig, sample and command are the caller's, and the name is exported to C")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn trocar_rig_step(rig: *mut Rig, sample: *const Sample, command: *mut Command) -> Status {
+    // SAFETY: the same requirements as this function's.
+    unsafe { step(rig, sample, command, HapticController::step) }
+}
+
+/// Like trocar_rig_step, for a sample that its source has numbered from 1, with one number per tick.
+///
+/// A repeated sample and one with a number below the newest one count as missing, and skipped numbers are lost samples.
+/// Ten consecutive ascending numbers below the newest one mean that the counter was set back.
+///
+/// # Safety
+/// As for trocar_rig_step.
+#[allow(unsafe_code, reason = "rig, sample and command are the caller's, and the name is exported to C")]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn trocar_rig_step_numbered(
+    rig: *mut Rig,
+    sample: *const Sample,
+    number: u64,
+    command: *mut Command,
+) -> Status {
+    // SAFETY: the same requirements as this function's.
+    unsafe { step(rig, sample, command, |controller, sample| controller.step_numbered(sample, number)) }
+}
+
+/// # Safety
+/// As for [`trocar_rig_step`].
+#[allow(unsafe_code, reason = "rig, sample and command are the caller's")]
+#[inline(always)]
+unsafe fn step(
+    rig: *mut Rig,
+    sample: *const Sample,
+    command: *mut Command,
+    with: impl FnOnce(&mut HapticController, &rig::Sample) -> rig::Command,
+) -> Status {
     // SAFETY: the pointers are null or valid. Only the first field of the command must be initialised.
     let (rig, sample, command_size) = unsafe {
         let (Some(rig), Some(sample)) = (rig.as_mut(), sample.as_ref()) else { return Status::Null };
@@ -249,9 +317,23 @@ pub unsafe extern "C" fn trocar_rig_step(rig: *mut Rig, sample: *const Sample, c
             slave_velocity_m_per_s: sample.slave_velocity_m_per_s,
             force_n: sample.force_n,
         };
-        let done = Command::from(rig.controller.step(&sample));
+        let done = Command::from(with(&mut rig.controller, &sample));
         // SAFETY: its size shows a structure of this version.
         unsafe { command.write(done) };
         Status::Ok
     })
+}
+
+/// Calls `with` with a rig.
+///
+/// # Safety
+/// `rig` is null or from trocar_rig_init, and no other thread uses it at the same time.
+#[allow(unsafe_code, reason = "the rig is the caller's")]
+pub(crate) unsafe fn with_rig(rig: *mut Rig, with: impl FnOnce(&mut Rig) -> Status) -> Status {
+    // SAFETY: null or valid.
+    let Some(rig) = (unsafe { rig.as_mut() }) else { return Status::Null };
+    if rig.initialised != INITIALISED {
+        return Status::NotInitialised;
+    }
+    guarded(|| with(rig))
 }

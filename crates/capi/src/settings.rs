@@ -6,6 +6,7 @@ use trocar_core::rig;
 use trocar_core::settings::{Constant, Fallback, Key, KeySource, Kind};
 
 use crate::Status;
+use crate::digest::Digest;
 
 /// The keys. Each is a field of the C structure.
 const KEYS: &[Key] = rig::Settings::KEYS;
@@ -56,6 +57,13 @@ impl Settings {
             self.bits[place] = bits;
         }
         bits.is_some()
+    }
+
+    /// A digest of all fields.
+    pub(crate) fn digest(&self) -> u64 {
+        let mut digest = Digest::default();
+        self.bits.iter().for_each(|bits| digest.add(*bits));
+        digest.value()
     }
 
     /// Reads the settings for the controller.

@@ -1,7 +1,6 @@
 //! The status of a call.
 
 use core::ffi::{CStr, c_char};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// The status of a call.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,6 +24,8 @@ pub enum Status {
     NotInitialised = 7,
     /// A defect of the library. The rig must not be used any more.
     Panic = 8,
+    /// The state is damaged, or of a rig with other settings or of another version.
+    State = 9,
 }
 
 impl Status {
@@ -41,10 +42,11 @@ impl Status {
             Self::Scenario => c"the scenario cannot be read",
             Self::NotInitialised => c"the rig is not initialised: call trocar_rig_init first",
             Self::Panic => c"a defect of the library: the rig must not be used any more",
+            Self::State => c"the state is damaged, or of a rig with other settings or of another version",
         }
     }
 
-    const ALL: [Self; 9] = [
+    const ALL: [Self; 10] = [
         Self::Ok,
         Self::Null,
         Self::StructSize,
@@ -54,13 +56,32 @@ impl Status {
         Self::Scenario,
         Self::NotInitialised,
         Self::Panic,
+        Self::State,
     ];
 }
 
 /// Converts a panic of the body to a status.
+#[cfg(feature = "std")]
 #[inline(always)]
 pub(crate) fn guarded(body: impl FnOnce() -> Status) -> Status {
-    catch_unwind(AssertUnwindSafe(body)).unwrap_or(Status::Panic)
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(body)).unwrap_or(Status::Panic)
+}
+
+/// Runs the body. Without the standard library a panic goes to the panic handler.
+#[cfg(not(feature = "std"))]
+#[inline(always)]
+pub(crate) fn guarded(body: impl FnOnce() -> Status) -> Status {
+    body()
+}
+
+/// Stops the processor's program: a panic is a defect of the library, after which no command is valid. A watchdog then
+/// switches the motors off.
+#[cfg(all(feature = "panic-loop", not(feature = "std")))]
+#[panic_handler]
+fn stop(_: &core::panic::PanicInfo<'_>) -> ! {
+    loop {
+        core::hint::spin_loop();
+    }
 }
 
 /// Returns the text of a status: one line without a full stop, never freed. Unknown numbers also have a text.
@@ -82,6 +103,7 @@ mod tests {
         }
     }
 
+    #[cfg(feature = "std")]
     #[test]
     fn a_panic_becomes_a_status() {
         assert_eq!(guarded(|| panic!("a defect")), Status::Panic);

@@ -9,7 +9,7 @@ use trocar_core::settings::{Constant, Kind};
 use trocar_scenario::{Scenario, Source, Value};
 
 use crate::error_text::ErrorText;
-use crate::rig::{Rig, init};
+use crate::rig::{Rig, clear, init};
 use crate::settings::Settings;
 use crate::status::{Status, guarded};
 
@@ -19,7 +19,7 @@ use crate::status::{Status, guarded};
 /// The error in the text, with place and remedy.
 fn settings_of(text: &str) -> Result<Settings, String> {
     let source = Source::Text { name: "scenario".into(), text: text.into() };
-    let scenario = Scenario::load(&source, &[]).map_err(|error| error.to_string())?;
+    let scenario = Scenario::load_for_rig(&source).map_err(|error| error.to_string())?;
     let mut settings = Settings::defaults();
     for (key, value) in scenario.rig_values() {
         let is_set = match &value {
@@ -30,8 +30,10 @@ fn settings_of(text: &str) -> Result<Settings, String> {
             Some(Value::Flag(value)) => settings.set(key.path, Constant::Flag(*value)),
             Some(Value::Text(word)) => {
                 let words = if let Kind::Choice(words) = key.kind { words } else { &[] };
-                let word = words.iter().find(|known| *known == word);
-                word.is_some_and(|word| settings.set(key.path, Constant::Text(word)))
+                let Some(known) = words.iter().find(|known| *known == word) else {
+                    return Err(format!("{} is {word:?}; a rig needs {}", key.path, key.kind));
+                };
+                settings.set(key.path, Constant::Text(known))
             }
             Some(Value::Numbers(_)) => false,
         };
@@ -62,8 +64,8 @@ unsafe fn read(text: *const c_char, size: usize, error: &mut ErrorText) -> Resul
 /// Sets the settings from a scenario, a text in TOML, so that a rig behaves like the scenario's controller.
 ///
 /// `text` has `text_size` bytes in UTF-8, without a NUL. `base = "builtin:augmented"` in it names a shipped scenario;
-/// other paths are relative to the working directory. Settings that only a rig has are at their defaults. `settings`
-/// has `size` bytes, `sizeof(trocar_rig_settings)`. `error` is null or a buffer of `error_size` bytes for an error
+/// other paths are relative to the working directory. The text needs only keys of the controller, `rig.` and `safety.`:
+/// operator and tissue may be missing. `settings` has `size` bytes, `sizeof(trocar_rig_settings)`. `error` is null or a buffer of `error_size` bytes for an error
 /// text. The function allocates while it reads.
 ///
 /// # Safety
@@ -116,6 +118,8 @@ pub unsafe extern "C" fn trocar_rig_init_toml(
     // SAFETY: the caller's buffer, as described.
     let mut error = unsafe { ErrorText::new(error, error_size) };
     guarded(|| {
+        // SAFETY: `rig` is null or valid.
+        unsafe { clear(rig) };
         // SAFETY: the caller's text and memory, as described.
         match unsafe { read(text, text_size, &mut error) } {
             Ok(settings) => unsafe { init(memory, size, &settings, rig, &mut error) },
@@ -127,6 +131,19 @@ pub unsafe extern "C" fn trocar_rig_init_toml(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_text_needs_only_the_keys_of_the_controller() {
+        let text =
+            "scaling.force = 0.5\ndetector.threshold = 0.05\nrig.force_limit_n = 20.0\n[safety]\nforce_limit_n = 8.0";
+        let settings = settings_of(text).expect("enough for a rig").read().expect("of their kinds");
+        assert_eq!((settings.force_scale, settings.detector.cusum.threshold), (0.5, 0.05));
+        assert_eq!((settings.limits.force_n, settings.safety.force_limit_n), (20.0, 8.0));
+        let error = settings_of("estimator.parameters = \"hunt-crossley\"").expect_err("not on a rig");
+        assert!(error.starts_with("estimator.parameters is \"hunt-crossley\"; a rig needs one of"), "{error}");
+        let error = settings_of("scaling.force = 0.5\nscaling.forec = 0.5").expect_err("no such key");
+        assert!(error.contains("scenario:2"), "{error}");
+    }
 
     #[test]
     fn every_shipped_scenario_gives_the_same_rig_as_in_rust() {

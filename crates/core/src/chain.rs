@@ -17,6 +17,20 @@ pub struct Measurement<L> {
     pub velocity_m_per_s: L,
 }
 
+impl Measurement<f64> {
+    /// Interpolates linearly; `share` is 0 at this measurement and 1 at the next one.
+    #[inline]
+    #[must_use]
+    pub fn between(&self, next: &Self, share: f64) -> Self {
+        let mix = |from: f64, to: f64| from + (to - from) * share;
+        Self {
+            force_n: mix(self.force_n, next.force_n),
+            position_m: mix(self.position_m, next.position_m),
+            velocity_m_per_s: mix(self.velocity_m_per_s, next.velocity_m_per_s),
+        }
+    }
+}
+
 /// The chain's output at one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct ChainOutput<L: Lane> {

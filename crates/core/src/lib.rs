@@ -23,5 +23,6 @@ pub mod estimation;
 pub mod lane;
 mod registry;
 pub mod rig;
+pub mod safety;
 pub mod settings;
 pub mod time;

@@ -8,6 +8,8 @@ use trocar_studies::fmu::{Instance, InstanceError, SavedState, Scalar};
 
 /// The call has succeeded.
 pub const OK: i32 = 0;
+/// The step was not done to its end.
+pub const DISCARD: i32 = 2;
 /// The call has failed.
 pub const ERROR: i32 = 3;
 
@@ -67,13 +69,25 @@ impl Component {
             Ok(Ok(())) => OK,
             Ok(Err(error)) => {
                 report(log, &error.to_string());
-                ERROR
+                // The scenario is over: the importing program ends the simulation, and nothing has failed.
+                if matches!(error, InstanceError::Ended { .. }) { DISCARD } else { ERROR }
             }
             Err(_) => {
                 report(log, "a defect of the library: this instance must not be used any more");
                 ERROR
             }
         }
+    }
+
+    /// Returns the end of the last step in s, if there was one, and true if the scenario has ended.
+    ///
+    /// # Safety
+    /// As for [`Component::call`].
+    #[allow(unsafe_code, reason = "the importing program holds the instance as a pointer")]
+    pub unsafe fn progress(component: *const Self) -> (Option<f64>, bool) {
+        // SAFETY: guaranteed by the caller.
+        let component = unsafe { component.as_ref() };
+        component.map_or((None, false), |Self { instance, .. }| (instance.time_s(), instance.has_ended()))
     }
 
     /// Saves the state in a new place, or replaces an earlier state.

@@ -95,12 +95,51 @@ pub unsafe extern "C" fn fmi2ExitInitializationMode(component: *mut Component) -
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2DoStep(
     component: *mut Component,
-    _time_s: f64,
+    time_s: f64,
     step_s: f64,
     _no_set_state_prior: i32,
 ) -> i32 {
     // SAFETY: from `fmi2Instantiate`.
-    unsafe { Component::call(component, |instance| instance.step(step_s)) }
+    unsafe { Component::call(component, |instance| instance.step(time_s, step_s)) }
+}
+
+/// `fmi2LastSuccessfulTime`.
+const LAST_SUCCESSFUL_TIME: i32 = 2;
+/// `fmi2Terminated`.
+const TERMINATED: i32 = 3;
+
+/// After a discarded step: the end of its last tick.
+///
+/// # Safety
+/// As in the standard.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetRealStatus(component: *mut Component, kind: i32, value: *mut f64) -> i32 {
+    // SAFETY: from `fmi2Instantiate`; the value is null or writable.
+    let (time_s, value) = unsafe { (Component::progress(component).0, value.as_mut()) };
+    match (kind, time_s, value) {
+        (LAST_SUCCESSFUL_TIME, Some(time_s), Some(value)) => {
+            *value = time_s;
+            OK
+        }
+        _ => ERROR,
+    }
+}
+
+/// After a discarded step: true if the scenario has ended.
+///
+/// # Safety
+/// As in the standard.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetBooleanStatus(component: *mut Component, kind: i32, value: *mut i32) -> i32 {
+    // SAFETY: from `fmi2Instantiate`; the value is null or writable.
+    let (has_ended, value) = unsafe { (Component::progress(component).1, value.as_mut()) };
+    match (kind, value) {
+        (TERMINATED, Some(value)) => {
+            *value = i32::from(has_ended);
+            OK
+        }
+        _ => ERROR,
+    }
 }
 
 /// # Safety
@@ -191,5 +230,5 @@ constant! {
     OK: fmi2SetDebugLogging fmi2SetupExperiment fmi2EnterInitializationMode fmi2Terminate;
     ERROR: fmi2SerializedFMUstateSize fmi2SerializeFMUstate
         fmi2DeSerializeFMUstate fmi2GetDirectionalDerivative fmi2SetRealInputDerivatives fmi2GetRealOutputDerivatives
-        fmi2CancelStep fmi2GetStatus fmi2GetRealStatus fmi2GetIntegerStatus fmi2GetBooleanStatus fmi2GetStringStatus;
+        fmi2CancelStep fmi2GetStatus fmi2GetIntegerStatus fmi2GetStringStatus;
 }

@@ -92,9 +92,16 @@ pub unsafe extern "C" fn fmi3DoStep(
                 *result = false;
             }
         }
-        let status = Component::call(component, |instance| instance.step(step_s));
+        let status = Component::call(component, |instance| instance.step(time_s, step_s));
+        let (end_s, has_ended) = Component::progress(component);
+        if let Some(terminate) = terminate.as_mut() {
+            *terminate = has_ended;
+        }
         if let Some(last) = last_time_s.as_mut() {
-            *last = if status == OK { time_s + step_s } else { time_s };
+            *last = match status {
+                OK => time_s + step_s,
+                _ => end_s.unwrap_or(time_s),
+            };
         }
         status
     }

@@ -6,6 +6,7 @@ use serde_json::Value as Json;
 
 use super::{Role, SideSummary, Spread};
 use trocar_base::unit::Unit;
+use trocar_base::warning::{Code, Warning};
 use trocar_document::{Cell, Document, Number, Section, Study, Table, Verdict, counted, json_of, show};
 
 impl Study for SideSummary {
@@ -37,11 +38,31 @@ impl Study for SideSummary {
                 ],
                 left_out: vec![],
             },
+            warnings: warnings(self),
             sections: vec![section],
             json: json(self),
             ..Document::default()
         }
     }
+}
+
+/// Warns of another side that is silent at the end, or was.
+fn warnings(summary: &SideSummary) -> Vec<Warning> {
+    let other = summary.role.other().word();
+    let warning = match (summary.silent_since_s, summary.silences) {
+        (Some(since_s), _) => {
+            let message = format!("nothing has come from the {other} since {}", show(Some(since_s), Unit::Second));
+            Warning::new(Code::PeerSilent, message)
+                .remedy(format!("start both sides again; look at the {other}'s message"))
+        }
+        (None, 0) => return vec![],
+        (None, count) => {
+            let message = format!("the {other} was silent for a time and came back, {}", counted(count, "time"));
+            Warning::new(Code::PeerSilent, message)
+                .remedy("look at delays.csv, the network and the other computer's load")
+        }
+    };
+    vec![warning.at("channel.outage_s")]
 }
 
 fn promise(summary: &SideSummary) -> String {
@@ -143,6 +164,12 @@ pub struct LinkFile<'a> {
     ruptures_s: &'a [f64],
     /// Times of the accepted alarms in s; empty on the master's side.
     alarms_s: &'a [f64],
+    /// Number of times that nothing came from the other side for three outages.
+    silences: u64,
+    /// Time of the other side's last message in s, if nothing has come since; `None` if it lives.
+    silent_since_s: Option<f64>,
+    /// The warnings.
+    warnings: Vec<Warning>,
 }
 
 /// Numbers of messages.
@@ -227,5 +254,8 @@ fn json(summary: &SideSummary) -> Json {
         promised_j: meter.promised_j,
         ruptures_s: &summary.ruptures_s,
         alarms_s: &summary.alarms_s,
+        silences: summary.silences,
+        silent_since_s: summary.silent_since_s,
+        warnings: warnings(summary),
     })
 }

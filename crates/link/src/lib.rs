@@ -16,6 +16,7 @@ mod log;
 mod packet;
 mod proxy;
 mod seal;
+mod silence;
 mod summary;
 mod window;
 
@@ -30,5 +31,6 @@ pub use log::{Difference, Direction, RemoteLogError, delays_csv, first_differenc
 pub use packet::{PACKET_BYTES, Role};
 pub use proxy::Proxy;
 pub use seal::{Key, KeyError, MIN_KEY_BYTES, Session};
+pub use silence::{Silence, SilenceChange};
 pub use summary::{SideSummary, Spread, Trips};
 pub use window::Window;

@@ -84,6 +84,10 @@ pub struct SideSummary {
     pub ruptures_s: Vec<f64>,
     /// Times of accepted alarms in s, only on the slave's side.
     pub alarms_s: Vec<f64>,
+    /// Number of times that nothing came from the other side for three outages.
+    pub silences: u64,
+    /// Time of the other side's last message in s, if nothing has come since; `None` if it lives.
+    pub silent_since_s: Option<f64>,
     /// Number of messages that a proxy in this process dropped, from the master and from the slave.
     pub proxy_lost: Option<[u64; 2]>,
 }

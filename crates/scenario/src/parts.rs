@@ -12,6 +12,7 @@ use trocar_core::detector::{CusumDetector, DistanceKind, SquaredResidual};
 use trocar_core::error::InvalidValue;
 use trocar_core::estimation::{AnyEstimator, Rls};
 use trocar_core::lane::Lane;
+use trocar_core::safety::CommandLimits;
 use trocar_engine::channel::{Delay, Irregularity, SampleDelays, Schedule};
 use trocar_engine::engine::BuiltInOr::{BuiltIn, UserDefined};
 use trocar_engine::engine::{
@@ -94,7 +95,11 @@ impl Scenario {
         chain: Chain<L, E, D>,
         link: K,
     ) -> Parts<L, O, T, S, E, D, K> {
-        Parts { operator, tissue, sensor, chain, supervisor: self.supervisor(), link }
+        Parts { operator, tissue, sensor, chain, supervisor: self.supervisor(), link, safety: self.command_limits() }
+    }
+
+    fn command_limits<L: Lane>(&self) -> Option<CommandLimits<L>> {
+        CommandLimits::in_simulation(&self.safety, self.grid.tick_s(), self.reference_m())
     }
 
     fn engine_of<P, W>(&self, plants: P, parts: W) -> Engine<P, W> {
@@ -168,6 +173,7 @@ impl Scenario {
             chain: Chain { contact_m: any.contact_m, estimator, detector },
             supervisor: Supervisor::with_laws(motion_law, force_law, augmentation, settings.cusum.threshold, tick_s),
             link,
+            safety: self.command_limits(),
         })
     }
 

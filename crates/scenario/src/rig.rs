@@ -1,17 +1,33 @@
 //! Derives the settings of a real controller from a scenario.
 
-use trocar_core::settings::{Fallback, Key};
+use trocar_core::settings::Key;
 
+use super::document::Source;
 use super::error::ScenarioError;
 use super::scenario::Scenario;
 use super::value::Value;
-use trocar_core::rig::{Limits, Settings, VelocitySource};
+use trocar_core::rig::{Settings, VelocitySource};
+use trocar_core::safety::SafetySettings;
+
+/// What a rig does not need of a scenario: an operator and a tissue that need no further key.
+const SIMULATION: [&str; 2] = ["operator.kind=ramp", "tissue.kind=kelvin-voigt"];
 
 impl Scenario {
+    /// Loads a scenario for its rig. The text may leave out what only a simulation needs, the operator and the tissue.
+    ///
+    /// # Errors
+    /// The errors of [`Scenario::load`].
+    pub fn load_for_rig(source: &Source) -> Result<Self, ScenarioError> {
+        Self::load(source, &[]).or_else(|error| {
+            let without_simulation = Self::load(source, &SIMULATION.map(str::to_owned));
+            without_simulation.map_err(|_| error)
+        })
+    }
+
     /// The settings with which a rig's controller behaves like this scenario's.
     ///
-    /// Architecture and passivity are not transferred, because [`trocar_core::rig`] implements the paper's scheme. The
-    /// limits are the defaults.
+    /// Architecture and passivity of the link are not transferred, because [`trocar_core::rig`] implements the paper's
+    /// scheme. A limit of the master's motor lowers the limit of the force.
     #[must_use]
     pub fn rig_settings(&self) -> Settings {
         let resolution_m = self.sensor.position_resolution_m;
@@ -30,8 +46,15 @@ impl Scenario {
             estimator: self.estimator,
             detector: self.detector,
             augmentation: self.augmentation,
-            limits: Limits::default(),
+            limits: self.rig_limits,
+            safety: SafetySettings { force_limit_n: self.force_limit_n(), ..self.safety },
         }
+    }
+
+    /// The largest force of a rig's master in N.
+    fn force_limit_n(&self) -> f64 {
+        let limit_n = self.safety.force_limit_n;
+        self.actuators.master_force_n.map_or(limit_n, |motor_n| motor_n.min(limit_n))
     }
 
     /// Like [`Scenario::rig_settings`], with changed values for some of [`Settings::KEYS`].
@@ -55,10 +78,10 @@ impl Scenario {
     /// value.
     pub fn rig_values(&self) -> impl Iterator<Item = (&'static Key, Option<Value>)> {
         Settings::KEYS.iter().map(|key| {
-            let value = match (key.path, key.fallback) {
-                ("rig.start_m", _) => Some(Value::Number(self.start_m())),
-                (path, Fallback::Value(default)) if path.starts_with("rig.") => Some(Value::from(default)),
-                (path, _) => self.values().get(path).cloned(),
+            let value = match key.path {
+                "rig.start_m" => Some(Value::Number(self.start_m())),
+                "safety.force_limit_n" => Some(Value::Number(self.force_limit_n())),
+                path => self.values().get(path).cloned(),
             };
             (key, value)
         })

@@ -26,6 +26,8 @@ use crate::population::PopulationSettings;
 use trocar_core::augmentation::AugmentationSettings;
 use trocar_core::detector::DetectorSettings;
 use trocar_core::estimation::{ContactSettings, RlsSettings};
+use trocar_core::rig;
+use trocar_core::safety::SafetySettings;
 use trocar_core::time::TickGrid;
 use trocar_engine::channel::{DelaySettings, Irregularity, Schedule};
 use trocar_engine::operator::{
@@ -105,6 +107,10 @@ pub struct Scenario {
     pub detector: DetectorSettings,
     /// The supervisor.
     pub augmentation: AugmentationSettings,
+    /// The limits of a possible sample of a rig; they do not affect a run.
+    pub rig_limits: rig::Limits,
+    /// The limits of the commands to the motors.
+    pub safety: SafetySettings,
     /// The ticks of scheduled alarms, increasing.
     pub events: Arc<[u64]>,
     /// The population for the limits of `trocar stability`; it does not affect a run.
@@ -158,6 +164,8 @@ impl Scenario {
             contact_m: ContactSettings::DEFAULT.contact_m,
             detector: DetectorSettings::default(),
             augmentation: AugmentationSettings::DEFAULT,
+            rig_limits: rig::Limits::DEFAULT,
+            safety: SafetySettings::DEFAULT,
             events: Arc::default(),
             population: PopulationSettings::DEFAULT,
             values: Arc::default(),
@@ -449,6 +457,18 @@ pub(super) const GROUPS: &[Group] = &[
             of.scenario.events = events(of.values, &of.scenario.grid)?;
             Ok(())
         },
+        ..PLAIN
+    },
+    Group {
+        sections: &[("rig", "The samples of a rig: possible values, and what follows bad ones.")],
+        keys: rig::Limits::KEYS,
+        read: |of| of.set(rig::Limits::read, rig::Limits::validate, |to| &mut to.rig_limits),
+        ..PLAIN
+    },
+    Group {
+        sections: &[("safety", "The limits of the commands to the motors of a rig, and of the simulation if wanted.")],
+        keys: SafetySettings::KEYS,
+        read: |of| of.set(SafetySettings::read, SafetySettings::validate, |to| &mut to.safety),
         ..PLAIN
     },
     Group {

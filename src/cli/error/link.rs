@@ -41,6 +41,12 @@ pub(in crate::cli) enum LinkError {
     Differs,
     #[error("the slave does not answer any more: start both sides again")]
     NotReady,
+    #[error("nothing has come from the {peer} since {since_s:.3} s of the run: start both sides again")]
+    PeerLost {
+        peer: &'static str,
+        /// The time of its last message, in s.
+        since_s: f64,
+    },
     #[error("{path}: {source}: give the folder of a link, which contains master and slave")]
     Log { path: String, source: std::io::Error },
     #[error(transparent)]
@@ -51,6 +57,9 @@ pub(in crate::cli) enum LinkError {
 
 impl LinkError {
     pub(super) fn is_input(&self) -> bool {
-        !matches!(self, Self::NoReply { .. } | Self::Differs | Self::NotReady | Self::NotReplayed)
+        !matches!(
+            self,
+            Self::NoReply { .. } | Self::Differs | Self::NotReady | Self::PeerLost { .. } | Self::NotReplayed
+        )
     }
 }

@@ -13,8 +13,8 @@ use crate::cli::{interrupt, terminal};
 use trocar_document::{Study as _, TextFile, to_json};
 use trocar_engine::engine::EngineError;
 use trocar_link::{
-    Calling, Direction, Greeted, Key, Lateness, MasterEnd, PACKET_BYTES, Role, SideSummary, SlaveEnd, Trips, Waiting,
-    delays_csv, fingerprint,
+    Calling, Direction, Greeted, Key, Lateness, MasterEnd, PACKET_BYTES, Role, SideSummary, Silence, SilenceChange,
+    SlaveEnd, Trips, Waiting, delays_csv, fingerprint,
 };
 use trocar_report::{Folder, document_text, write_document};
 use trocar_scenario::{Scenario, Source};
@@ -246,6 +246,7 @@ impl Side<'_> {
         let offset_ns = if self.role == Role::Slave { 0.5 * tick_ns } else { 0.0 };
         let mut lateness = Lateness::new(grid.ticks());
         let mut trips = Trips::new(grid.ticks());
+        let mut silence = Silence::new(&self.scenario, 0);
         let priority = priority::ask(self.args.realtime);
         let (clock, socket) = (self.clock, &self.socket);
         for tick in 0..grid.ticks() {
@@ -257,6 +258,7 @@ impl Side<'_> {
                     let now_ns = clock.now_ns() - greeted.start_ns;
                     if let Some(trip) = either!(end, one => one.take(bytes, now_ns)) {
                         trips.add(&trip);
+                        self.report(silence.hear(now_ns));
                     }
                 });
             };
@@ -267,6 +269,7 @@ impl Side<'_> {
                 send(socket, &packet, to);
             }
             take(&mut end);
+            self.report(silence.check(clock.now_ns() - greeted.start_ns));
             if let Some(pointer) = &self.pointer {
                 pointer.step();
             }
@@ -302,6 +305,8 @@ impl Side<'_> {
             meter: either!(&end, one => one.meter()),
             ruptures_s,
             alarms_s,
+            silences: silence.count(),
+            silent_since_s: silence.since_ns().map(|ns| 1e-9 * ns as f64),
             proxy_lost: proxy.and_then(Running::end),
         };
         let files = self.write(&end, &summary)?;
@@ -311,7 +316,27 @@ impl Side<'_> {
         if self.stop.load(Ordering::Relaxed) {
             return Err(CliError::Interrupted { kept: Some("the ticks so far were written".into()) });
         }
-        Ok(())
+        match summary.silent_since_s {
+            Some(since_s) => Err(LinkError::PeerLost { peer: self.role.other().word(), since_s }.into()),
+            None => Ok(()),
+        }
+    }
+
+    /// Prints that the other side is silent, and that it is back.
+    fn report(&self, change: Option<SilenceChange>) {
+        let peer = self.role.other().word();
+        let recovery = &self.scenario.link.recovery;
+        match (change, self.role) {
+            (None, _) => {}
+            (Some(SilenceChange::Silent(for_s)), Role::Master) => anstream::eprintln!(
+                "warning: nothing has come from the {peer} for {for_s:.3} s: the force decays to 0 from {} s on",
+                recovery.dead_s
+            ),
+            (Some(SilenceChange::Silent(for_s)), Role::Slave) => {
+                anstream::eprintln!("warning: nothing has come from the {peer} for {for_s:.3} s: the reference holds")
+            }
+            (Some(SilenceChange::Back(after_s)), _) => anstream::eprintln!("the {peer} is back after {after_s:.3} s"),
+        }
     }
 
     /// Returns true if Ctrl-C or the operator at the page has ended the link.

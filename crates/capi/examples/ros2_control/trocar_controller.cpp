@@ -1,5 +1,5 @@
-// A sketch of a ros2_control controller that runs trocar's rig. It follows the interface of controller_interface in
-// ROS 2 Jazzy; it is not compiled with this project, which does not depend on ROS.
+// A ros2_control controller that runs trocar's rig. This project does not depend on ROS: it compiles and runs the file
+// with a stub of controller_interface in ROS 2 Jazzy (tests/ros2_stub), and has not run it in ROS.
 //
 // Each tick is one update: the controller reads the sample from the state interfaces of the hardware, and writes the
 // command to its command interfaces. The parameters are the names of these interfaces and the path of a scenario. The
@@ -14,7 +14,9 @@
 //       force: needle_sensor/force.z
 //       slave_reference: slave/position
 //       master_force: master/effort
-//       bad_samples_to_stop: 50
+//
+// The limits of the commands are the keys safety. of the scenario. After bad samples the force decays and the reference
+// holds; a fault of a sensor ends with a deactivation and an activation.
 #include <cstddef>
 #include <fstream>
 #include <iterator>
@@ -41,7 +43,6 @@ public:
                                  "slave_reference", "master_force"}) {
             auto_declare<std::string>(name, "");
         }
-        auto_declare<int>("bad_samples_to_stop", 50);
         return CallbackReturn::SUCCESS;
     }
 
@@ -69,7 +70,6 @@ public:
             return CallbackReturn::ERROR;
         }
         memory_.resize(trocar_rig_size() / sizeof(std::max_align_t) + 1);
-        bad_samples_to_stop_ = static_cast<unsigned>(get_node()->get_parameter("bad_samples_to_stop").as_int());
         return CallbackReturn::SUCCESS;
     }
 
@@ -87,16 +87,18 @@ public:
         return CallbackReturn::SUCCESS;
     }
 
+    CallbackReturn on_deactivate(const rclcpp_lifecycle::State &) override
+    {
+        trocar_rig_stop(rig_);
+        return CallbackReturn::SUCCESS;
+    }
+
     return_type update(const rclcpp::Time &, const rclcpp::Duration &) override
     {
         const trocar_sample sample{sizeof(trocar_sample), state_interfaces_[0].get_value(),
                                    state_interfaces_[1].get_value(), state_interfaces_[2].get_value(),
                                    state_interfaces_[3].get_value()};
         if (trocar_rig_step(rig_, &sample, &command_) != TROCAR_STATUS_OK) {
-            return return_type::ERROR;
-        }
-        // trocar holds the last valid values but never stops the motors. Stop after too many faulty samples.
-        if (command_.faulty_samples > bad_samples_to_stop_) {
             return return_type::ERROR;
         }
         command_interfaces_[0].set_value(command_.slave_reference_m);
@@ -111,8 +113,7 @@ private:
     trocar_rig_settings settings_{};
     std::vector<std::max_align_t> memory_;
     trocar_rig *rig_ = nullptr;
-    trocar_command command_{sizeof(trocar_command), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
-    unsigned bad_samples_to_stop_ = 50;
+    trocar_command command_{sizeof(trocar_command), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
 };
 
 } // namespace trocar_controller

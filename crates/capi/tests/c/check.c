@@ -22,7 +22,12 @@ int main(void)
     trocar_rig_settings settings;
     trocar_sample sample = {sizeof sample, NAN, NAN, NAN, NAN};
     trocar_command command;
+    trocar_counts counts;
     trocar_rig *rig = NULL;
+    trocar_rig *const invalid = (trocar_rig *)(uintptr_t)0xdead;
+    uint64_t *state;
+    size_t words = 0;
+    double force_n;
     char error[64];
     /* Eight additional bytes for a test of misaligned memory. */
     char *memory = malloc(size + 8);
@@ -46,6 +51,24 @@ int main(void)
     settings.struct_size -= 8;
     CHECK(trocar_rig_init(memory, size, &settings, &rig, error, sizeof error) == TROCAR_STATUS_STRUCT_SIZE);
     settings.struct_size += 8;
+
+    /* Every failed call leaves null, whatever was in the pointer. */
+    rig = invalid;
+    CHECK(trocar_rig_init(memory, size, NULL, &rig, error, sizeof error) == TROCAR_STATUS_NULL && rig == NULL);
+    rig = invalid;
+    CHECK(trocar_rig_init(NULL, size, &settings, &rig, error, sizeof error) == TROCAR_STATUS_NULL && rig == NULL);
+    rig = invalid;
+    CHECK(trocar_rig_init(memory, size - 1, &settings, &rig, error, sizeof error) == TROCAR_STATUS_MEMORY_SIZE && rig == NULL);
+    rig = invalid;
+    settings.struct_size -= 8;
+    CHECK(trocar_rig_init(memory, size, &settings, &rig, error, sizeof error) == TROCAR_STATUS_STRUCT_SIZE && rig == NULL);
+    CHECK(strncmp(error, "struct_size of the settings is", 30) == 0);
+    settings.struct_size += 8;
+    rig = invalid;
+    CHECK(trocar_rig_init_toml(memory, size, wrong, strlen(wrong), &rig, error, sizeof error) == TROCAR_STATUS_SCENARIO);
+    CHECK(rig == NULL);
+    rig = invalid;
+    CHECK(trocar_rig_init_toml(memory, size, NULL, 0, &rig, error, sizeof error) == TROCAR_STATUS_NULL && rig == NULL);
 
     /* A setting out of range, and an unknown word, are reported with their keys. */
     settings.detector_quiet_std_n = -1.0;
@@ -80,6 +103,43 @@ int main(void)
     CHECK(trocar_rig_step(rig, &sample, &command) == TROCAR_STATUS_OK);
     CHECK(command.faults == 15 && command.faulty_samples == 1 && command.alarm == 0);
     CHECK(command.slave_reference_m == 0.0 && command.master_force_n == 0.0);
+
+    CHECK(command.detection == 1 && command.state == 1 && command.fault == 0 && command.limited == 0);
+
+    /* A repeated sample counts as missing; stop and enable change the state. */
+    sample.master_position_m = sample.slave_position_m = 0.0;
+    sample.slave_velocity_m_per_s = 0.0;
+    sample.force_n = 1.0;
+    CHECK(trocar_rig_step_numbered(rig, &sample, 2, &command) == TROCAR_STATUS_OK && command.faults == 0);
+    CHECK(command.state == 2 && command.master_force_n > 0.0);
+    CHECK(trocar_rig_step_numbered(rig, &sample, 2, &command) == TROCAR_STATUS_OK && command.faults == 15);
+    counts.struct_size = 8;
+    CHECK(trocar_rig_counts(rig, &counts) == TROCAR_STATUS_STRUCT_SIZE);
+    counts.struct_size = sizeof counts;
+    CHECK(trocar_rig_counts(rig, NULL) == TROCAR_STATUS_NULL && trocar_rig_counts(NULL, &counts) == TROCAR_STATUS_NULL);
+    CHECK(trocar_rig_counts(rig, &counts) == TROCAR_STATUS_OK && counts.repeated == 1 && counts.bad == 2);
+    CHECK(trocar_rig_stop(NULL) == TROCAR_STATUS_NULL && trocar_rig_stop(rig) == TROCAR_STATUS_OK);
+    CHECK(trocar_rig_step_numbered(rig, &sample, 3, &command) == TROCAR_STATUS_OK && command.state == 0);
+
+    /* A rig continues from its saved state; a damaged state is rejected. */
+    CHECK(trocar_rig_state_size(rig, &words) == TROCAR_STATUS_OK && words > 10);
+    state = malloc(words * sizeof *state);
+    CHECK(state != NULL && trocar_rig_save(rig, state, words) == TROCAR_STATUS_OK);
+    CHECK(trocar_rig_save(rig, state, words - 1) == TROCAR_STATUS_STATE);
+    CHECK(trocar_rig_enable(rig) == TROCAR_STATUS_OK);
+    CHECK(trocar_rig_step_numbered(rig, &sample, 4, &command) == TROCAR_STATUS_OK && command.state == 2);
+    force_n = command.master_force_n;
+    CHECK(trocar_rig_restore(rig, state, words) == TROCAR_STATUS_OK);
+    CHECK(trocar_rig_enable(rig) == TROCAR_STATUS_OK);
+    CHECK(trocar_rig_step_numbered(rig, &sample, 4, &command) == TROCAR_STATUS_OK);
+    CHECK(command.state == 2 && command.master_force_n == force_n);
+    state[words / 2] ^= 1;
+    CHECK(trocar_rig_restore(rig, state, words) == TROCAR_STATUS_STATE);
+    state[words / 2] ^= 1;
+    settings.estimator_contact_m = 0.001;
+    CHECK(trocar_rig_init(memory, size, &settings, &rig, error, sizeof error) == TROCAR_STATUS_OK);
+    CHECK(trocar_rig_restore(rig, state, words) == TROCAR_STATUS_STATE);
+    free(state);
 
     /* A scenario. */
     CHECK(trocar_rig_init_toml(memory, size, scenario, strlen(scenario), &rig, error, sizeof error) == TROCAR_STATUS_OK);

@@ -21,10 +21,17 @@ fn here() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Returns the folder with this package's libraries, beside the test.
+/// Returns the folder with this package's libraries, beside the test. The loader finds the shared one by its SONAME.
 fn libraries() -> PathBuf {
     let test = std::env::current_exe().expect("this program");
-    test.parent().expect("in a folder").to_owned()
+    let folder = test.parent().expect("in a folder").to_owned();
+    #[cfg(target_os = "linux")]
+    {
+        let version = concat!(env!("CARGO_PKG_VERSION_MAJOR"), ".", env!("CARGO_PKG_VERSION_MINOR"));
+        // Another test may have created it.
+        let _ = std::os::unix::fs::symlink("libtrocar_c.so", folder.join(format!("libtrocar_c.so.{version}")));
+    }
+    folder
 }
 
 fn is_there(program: &str) -> bool {
@@ -56,13 +63,18 @@ fn run(command: &mut Command, input: &str) -> String {
 
 /// Compiles a source of this package with every warning as an error. Returns the program.
 fn compiled(compiler: &str, source: &str, folder: &TempDir) -> PathBuf {
+    compiled_with(compiler, &[], source, folder)
+}
+
+/// Like [`compiled`], with more flags.
+fn compiled_with(compiler: &str, flags: &[&str], source: &str, folder: &TempDir) -> PathBuf {
     let program = folder.path().join(compiler);
     let standard = if source.ends_with(".cpp") { "-std=c++17" } else { "-std=c99" };
     let mut command = Command::new(compiler);
-    command.args([standard, "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O1"]);
+    command.args([standard, "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O1"]).args(flags);
     command.arg(format!("-DTROCAR_TEST_VERSION=\"{}\"", env!("CARGO_PKG_VERSION")));
     command.arg("-I").arg(here().join("include")).arg(here().join(source)).arg("-o").arg(&program);
-    command.arg("-L").arg(libraries()).arg("-ltrocar_c");
+    command.arg("-L").arg(libraries()).args(["-ltrocar_c", "-lm"]);
     run(&mut command, "");
     program
 }
@@ -141,11 +153,11 @@ impl Case {
     }
 
     /// Returns Rust's commands: the bits of the numbers, then the words.
-    fn commands(&self) -> Vec<[u64; 15]> {
+    fn commands(&self) -> Vec<[u64; 18]> {
         let mut controller = HapticController::new(&self.settings).expect("valid");
         let bits = |sample: &Sample| {
             let command = controller.step(sample);
-            let faults = command.faults;
+            let (faults, limited) = (command.faults, command.limited);
             [
                 command.slave_reference_m.to_bits(),
                 command.master_force_n.to_bits(),
@@ -165,6 +177,12 @@ impl Case {
                     + 4 * u64::from(faults.slave_velocity)
                     + 8 * u64::from(faults.force),
                 u64::from(command.faulty_samples),
+                u64::from(command.detection.code()),
+                u64::from(command.state.code()),
+                u64::from(limited.force)
+                    + 2 * u64::from(limited.force_rate)
+                    + 4 * u64::from(limited.reference_speed)
+                    + 8 * u64::from(limited.lead),
             ]
         };
         self.samples.iter().map(bits).collect()
@@ -172,10 +190,10 @@ impl Case {
 }
 
 /// Parses the printed commands of a program in the same form.
-fn printed(text: &str) -> Vec<[u64; 15]> {
+fn printed(text: &str) -> Vec<[u64; 18]> {
     let row = |line: &str| {
         let cells: Vec<&str> = line.split(',').collect();
-        assert_eq!(cells.len(), 15, "{line}");
+        assert_eq!(cells.len(), 18, "{line}");
         std::array::from_fn(|at| match at {
             0..10 => cells[at].parse::<f64>().expect("a number").to_bits(),
             _ => cells[at].parse().expect("a whole number"),
@@ -184,7 +202,7 @@ fn printed(text: &str) -> Vec<[u64; 15]> {
     text.lines().skip(1).map(row).collect()
 }
 
-fn assert_same(case: &Case, compiler: &str, found: &[[u64; 15]]) {
+fn assert_same(case: &Case, compiler: &str, found: &[[u64; 18]]) {
     let expected = case.commands();
     assert_eq!(found.len(), expected.len(), "{}", case.name);
     for (k, (found, expected)) in found.iter().zip(&expected).enumerate() {
@@ -246,6 +264,32 @@ fn sizes_rejections_and_texts_agree_with_the_header() {
 }
 
 #[test]
+fn under_sanitisers_no_sequence_of_samples_makes_a_command_exceed_its_limits() {
+    let folder = TempDir::new().expect("a folder");
+    for compiler in compilers(&["gcc", "clang"]).into_iter().take(1) {
+        let flags = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
+        let program = compiled_with(compiler, &flags, "tests/c/adversarial.c", &folder);
+        run(&mut Command::new(program), "");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_program_asks_the_loader_for_the_versioned_library() {
+    let folder = TempDir::new().expect("a folder");
+    if !is_there("readelf") {
+        println!("skipped: readelf is not installed");
+        return;
+    }
+    for compiler in compilers(&["gcc", "clang"]).into_iter().take(1) {
+        let program = compiled(compiler, "tests/c/check.c", &folder);
+        let needed = run(Command::new("readelf").arg("--dynamic").arg(program), "");
+        let version = concat!(env!("CARGO_PKG_VERSION_MAJOR"), ".", env!("CARGO_PKG_VERSION_MINOR"));
+        assert!(needed.contains(&format!("[libtrocar_c.so.{version}]")), "{needed}");
+    }
+}
+
+#[test]
 fn each_field_of_the_settings_has_the_offset_of_its_key() {
     let folder = TempDir::new().expect("a folder");
     for compiler in compilers(&["gcc", "clang"]) {
@@ -280,6 +324,29 @@ fn a_program_in_cpp_announces_the_same_alarms() {
             (cells[0].parse::<usize>().expect("a sample"), bits(1), bits(2))
         };
         assert_eq!(text.lines().map(row).collect::<Vec<_>>(), expected, "{compiler}");
+    }
+}
+
+#[test]
+fn the_ros2_controller_gives_the_commands_of_rust_with_a_stub_of_ros() {
+    let folder = TempDir::new().expect("a folder");
+    let case = augmented(&folder);
+    let stub = here().join("tests/ros2_stub").display().to_string();
+    for compiler in compilers(&["g++", "clang++"]) {
+        let program = compiled_with(compiler, &["-I", &stub], "tests/ros2_stub/main.cpp", &folder);
+        let text = run(Command::new(program).arg(&case.arguments[1]), &case.input());
+        let commands = case.commands();
+        assert_eq!(text.lines().count(), commands.len(), "{compiler}");
+        for (k, (line, command)) in text.lines().zip(&commands).enumerate() {
+            let (reference, force) = line.split_once(',').expect("two numbers");
+            let number = |text: &str| text.parse::<f64>().expect("a number");
+            // The force pushes the master against the direction of insertion.
+            assert_eq!(
+                [number(reference).to_bits(), (-number(force)).to_bits()],
+                command[..2],
+                "{compiler}, sample {k}"
+            );
+        }
     }
 }
 

@@ -92,6 +92,12 @@ impl<L: Lane> Arming<L> {
         }
     }
 
+    /// The lanes in which the contact was quiet for the settling time.
+    #[inline(always)]
+    pub(super) fn is_armed(&self) -> L::Mask {
+        self.quiet_ticks.ge(self.settle_ticks)
+    }
+
     #[inline(always)]
     pub(super) fn conditions(&self, input: &DetectorInput<L>) -> AlarmConditions<L> {
         let zero = L::zero();
@@ -102,7 +108,7 @@ impl<L: Lane> Arming<L> {
         };
         AlarmConditions {
             in_contact: input.in_contact,
-            armed: self.quiet_ticks.ge(self.settle_ticks),
+            armed: self.is_armed(),
             is_drop,
             moves_as_required: input.velocity_m_per_s.ge(self.min_velocity),
             // With a minimum of 0 only the contact counts, for the detectors that need one.

@@ -155,6 +155,16 @@ impl<L: Lane, D> CusumDetector<L, D> {
     }
 }
 
+impl<D: Distance<f64>> CusumDetector<f64, D> {
+    /// True if the next sample can raise an alarm: the contact was quiet for long enough, or a self-arming distance is
+    /// ready.
+    #[inline(always)]
+    #[must_use]
+    pub fn is_armed(&self) -> bool {
+        self.distance.is_ready().unwrap_or_else(|| self.arming.is_armed())
+    }
+}
+
 impl<L: Lane, D: Distance<L>> CusumDetector<L, D> {
     /// The conditions on an alarm at the next sample, for any value of `g`.
     #[inline(always)]

@@ -22,43 +22,69 @@
 //! # Ok::<(), trocar::error::InvalidValue>(())
 //! ```
 //!
-//! # Impossible samples
+//! # Bad samples
 //! A number that is not finite, or beyond its limit in [`Limits`], is a fault of its channel. At such a tick
 //!
 //! - the channel's last good value replaces it. Before the first good value the rig counts as at rest at
 //!   [`Settings::start_m`], without force;
-//! - estimator and detector skip the sample: no alarm is raised, the estimate does not change, and no correction spans
-//!   the gap. The detector treats the gap as a loss of contact and is armed again after
-//!   [`ArmingSettings::settle_s`](crate::detector::ArmingSettings) of quiet contact. A rupture within that time is
-//!   missed;
 //! - the supervisor's timers continue, so an event ends on time;
 //! - [`Command::faults`] names the channels, and [`Command::faulty_samples`] counts the consecutive bad samples.
 //!
+//! Estimator and detector need position, velocity and force of the slave. Up to [`Limits::bridged_samples`] missing
+//! samples are bridged: the next good sample is processed together with the missing ones, which are interpolated
+//! linearly, as in a live stream. The controller then runs the chain up to that number of times in one step. After a
+//! longer gap the estimate is kept, and the detector starts anew: a rupture within the gap or within the next
+//! [`ArmingSettings::settle_s`](crate::detector::ArmingSettings) of quiet contact is missed. [`Command::detection`]
+//! states whether the detector is armed, settling or blind, and for how many ticks.
+//!
 //! When good samples return, the slave's reference returns to the hand and the feedback force to the measured force, no
-//! faster than [`Limits::recovery_speed_m_per_s`] and [`Limits::recovery_force_rate_n_per_s`]. Holding the last value
-//! is not safe for long: the builder of the rig decides after how many bad samples the motors are switched off.
+//! faster than [`Limits::recovery_speed_m_per_s`] and [`Limits::recovery_force_rate_n_per_s`].
+//!
+//! # Safety
+//! Every command passes the [`SafetyStage`](crate::safety::SafetyStage) with the settings
+//! [`Settings::safety`]: a largest force and its rate, a largest speed of the reference and distance from the slave, an
+//! alignment at the start, and faults after [`SafetySettings::bad_samples`](crate::safety::SafetySettings) bad samples
+//! or by an implausible sensor. [`Command::state`] is the state; [`HapticController::stop`] and
+//! [`HapticController::enable`] change it. Before the first good sample the reference is [`Settings::start_m`], scaled,
+//! and from then on it starts at the slave: switch on the motors after that sample.
+//!
+//! # Numbered samples
+//! [`HapticController::step_numbered`] takes the number of a sample, counted by its source. A repeated number and a
+//! number below the newest one mark a stale sample, which counts as missing; [`Counters`] counts both. Skipped numbers
+//! are lost samples and are bridged.
 
+mod counters;
+mod detection;
 mod held;
 mod sample;
+mod sequence;
 mod settings;
 
+pub use counters::Counters;
+pub use detection::DetectionState;
 pub use sample::{Command, Faults, Sample};
 pub use settings::{Limits, Settings, VelocitySource};
 
 use crate::augmentation::{Supervisor, SupervisorInput};
-use crate::chain::{Chain, ChainOutput, Measurement};
+use crate::chain::{Chain, Measurement};
 use crate::detector::CusumDetector;
 use crate::error::InvalidValue;
-use crate::estimation::{Estimate, Rls, VelocityFilter};
+use crate::estimation::{Rls, VelocityFilter};
 use crate::lane::{Lane, Stored};
+use crate::safety::{Safe, SafetyCounts, SafetyStage, SafetyState, SlaveSample, Wanted};
+use detection::{Detected, DetectionChain};
 use held::HeldMeasurement;
+use sequence::{Arrival, Sequence};
 
 /// The haptic controller of a rig.
 #[derive(Debug, Clone)]
 pub struct HapticController {
-    chain: Chain<f64, Rls<f64>, CusumDetector<f64>>,
+    detection: DetectionChain,
+    sequence: Sequence,
     supervisor: Supervisor<f64>,
-    velocity_filter: Option<VelocityFilter<f64>>,
+    safety: SafetyStage,
+    /// True if the velocity is read from the sample.
+    reads_velocity: bool,
     position_scale: f64,
     force_scale: f64,
     limits: Limits,
@@ -71,10 +97,8 @@ pub struct HapticController {
     per_hand_step: f64,
     force_n: HeldMeasurement,
     slave_m: f64,
-    velocity_m_per_s: f64,
-    /// `K` in N/m and `B` in N·s/m.
-    parameters: [f64; 2],
     faulty_samples: u32,
+    counters: Counters,
     /// True if the last sample was bad or a held value has not yet returned to its reading.
     is_disturbed: bool,
 }
@@ -95,14 +119,17 @@ impl HapticController {
         };
         let reference_m = settings.position_scale * start_m;
         let threshold = settings.detector.cusum.threshold;
+        let chain = Chain {
+            contact_m: settings.contact_m,
+            estimator: Rls::new(&settings.estimator),
+            detector: CusumDetector::new(&settings.detector, tick_s),
+        };
         Ok(Self {
-            chain: Chain {
-                contact_m: settings.contact_m,
-                estimator: Rls::new(&settings.estimator),
-                detector: CusumDetector::new(&settings.detector, tick_s),
-            },
+            reads_velocity: velocity_filter.is_none(),
+            detection: DetectionChain::new(chain, velocity_filter, settings.detector, (tick_s, limits.bridged_samples)),
+            sequence: Sequence::default(),
             supervisor: Supervisor::new(&settings.augmentation, threshold, tick_s, reference_m),
-            velocity_filter,
+            safety: SafetyStage::new(&settings.safety, tick_s, reference_m),
             position_scale: settings.position_scale,
             force_scale: settings.force_scale,
             limits,
@@ -112,9 +139,8 @@ impl HapticController {
             hand_m: HeldMeasurement::at(reference_m, limits.recovery_speed_m_per_s * tick_s),
             force_n: HeldMeasurement::at(0.0, limits.recovery_force_rate_n_per_s * tick_s),
             slave_m: reference_m,
-            velocity_m_per_s: 0.0,
-            parameters: [0.0; 2],
             faulty_samples: 0,
+            counters: Counters::default(),
             is_disturbed: false,
         })
     }
@@ -124,20 +150,62 @@ impl HapticController {
     /// Every number of the command is finite, for any sample.
     #[inline]
     pub fn step(&mut self, sample: &Sample) -> Command {
+        let number = self.sequence.advance();
+        self.step_new(sample, number)
+    }
+
+    /// Like [`HapticController::step`], for a sample that its source has numbered from 1, with one number per tick.
+    ///
+    /// A repeated sample and one with a number below the newest one count as missing. Ten consecutive ascending numbers
+    /// below the newest one mean that the counter was set back, and the detector starts anew.
+    pub fn step_numbered(&mut self, sample: &Sample, number: u64) -> Command {
+        match self.sequence.take(number) {
+            Arrival::New | Arrival::Restarted => self.step_new(sample, number),
+            Arrival::Repeated => {
+                self.counters.repeated += 1;
+                self.step_new(&Sample::MISSING, number)
+            }
+            Arrival::Late => {
+                self.counters.late += 1;
+                self.step_new(&Sample::MISSING, number)
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn step_new(&mut self, sample: &Sample, number: u64) -> Command {
         let faults = self.faults(sample);
-        if faults.any() | self.is_disturbed {
-            return self.step_disturbed(sample, faults);
+        if faults.any() | self.is_disturbed | !self.detection.is_next(number) {
+            return self.step_disturbed(sample, number, faults);
         }
         self.slave_m = sample.slave_position_m;
-        self.velocity_m_per_s = match &mut self.velocity_filter {
-            Some(filter) => filter.update(sample.slave_position_m),
-            None => sample.slave_velocity_m_per_s,
-        };
-        let output = self.chain.step(&self.measurement(sample.force_n));
-        self.parameters = [output.estimate.stiffness_n_per_m, output.estimate.damping_n_s_per_m];
+        let detected = self.detection.step(&measurement(sample), number);
         let hand_m = self.hand_m.pass(self.position_scale * sample.master_position_m);
         let force_n = self.force_n.pass(self.force_scale * sample.force_n);
-        self.command(&output, hand_m, force_n, faults)
+        self.command(&detected, hand_m, force_n, faults, Some(&self.slave_sample(sample)))
+    }
+
+    /// Stops: the master's force decays within `safety.decay_s`, and the slave's reference holds until
+    /// [`HapticController::enable`]. It has no effect if `safety.acts` is `nowhere`.
+    pub fn stop(&mut self) {
+        self.safety.stop();
+    }
+
+    /// Ends a stop or a fault: the reference moves to the hand, and then the force returns.
+    pub fn enable(&mut self) {
+        self.safety.enable();
+    }
+
+    /// The state of the commands.
+    #[must_use]
+    pub fn safety_state(&self) -> SafetyState {
+        self.safety.state()
+    }
+
+    /// The numbers of ticks at which limits acted, and of faults.
+    #[must_use]
+    pub fn safety_counts(&self) -> SafetyCounts {
+        self.safety.counts()
     }
 
     /// The number of processed samples.
@@ -149,7 +217,14 @@ impl HapticController {
     /// The estimator's gain `F`, symmetric, as (F₀₀, F₀₁, F₁₁): the covariance of (`K`, `B`) up to a factor.
     #[must_use]
     pub fn estimator_gain(&self) -> [f64; 3] {
-        self.chain.estimator.gain()
+        self.detection.estimator_gain()
+    }
+
+    /// The counts of bad, stale and lost samples.
+    #[must_use]
+    pub fn counters(&self) -> Counters {
+        let (bridged, gaps) = self.detection.gaps();
+        Counters { bridged, gaps, ..self.counters }
     }
 
     #[inline(always)]
@@ -160,20 +235,30 @@ impl HapticController {
         Faults {
             master_position: is_beyond(sample.master_position_m, position_m),
             slave_position: is_beyond(sample.slave_position_m, position_m),
-            slave_velocity: is_beyond(sample.slave_velocity_m_per_s, velocity_m_per_s) & self.velocity_filter.is_none(),
+            slave_velocity: is_beyond(sample.slave_velocity_m_per_s, velocity_m_per_s) & self.reads_velocity,
             force: is_beyond(sample.force_n, force_n),
         }
     }
 
-    /// The last good position and velocity of the slave, with a force (N).
     #[inline(always)]
-    fn measurement(&self, force_n: f64) -> Measurement<f64> {
-        Measurement { force_n, position_m: self.slave_m, velocity_m_per_s: self.velocity_m_per_s }
+    fn slave_sample(&self, sample: &Sample) -> SlaveSample {
+        SlaveSample {
+            position_m: sample.slave_position_m,
+            velocity_m_per_s: self.reads_velocity.then_some(sample.slave_velocity_m_per_s),
+            force_n: sample.force_n,
+        }
     }
 
     #[inline(always)]
-    fn command(&mut self, output: &ChainOutput<f64>, hand_m: f64, force_n: f64, faults: Faults) -> Command {
-        let ChainOutput { estimate, decision, .. } = output;
+    fn command(
+        &mut self,
+        detected: &Detected,
+        hand_m: f64,
+        force_n: f64,
+        faults: Faults,
+        sample: Option<&SlaveSample>,
+    ) -> Command {
+        let Detected { estimate, decision } = detected;
         let input = SupervisorInput {
             tick: self.tick,
             alarm: decision.alarm,
@@ -185,10 +270,18 @@ impl HapticController {
         let velocity_m_per_s = (hand_m - self.last_hand_m) * self.per_hand_step;
         self.last_hand_m = hand_m;
         let command = self.supervisor.update(&input, force_n, velocity_m_per_s);
+        let wanted = Wanted {
+            reference_m: command.slave_reference_m,
+            force_n: command.feedback_force_n,
+            slave_m: self.slave_m,
+            is_good: !faults.any(),
+        };
+        let Safe { reference_m, force_n, limited } = self.safety.pass(&wanted, sample);
         self.tick += 1;
+        let (detection, detection_ticks) = self.detection.state();
         Command {
-            slave_reference_m: command.slave_reference_m,
-            master_force_n: command.feedback_force_n,
+            slave_reference_m: reference_m,
+            master_force_n: force_n,
             allowed_force_step_n: command.allowed_step_n,
             mode: command.mode.lane(0),
             alarm: decision.alarm,
@@ -199,34 +292,34 @@ impl HapticController {
             residual_n: estimate.residual_n,
             distance: decision.distance,
             decision: decision.decision,
-            slave_velocity_m_per_s: self.velocity_m_per_s,
+            slave_velocity_m_per_s: self.detection.velocity_m_per_s(),
             faults,
             faulty_samples: self.faulty_samples,
+            detection,
+            detection_ticks,
+            state: self.safety.state(),
+            fault: self.safety.cause(),
+            limited,
         }
     }
 
-    /// Processes a tick whose sample is bad, follows a bad one, or falls into a recovery.
+    /// Processes a tick whose sample is bad, follows a bad one or a lost one, or falls into a recovery.
     #[cold]
     #[inline(never)]
-    fn step_disturbed(&mut self, sample: &Sample, faults: Faults) -> Command {
-        let follows_a_bad_one = self.faulty_samples > 0;
+    fn step_disturbed(&mut self, sample: &Sample, number: u64, faults: Faults) -> Command {
         self.faulty_samples = if faults.any() { self.faulty_samples.saturating_add(1) } else { 0 };
+        self.counters.bad += u64::from(faults.any());
 
         if !faults.slave_position {
             self.slave_m = sample.slave_position_m;
-            self.velocity_m_per_s = match &mut self.velocity_filter {
-                Some(filter) if follows_a_bad_one => filter.resume(sample.slave_position_m),
-                Some(filter) => filter.update(sample.slave_position_m),
-                None if faults.slave_velocity => self.velocity_m_per_s,
-                None => sample.slave_velocity_m_per_s,
-            };
         }
-        let output = if faults.any() || follows_a_bad_one {
-            self.skip_sample(sample, faults)
+        let detected = if faults.of_slave() {
+            self.detection.skip()
+        } else if self.detection.is_next(number) {
+            self.detection.step(&measurement(sample), number)
         } else {
-            self.chain.step(&self.measurement(sample.force_n))
+            self.detection.resume(&measurement(sample), number)
         };
-        self.parameters = [output.estimate.stiffness_n_per_m, output.estimate.damping_n_s_per_m];
 
         let hand_m = match faults.master_position {
             true => self.hand_m.hold(),
@@ -237,36 +330,29 @@ impl HapticController {
             false => self.force_n.recover(self.force_scale * sample.force_n),
         };
         self.is_disturbed = faults.any() || !(self.hand_m.is_recovered() && self.force_n.is_recovered());
-        self.command(&output, hand_m, force_n, faults)
+        let of_slave = (!faults.of_slave()).then(|| self.slave_sample(sample));
+        self.command(&detected, hand_m, force_n, faults, of_slave.as_ref())
     }
+}
 
-    /// Handles a bad sample or the first good one after it: no residual, no correction, no alarm.
-    fn skip_sample(&mut self, sample: &Sample, faults: Faults) -> ChainOutput<f64> {
-        let decision = if faults.any() {
-            self.chain.skip(if faults.force { 0.0 } else { sample.force_n }, self.velocity_m_per_s)
-        } else {
-            self.chain.resume(&self.measurement(sample.force_n))
-        };
-        let [stiffness_n_per_m, damping_n_s_per_m] = self.parameters;
-        let estimate = Estimate {
-            predicted_force_n: 0.0,
-            residual_n: 0.0,
-            correction: [0.0; 2],
-            stiffness_n_per_m,
-            damping_n_s_per_m,
-            extra_parameter: 0.0,
-        };
-        ChainOutput { depth_m: 0.0, estimate, decision }
+#[inline(always)]
+fn measurement(sample: &Sample) -> Measurement<f64> {
+    Measurement {
+        force_n: sample.force_n,
+        position_m: sample.slave_position_m,
+        velocity_m_per_s: sample.slave_velocity_m_per_s,
     }
 }
 
 impl Stored for HapticController {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        // Without `..`, so that a new field must be stored or, like these four, follow from the settings.
+        // Without `..`, so that a new field must be stored or, like these five, follow from the settings.
         let Self {
-            chain,
+            detection,
+            sequence,
             supervisor,
-            velocity_filter,
+            safety,
+            reads_velocity: _,
             position_scale: _,
             force_scale: _,
             limits: _,
@@ -276,22 +362,21 @@ impl Stored for HapticController {
             per_hand_step: _,
             force_n,
             slave_m,
-            velocity_m_per_s,
-            parameters,
             faulty_samples,
+            counters,
             is_disturbed,
         } = self;
-        chain.numbers(with);
+        detection.numbers(with);
+        sequence.numbers(with);
         supervisor.numbers(with);
-        velocity_filter.numbers(with);
+        safety.numbers(with);
         tick.numbers(with);
         hand_m.numbers(with);
         last_hand_m.numbers(with);
         force_n.numbers(with);
         slave_m.numbers(with);
-        velocity_m_per_s.numbers(with);
-        parameters.numbers(with);
         faulty_samples.numbers(with);
+        counters.numbers(with);
         is_disturbed.numbers(with);
     }
 }

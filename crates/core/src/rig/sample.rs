@@ -1,6 +1,8 @@
 //! Input and output of a step.
 
+use super::DetectionState;
 use crate::augmentation::Mode;
+use crate::safety::{FaultCause, Limited, SafetyState};
 
 /// A rig's measurements at one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,6 +47,13 @@ impl Faults {
     pub fn any(self) -> bool {
         self.master_position | self.slave_position | self.slave_velocity | self.force
     }
+
+    /// Returns true if a channel is faulty that estimator and detector need.
+    #[inline(always)]
+    #[must_use]
+    pub fn of_slave(self) -> bool {
+        self.slave_position | self.slave_velocity | self.force
+    }
 }
 
 /// A rig's commands at one tick, and the values that led to them.
@@ -80,4 +89,14 @@ pub struct Command {
     pub faults: Faults,
     /// Number of consecutive bad samples, including this one; 0 for a good sample.
     pub faulty_samples: u32,
+    /// State of the detection: armed, settling or blind.
+    pub detection: DetectionState,
+    /// Number of ticks since `detection` began.
+    pub detection_ticks: u32,
+    /// State of the commands: disabled, aligning, active or fault.
+    pub state: SafetyState,
+    /// Cause of the last fault; `None` before a fault and after [`HapticController::enable`](super::HapticController).
+    pub fault: Option<FaultCause>,
+    /// The safety limits that acted at this tick.
+    pub limited: Limited,
 }

@@ -4,7 +4,8 @@ use crate::augmentation::{AmplifySettings, AugmentationSettings, DampSettings, F
 use crate::detector::DetectorSettings;
 use crate::error::{InvalidValue, finite, require};
 use crate::estimation::{ContactSettings, Forgetting, Parameters, RlsSettings, VelocityFilter};
-use crate::settings::{Key, KeySource, Range, count, joined};
+use crate::safety::SafetySettings;
+use crate::settings::{Key, KeySource, Range, count, joined, restricted};
 
 /// Smallest and largest magnitude of a setting that the tick divides by or multiplies with. Within these bounds no
 /// product of the tick overflows or underflows a 64-bit float. Chosen here, far beyond any rig.
@@ -13,6 +14,9 @@ const MAX_MAGNITUDE: f64 = 1e12;
 
 /// Largest limit, scale and amplification.
 const MAX_LIMIT: f64 = 1e6;
+
+/// Largest number of samples that one step processes beside its own. It bounds the time of a step.
+const MAX_BRIDGED_SAMPLES: u64 = 100;
 
 /// Source of the slave's velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,11 +50,17 @@ crate::settings! {
         ///
         /// Not above the sensor's range.
         force_n: f64 at "rig.force_limit_n" [self::LIMIT] = 100.0,
+        /// Longest gap, in samples, over which missing samples are interpolated; at most 100.
+        ///
+        /// A live stream bridges as many. The samples of the gap are processed in one step, together with the next good
+        /// one. After a longer gap the detector starts anew.
+        bridged_samples: u64 [0..] = 9,
         /// Speed at which the reference returns to the hand after bad samples.
         recovery_speed_m_per_s: f64 [POSITIVE] = 0.03,
         /// Rate at which the feedback force returns to the measured force after bad samples.
         recovery_force_rate_n_per_s: f64 [POSITIVE] = 50.0,
     }
+    where bridged_samples: |s| s.bridged_samples <= MAX_BRIDGED_SAMPLES, "at most 100";
 }
 
 crate::settings! {
@@ -95,6 +105,8 @@ pub struct Settings {
     pub augmentation: AugmentationSettings,
     /// The limits of a possible sample.
     pub limits: Limits,
+    /// The limits of the commands.
+    pub safety: SafetySettings,
 }
 
 impl Default for Settings {
@@ -111,22 +123,30 @@ impl Default for Settings {
             detector: DetectorSettings::default(),
             augmentation: AugmentationSettings::default(),
             limits: Limits::default(),
+            safety: SafetySettings::default(),
         }
     }
 }
 
 impl Settings {
-    /// The keys in order: keys of a scenario, and `rig.` keys for values that a scenario does not have.
+    /// The keys in order: keys of a scenario, and `rig.start_m`, which a scenario derives. The choices of the estimator
+    /// have the words of estimators that a rig runs.
     pub const KEYS: &'static [Key] = {
         const GROUPS: &[&[Key]] = &[
             Machines::KEYS,
             Limits::KEYS,
+            SafetySettings::KEYS,
             ContactSettings::KEYS,
             RlsSettings::KEYS,
             DetectorSettings::KEYS,
             AugmentationSettings::KEYS,
         ];
-        &joined::<{ count(GROUPS) }>(GROUPS)
+        const COUNT: usize = count(GROUPS);
+        &restricted(
+            restricted(joined::<COUNT>(GROUPS), Forgetting::KEY.path, &["resetting"]),
+            Parameters::KEY.path,
+            &["stiffness-and-damping", "stiffness"],
+        )
     };
 
     /// Reads the settings by [`Settings::KEYS`]. A resolution of 0 means that the velocity is measured.
@@ -148,6 +168,7 @@ impl Settings {
             force_scale,
             velocity,
             limits: Limits::read(source)?,
+            safety: SafetySettings::read(source)?,
             contact_m: ContactSettings::read(source)?.contact_m,
             estimator: RlsSettings::read(source)?,
             detector: DetectorSettings::read(source)?,
@@ -162,6 +183,7 @@ impl Settings {
     pub fn validate(&self) -> Result<(), InvalidValue> {
         self.machines().validate()?;
         self.limits.validate()?;
+        self.safety.validate()?;
         within("rig.start_m", self.start_m, self.limits.position_m)?;
         within("estimator.contact_m", self.contact_m, MAX_LIMIT)?;
         if let VelocitySource::Filtered { resolution_m, acceleration_std_m_per_s2 } = self.velocity {
@@ -242,6 +264,21 @@ mod tests {
         assert_eq!(refused(Settings { limits, ..default }), "rig.force_limit_n");
         let velocity = VelocitySource::Filtered { resolution_m: 0.0, acceleration_std_m_per_s2: 1.0 };
         assert_eq!(refused(Settings { velocity, ..default }), "sensor.position_resolution_m");
+    }
+
+    #[test]
+    fn the_words_of_an_estimator_are_those_that_validation_accepts() {
+        let words = |path: &str| {
+            let key = Settings::KEYS.iter().find(|key| key.path == path).expect("a key");
+            if let crate::settings::Kind::Choice(words) = key.kind { words } else { &[] }
+        };
+        let default = Settings::default();
+        for parameters in Parameters::ALL {
+            let estimator = RlsSettings { parameters, ..default.estimator };
+            let is_accepted = Settings { estimator, ..default }.validate().is_ok();
+            assert_eq!(words("estimator.parameters").contains(&parameters.word()), is_accepted, "{parameters:?}");
+        }
+        assert_eq!(words("estimator.forgetting"), [Forgetting::Resetting.word()]);
     }
 
     #[test]

@@ -2,9 +2,12 @@
 
 use super::*;
 use crate::augmentation::{AugmentationSettings, Mode};
+use crate::safety::{SafetyActs, SafetySettings};
 
+/// Settings without the safety stage: most tests are about the commands that enter it.
 fn settings() -> Settings {
-    Settings { contact_m: 0.01, position_scale: 0.5, force_scale: 3.0, ..Settings::default() }
+    let safety = SafetySettings { acts: SafetyActs::Nowhere, ..SafetySettings::DEFAULT };
+    Settings { contact_m: 0.01, position_scale: 0.5, force_scale: 3.0, safety, ..Settings::default() }
 }
 
 /// A needle that advances at 10 mm/s in a spring of 200 N/m, with the hand ahead.
@@ -111,6 +114,50 @@ fn missing_samples_are_counted_hold_the_commands_and_raise_no_alarm() {
     // The next good sample has no prediction.
     let back = controller.step(&sample(351));
     assert_eq!((back.faulty_samples, back.residual_n, back.faults.any()), (0, 0.0, false));
+}
+
+#[test]
+fn with_the_safety_stage_lasting_losses_end_the_force_and_hold_the_reference() {
+    let safe = Settings { safety: SafetySettings::DEFAULT, ..settings() };
+    let mut controller = HapticController::new(&safe).expect("valid");
+    let near = |tick: u64| Sample { master_position_m: 2.0 * sample(tick).slave_position_m, ..sample(tick) };
+    let mut last = controller.step(&near(0));
+    for tick in 1..300 {
+        last = controller.step(&near(tick));
+        assert_eq!((last.state, last.limited.any()), (SafetyState::Active, false), "{tick}");
+    }
+    let lost: Vec<Command> = (0..300).map(|_| controller.step(&Sample::MISSING)).collect();
+    assert_eq!((lost[8].state, lost[8].master_force_n), (SafetyState::Active, last.master_force_n));
+    assert_eq!((lost[9].state, lost[9].faulty_samples), (SafetyState::Fault, 10));
+    assert_eq!((lost[299].master_force_n, lost[299].slave_reference_m), (0.0, lost[8].slave_reference_m));
+    // The force alone is missing while the hand moves by 50 mm.
+    let mut controller = HapticController::new(&safe).expect("valid");
+    for tick in 0..300 {
+        last = controller.step(&near(tick));
+    }
+    for tick in 0..1000 {
+        let master_position_m = near(300).master_position_m + 5e-5 * tick as f64;
+        let command = controller.step(&Sample { master_position_m, force_n: f64::NAN, ..near(300) });
+        assert!((command.slave_reference_m - last.slave_reference_m).abs() < 1e-3, "{tick}: {command:?}");
+    }
+    controller.stop();
+    assert_eq!(controller.step(&near(300)).state, SafetyState::Disabled);
+    controller.enable();
+    assert_eq!(controller.step(&near(301)).state, SafetyState::Active);
+    assert_eq!(controller.safety_counts().faults, 1);
+}
+
+#[test]
+fn a_missing_master_position_does_not_disturb_the_detection() {
+    let mut controller = HapticController::new(&settings()).expect("valid");
+    let commands: Vec<Command> = (0..600)
+        .map(|tick| {
+            let fallen = if tick >= 400 { 0.4 } else { 0.0 };
+            let good = Sample { force_n: sample(tick).force_n - fallen, ..sample(tick) };
+            controller.step(&Sample { master_position_m: f64::NAN, ..good })
+        })
+        .collect();
+    assert!(commands[400..405].iter().any(|command| command.alarm));
 }
 
 #[test]

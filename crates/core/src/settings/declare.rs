@@ -232,11 +232,11 @@ macro_rules! settings {
     };
     (@check ($path:expr) ($value:expr) {u64} {$min:literal ..}) => {
         let requirement = concat!("a whole number of at least ", $min);
-        $crate::error::require($path, *$value as f64, *$value >= $min, requirement)?;
+        $crate::error::require($path, *$value as f64, ($min..).contains($value), requirement)?;
     };
     (@check ($path:expr) ($value:expr) {usize} {$min:literal ..}) => {
         let requirement = concat!("a whole number of at least ", $min);
-        $crate::error::require($path, *$value as f64, *$value >= $min, requirement)?;
+        $crate::error::require($path, *$value as f64, ($min..).contains($value), requirement)?;
     };
     (@check ($path:expr) ($value:expr) {bool} {}) => {};
     (@check ($path:expr) ($value:expr) {String} {}) => {};

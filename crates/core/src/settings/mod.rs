@@ -354,6 +354,23 @@ pub const fn acting<const COUNT: usize>(groups: &[&[Key]], acts_for: ActsFor) ->
     all
 }
 
+/// The keys with fewer words for one choice, whose default is among them.
+#[must_use]
+pub const fn restricted<const COUNT: usize>(
+    mut keys: [Key; COUNT],
+    path: &str,
+    words: &'static [&'static str],
+) -> [Key; COUNT] {
+    let mut index = 0;
+    while index < COUNT {
+        if are_equal(keys[index].path, path) {
+            keys[index].kind = Kind::Choice(words);
+        }
+        index += 1;
+    }
+    keys
+}
+
 /// The number of different keys in all groups.
 #[must_use]
 pub const fn count_distinct(groups: &[&[Key]]) -> usize {

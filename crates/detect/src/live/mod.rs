@@ -257,8 +257,7 @@ impl LiveDetector {
     #[inline]
     fn tick(&mut self, sample: &LiveSample, emit: &mut impl FnMut(&LiveStep)) {
         let Some(chain) = &mut self.chain else { return };
-        let &LiveSample { time_s, position_m, velocity_m_per_s, force_n } = sample;
-        let measurement = Measurement { position_m, velocity_m_per_s, force_n };
+        let (time_s, measurement) = (sample.time_s, measurement(sample));
         let step = chain.step(&measurement);
         self.residual.add(step.estimate.residual_n);
         self.in_contact += u64::from(step.depth_m > 0.0);
@@ -268,14 +267,16 @@ impl LiveDetector {
     }
 }
 
+fn measurement(sample: &LiveSample) -> Measurement<f64> {
+    let &LiveSample { position_m, velocity_m_per_s, force_n, .. } = sample;
+    Measurement { position_m, velocity_m_per_s, force_n }
+}
+
+/// Interpolates as the controller of a rig does.
 fn between(from: &LiveSample, to: &LiveSample, share: f64) -> LiveSample {
-    let mix = |from: f64, to: f64| from + (to - from) * share;
-    LiveSample {
-        time_s: mix(from.time_s, to.time_s),
-        position_m: mix(from.position_m, to.position_m),
-        velocity_m_per_s: mix(from.velocity_m_per_s, to.velocity_m_per_s),
-        force_n: mix(from.force_n, to.force_n),
-    }
+    let Measurement { position_m, velocity_m_per_s, force_n } = measurement(from).between(&measurement(to), share);
+    let time_s = from.time_s + (to.time_s - from.time_s) * share;
+    LiveSample { time_s, position_m, velocity_m_per_s, force_n }
 }
 
 #[derive(Debug, Default)]

@@ -15,6 +15,7 @@ use trocar_core::chain::Chain;
 use trocar_core::detector::Detector;
 use trocar_core::estimation::Estimator;
 use trocar_core::lane::{Gather, LANES, Lane, of_each};
+use trocar_core::safety::CommandLimits;
 
 /// The interface of [`Parts`] to the engine, independent of the part types.
 pub trait Wiring {
@@ -62,6 +63,8 @@ pub struct Parts<L: Lane, O, T, S, E, D, K, M = HeldReference<L>, F = AnyForceLa
     pub supervisor: Supervisor<L, M, F>,
     /// The link between the two sides.
     pub link: K,
+    /// The limits of the commands; `None` if they do not act.
+    pub safety: Option<CommandLimits<L>>,
 }
 
 #[inline(always)]
@@ -118,14 +121,24 @@ where
             slave_m: at_slave.position_m,
             force_n: at_slave.force_n,
         });
-        SlaveCommand { slave_reference_m: self.link.limit_reference(command.slave_reference_m, at_slave), ..command }
+        let reference_m = self.link.limit_reference(command.slave_reference_m, at_slave);
+        let slave_reference_m = match &mut self.safety {
+            Some(limits) => limits.reference_m(reference_m, at_slave.position_m),
+            None => reference_m,
+        };
+        SlaveCommand { slave_reference_m, ..command }
     }
 
     /// Step 6, after mode and force (N) have arrived: the feedback force.
     #[inline(always)]
     pub(super) fn feed_back(&mut self, mode: Modes<L>, force_n: L, at_master: &AtMaster<L>) -> FedBack<L> {
         let (commanded_n, allowed_step_n) = self.supervisor.feedback_force(mode, force_n, at_master.velocity_m_per_s);
-        FedBack { commanded_n, allowed_step_n, force_n: self.link.limit(commanded_n, at_master) }
+        let force_n = self.link.limit(commanded_n, at_master);
+        let force_n = match &mut self.safety {
+            Some(limits) => limits.force_n(force_n),
+            None => force_n,
+        };
+        FedBack { commanded_n, allowed_step_n, force_n }
     }
 
     #[inline(always)]
@@ -233,6 +246,7 @@ where
             chain: Gather::gather(of_each!(all, |one| &one.chain))?,
             supervisor: Gather::gather(of_each!(all, |one| &one.supervisor))?,
             link: K::gather(of_each!(all, |one| &one.link))?,
+            safety: Gather::gather(of_each!(all, |one| &one.safety))?,
         })
     }
 }

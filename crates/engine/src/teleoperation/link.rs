@@ -131,7 +131,8 @@ impl<L: Lane> Link<L> {
             energy_scale,
             compliance: L::splat(machines.compliance_m_per_n),
             forces: receiver(&recovery.of_forces(), recovery.force_rate_n_per_s, L::zero())
-                .expecting_within(lines.backward.longest_ticks()),
+                .expecting_within(lines.backward.longest_ticks())
+                .fading(recovery, tick_s),
             master_port: Port::at(L::splat(start_m)),
             slave_port: Port::at(reference_m),
             generated_j: L::zero(),
@@ -324,7 +325,9 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Connection<L> for Link<
 
     #[inline(always)]
     fn limit(&mut self, force_n: L, master: &AtMaster<L>) -> L {
-        let fed_back_n = self.scheme.limit_force(force_n, master.velocity_m_per_s);
+        // A factor of exactly 1 while the slave lives.
+        let present_n = self.forces.presence() * force_n;
+        let fed_back_n = self.scheme.limit_force(present_n, master.velocity_m_per_s);
         self.master_port.hold(fed_back_n);
         fed_back_n
     }

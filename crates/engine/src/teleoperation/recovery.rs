@@ -31,6 +31,10 @@ trocar_core::settings! {
         speed_m_per_s: f64 [POSITIVE] for Recovery::Ramp = 0.03,
         /// Maximum rate of the feedback force while it returns to the received force.
         force_rate_n_per_s: f64 [POSITIVE] = 50.0,
+        /// Time without a sample after which the slave counts as dead and the feedback force decays.
+        dead_s: f64 at "channel.dead_s" [NON_NEGATIVE] => "ten times channel.outage_s" 10.0 * outage_s,
+        /// Duration in which the feedback force of a dead slave decays, and in which it returns with the slave.
+        dead_decay_s: f64 at "channel.dead_decay_s" [POSITIVE] = 0.2,
     }
 }
 
@@ -50,6 +54,9 @@ impl RecoverySettings {
 /// ```
 /// The gap is 0 except for [`Recovery::Hold`], where it is the offset after the outage.
 ///
+/// A receiver whose [presence fades](Receiver::fading) has a presence that decays from 1 to 0 when no sample has come
+/// for longer, and that returns with the samples.
+///
 /// A receiver that [keeps pace](Receiver::keeping_pace) recovers no faster than its target has moved so far, averaged
 /// over about the outage's length.
 #[derive(Debug, Clone)]
@@ -60,6 +67,9 @@ pub(super) struct Receiver<L: Lane> {
     expected_tick: L,
     step: L,
     keeps_pace: bool,
+    dead_ticks: L,
+    fade_step: L,
+    presence: L,
     /// Last received target, its average distance per tick, and the largest such average so far.
     received: L,
     pace: L,
@@ -89,6 +99,9 @@ impl<L: Lane> Receiver<L> {
             expected_tick: L::splat(f64::INFINITY),
             step: L::splat(speed * tick_s),
             keeps_pace: false,
+            dead_ticks: L::splat(f64::INFINITY),
+            fade_step: L::splat(1.0),
+            presence: L::splat(1.0),
             received: initial,
             pace: L::zero(),
             max_pace: L::zero(),
@@ -115,6 +128,27 @@ impl<L: Lane> Receiver<L> {
     /// Recovers no faster than the target has moved so far, so tissue that resists speed resists no more than before.
     pub(super) fn keeping_pace(self, keeps_pace: bool) -> Self {
         Self { keeps_pace, ..self }
+    }
+
+    /// Fades without samples, by [`RecoverySettings::dead_s`].
+    pub(super) fn fading(self, settings: &RecoverySettings, tick_s: f64) -> Self {
+        Self {
+            dead_ticks: L::splat(nearest_ticks(settings.dead_s, tick_s).max(1) as f64),
+            fade_step: L::splat((tick_s / settings.dead_decay_s).min(1.0)),
+            ..self
+        }
+    }
+
+    /// The share of the output that acts: 1, less while the other side counts as dead, and 0 in the end.
+    #[inline(always)]
+    pub(super) fn presence(&self) -> L {
+        self.presence
+    }
+
+    #[inline(always)]
+    fn fade(&mut self, is_dead: L::Mask) {
+        let step = L::select(is_dead, -self.fade_step, self.fade_step);
+        self.presence = (self.presence + step).clamp(L::zero(), L::splat(1.0));
     }
 
     /// Records a target that has arrived `ticks` after the last one.
@@ -151,6 +185,7 @@ impl<L: Lane> Receiver<L> {
         }
         self.has_begun = L::Mask::splat(true);
         self.silent = L::zero();
+        self.presence = (self.presence + self.fade_step).min(L::splat(1.0));
         self.tick = self.tick + L::splat(1.0);
         self.last = match self.policy {
             Recovery::Hold => target + self.gap,
@@ -179,6 +214,7 @@ impl<L: Lane> Receiver<L> {
         self.outages = L::select(begins, self.outages + one, self.outages);
         self.longest = L::select(is_out, self.longest.max(silent), self.longest);
         self.silent = silent;
+        self.fade(silent.ge(self.dead_ticks));
 
         let goal = match self.policy {
             Recovery::Hold => {
@@ -217,7 +253,7 @@ impl<L: Lane> Receiver<L> {
 }
 
 trocar_core::lane::gather!(Receiver {
-    outage_ticks, expected_tick, step, received, pace, max_pace, silent, gap, last, tick, outages, longest, given_up_at,
+    outage_ticks, expected_tick, step, dead_ticks, fade_step, presence, received, pace, max_pace, silent, gap, last, tick, outages, longest, given_up_at,
 } masks { has_begun, is_lost, is_recovering } same { policy, keeps_pace });
 
 #[cfg(test)]
@@ -306,6 +342,23 @@ mod tests {
         let (out, receiver) = through_an_outage(Recovery::GiveUp);
         assert!(out[200..].iter().all(|&x| x == out[99]));
         assert_eq!(receiver.outages(0).2, Some(199.0));
+    }
+
+    #[test]
+    fn the_presence_fades_after_a_long_silence_and_returns_with_the_samples() {
+        let settings = RecoverySettings { outage_s: 0.1, dead_s: 0.3, dead_decay_s: 0.2, ..RecoverySettings::DEFAULT };
+        let mut receiver = Receiver::new(&settings, 50.0, TICK_S, 0.0).fading(&settings, TICK_S);
+        let presence: Vec<f64> = (0..1500)
+            .map(|tick| {
+                receiver.update(2.0, !(100..1000).contains(&tick), None);
+                receiver.presence()
+            })
+            .collect();
+        assert!(presence[..399].iter().all(|share| *share == 1.0), "an outage that is shorter changes nothing");
+        assert!((presence[499] - 0.495).abs() < 1e-9, "{}", presence[499]);
+        assert_eq!((presence[600], presence[999]), (0.0, 0.0));
+        assert!((presence[1099] - 0.5).abs() < 1e-9, "{}", presence[1099]);
+        assert_eq!(presence[1205], 1.0);
     }
 
     #[test]

@@ -8,10 +8,11 @@ use std::path::Path;
 use thiserror::Error;
 
 use super::unit::token;
-use super::variables::{Causality, FIRST_COLUMN, IS_LED, Model, POSITION, Scalar, Type, Variable, rig_outputs};
+use super::variables::{Causality, FIRST_COLUMN, IS_LED, Model, POSITION, STOP, Scalar, Type, Variable, rig_outputs};
 use crate::run::{RunError, SteppedRun};
 use trocar_core::error::InvalidValue;
 use trocar_core::rig::{HapticController, Sample};
+use trocar_core::safety::SafetyState;
 use trocar_core::time::whole_ticks;
 use trocar_engine::engine::{ColumnValues, UserDefinedParts};
 use trocar_engine::tissue::{AnyTissue, Tissue as _, TissueFailure};
@@ -80,6 +81,14 @@ pub enum InstanceError {
         /// The tick in s.
         tick_s: f64,
     },
+    /// The step does not begin where the last one has ended.
+    #[error("the step begins at {time_s} s, and the last one has ended at {expected_s} s: continue from there")]
+    Time {
+        /// The given communication point in s.
+        time_s: f64,
+        /// The expected one in s.
+        expected_s: f64,
+    },
     /// The unit was stepped before its initialisation.
     #[error("a step needs an initialised unit")]
     NotInitialised,
@@ -96,6 +105,9 @@ pub enum InstanceError {
         ticks: u64,
     },
 }
+
+/// Largest difference of a communication point from the expected one, in ticks.
+const TIME_TOLERANCE: f64 = 0.01;
 
 #[derive(Debug)]
 pub(super) enum Running {
@@ -115,6 +127,35 @@ pub struct Instance {
     /// The index of the variable for each reference.
     places: HashMap<u32, usize>,
     pub(super) running: Running,
+    pub(super) clock: Clock,
+}
+
+/// The time of a unit.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Clock {
+    /// The first communication point in s; `None` before the first step.
+    origin_s: Option<f64>,
+    /// The ticks since then.
+    ticks: u64,
+}
+
+impl Clock {
+    /// The present time in s, if a step to it was done.
+    fn time_s(&self, tick_s: f64) -> Option<f64> {
+        self.origin_s.map(|origin_s| origin_s + self.ticks as f64 * tick_s)
+    }
+
+    /// Checks the communication point of a step, in s. The first one may have any.
+    fn check(&mut self, time_s: f64, tick_s: f64) -> Result<(), InstanceError> {
+        let expected_s = self.time_s(tick_s).unwrap_or(time_s);
+        // An importing program may accumulate its time, so the tolerance is a part of a tick.
+        let is_expected = (time_s - expected_s).abs() <= TIME_TOLERANCE * tick_s;
+        if !is_expected {
+            return Err(InstanceError::Time { time_s, expected_s });
+        }
+        self.origin_s.get_or_insert(time_s);
+        Ok(())
+    }
 }
 
 impl Instance {
@@ -133,7 +174,7 @@ impl Instance {
         let variables = model.variables(&Scenario::load(&source, &[])?);
         let values = variables.iter().map(|variable| variable.start).collect();
         let places = variables.iter().enumerate().map(|(place, variable)| (variable.reference, place)).collect();
-        Ok(Self { model, source, variables, values, places, running: Running::Nothing })
+        Ok(Self { model, source, variables, values, places, running: Running::Nothing, clock: Clock::default() })
     }
 
     fn place(&self, reference: u32, kind: &'static str) -> Result<usize, InstanceError> {
@@ -215,6 +256,7 @@ impl Instance {
         let (settings, of_rig) = self.changes();
         let scenario = Scenario::load(&self.source, &settings)?;
         let tick_s = scenario.grid.tick_s();
+        self.clock = Clock::default();
         self.running = match self.model {
             Model::Rig => {
                 let controller = HapticController::new(&scenario.rig_settings_with(&of_rig)?)?;
@@ -229,21 +271,42 @@ impl Instance {
         Ok(())
     }
 
-    /// Runs the ticks of a step of `step_s` (s) with the present inputs.
+    /// Runs the ticks of a step of `step_s` (s) from the communication point `time_s` (s), with the present inputs.
     ///
     /// # Errors
-    /// A step that is not a whole number of ticks, a step beyond the end of the scenario, or a failed run.
-    pub fn step(&mut self, step_s: f64) -> Result<(), InstanceError> {
-        let (Running::Rig { tick_s, .. } | Running::Simulation { tick_s, .. } | Running::Tissue { tick_s, .. }) =
-            self.running
-        else {
-            return Err(InstanceError::NotInitialised);
-        };
+    /// A step that does not begin at the end of the last one or is not a whole number of ticks, a failed run, and
+    /// [`InstanceError::Ended`] for a step beyond the end of the scenario, whose ticks before the end are done.
+    pub fn step(&mut self, time_s: f64, step_s: f64) -> Result<(), InstanceError> {
+        let tick_s = self.tick_s().ok_or(InstanceError::NotInitialised)?;
         let ticks = whole_ticks(step_s, tick_s).filter(|ticks| *ticks > 0);
-        for _ in 0..ticks.ok_or(InstanceError::Step { step_s, tick_s })? {
+        let ticks = ticks.ok_or(InstanceError::Step { step_s, tick_s })?;
+        self.clock.check(time_s, tick_s)?;
+        for _ in 0..ticks {
             self.tick()?;
+            self.clock.ticks += 1;
         }
         Ok(())
+    }
+
+    /// The end of the last step in s; `None` before the first one.
+    #[must_use]
+    pub fn time_s(&self) -> Option<f64> {
+        self.clock.time_s(self.tick_s()?)
+    }
+
+    /// Returns true if the scenario of a simulation has ended.
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
+        if let Running::Simulation { run, .. } = &self.running { run.has_ended() } else { false }
+    }
+
+    fn tick_s(&self) -> Option<f64> {
+        match self.running {
+            Running::Nothing => None,
+            Running::Rig { tick_s, .. } | Running::Simulation { tick_s, .. } | Running::Tissue { tick_s, .. } => {
+                Some(tick_s)
+            }
+        }
     }
 
     fn tick(&mut self) -> Result<(), InstanceError> {
@@ -254,6 +317,11 @@ impl Instance {
         match &mut self.running {
             Running::Nothing => Err(InstanceError::NotInitialised),
             Running::Rig { controller, .. } => {
+                match (inputs[STOP] == Scalar::Boolean(true), controller.safety_state()) {
+                    (true, _) => controller.stop(),
+                    (false, SafetyState::Disabled) => controller.enable(),
+                    (false, _) => {}
+                }
                 let command = controller.step(&Sample {
                     master_position_m: number(0),
                     slave_position_m: number(1),
@@ -303,6 +371,7 @@ impl Instance {
     /// Returns to the state after [`Instance::load`].
     pub fn reset(&mut self) {
         self.running = Running::Nothing;
+        self.clock = Clock::default();
         self.values = self.variables.iter().map(|variable| variable.start).collect();
     }
 }

@@ -1,6 +1,6 @@
 //! The saved state of a unit.
 
-use super::instance::{Instance, InstanceError, Running};
+use super::instance::{Clock, Instance, InstanceError, Running};
 use super::variables::Scalar;
 use crate::run::SteppedRun;
 use trocar_core::rig::HapticController;
@@ -12,6 +12,7 @@ use trocar_scenario::Scenario;
 pub struct SavedState {
     values: Vec<Scalar>,
     running: Saved,
+    clock: Clock,
 }
 
 #[derive(Debug)]
@@ -39,7 +40,7 @@ impl Instance {
             }
             Running::Tissue { tissue, tick, tick_s } => Saved::Tissue(copied(tissue)?, *tick, *tick_s),
         };
-        Ok(SavedState { values: self.values.clone(), running })
+        Ok(SavedState { values: self.values.clone(), running, clock: self.clock })
     }
 
     /// Restores a saved state of this unit. A whole simulation is repeated up to it.
@@ -60,6 +61,7 @@ impl Instance {
             }
         };
         self.values.clone_from(&state.values);
+        self.clock = state.clock;
         Ok(())
     }
 }

@@ -75,13 +75,17 @@ const INPUTS: u32 = 1;
 const OUTPUTS: u32 = 100;
 const PARAMETERS: u32 = 1000;
 
+const DETECTION: &[&str] = &["armed", "settling", "blind"];
+const STATES: &[&str] = &["disabled", "aligning", "active", "fault"];
+const FAULTS: &[&str] = &["none", "bad-samples", "stuck-force", "force-sign", "velocity"];
+
 const MODES: &[&str] = &["teleoperation", "augmented", "reengaging"];
 
 type Declared = (&'static str, Type, &'static str);
 
 const NUMBER: Type = Type::Real(None);
 
-const RIG_INPUTS: [Declared; 4] = [
+const RIG_INPUTS: [Declared; 5] = [
     ("sample.master_position_m", NUMBER, "Position of the master."),
     ("sample.slave_position_m", NUMBER, "Position of the slave, growing into the tissue."),
     (
@@ -90,9 +94,13 @@ const RIG_INPUTS: [Declared; 4] = [
         "Velocity of the slave; not read if sensor.position_resolution_m is above 0.",
     ),
     ("sample.force_n", NUMBER, "Force on the needle, positive when it resists insertion."),
+    ("sample.stop", Type::Boolean, "Stops: the force decays and the reference holds; false again ends the stop."),
 ];
 
-const RIG_OUTPUTS: [Declared; 15] = [
+/// Place of the stop among the inputs of a rig.
+pub(super) const STOP: usize = 4;
+
+const RIG_OUTPUTS: [Declared; 19] = [
     ("command.slave_reference_m", NUMBER, "Reference of the slave's position controller."),
     ("command.master_force_n", NUMBER, "Feedback force for the master's force controller."),
     ("command.allowed_force_step_n", NUMBER, "Largest change of the feedback force that the active law allows."),
@@ -112,10 +120,19 @@ const RIG_OUTPUTS: [Declared; 15] = [
         "Faults of the sample, a sum: 1 master position, 2 slave position, 4 slave velocity, 8 force.",
     ),
     ("command.faulty_samples", Type::Integer(0), "Number of consecutive bad samples, including this one."),
+    ("command.detection", Type::Choice(DETECTION), "State of the detection; only an armed detector raises an alarm."),
+    ("command.state", Type::Choice(STATES), "State of the commands."),
+    ("command.fault", Type::Choice(FAULTS), "Cause of the last fault."),
+    (
+        "command.limited",
+        Type::Integer(0),
+        "Limits that acted, a sum: 1 force, 2 rate of the force, 4 speed of the reference, 8 its distance from the slave.",
+    ),
 ];
 
 pub(super) fn rig_outputs(command: &rig::Command) -> [Scalar; RIG_OUTPUTS.len()] {
-    let faults = command.faults;
+    let (faults, limited) = (command.faults, command.limited);
+    let limits = [limited.force, limited.force_rate, limited.reference_speed, limited.lead];
     let flags = [faults.master_position, faults.slave_position, faults.slave_velocity, faults.force];
     let faults = flags.iter().enumerate().map(|(bit, is_faulty)| i64::from(*is_faulty) << bit).sum();
     [
@@ -134,6 +151,10 @@ pub(super) fn rig_outputs(command: &rig::Command) -> [Scalar; RIG_OUTPUTS.len()]
         Scalar::Boolean(command.alarm_taken),
         Scalar::Integer(faults),
         Scalar::Integer(i64::from(command.faulty_samples)),
+        Scalar::Integer(i64::from(command.detection.code())),
+        Scalar::Integer(i64::from(command.state.code())),
+        Scalar::Integer(command.fault.map_or(0, |cause| i64::from(cause.code()))),
+        Scalar::Integer(limits.iter().enumerate().map(|(bit, acted)| i64::from(*acted) << bit).sum()),
     ]
 }
 
@@ -215,8 +236,8 @@ impl Model {
                 start: match kind {
                     Type::Real(_) => Scalar::Real(0.0),
                     Type::Integer(_) | Type::Choice(_) => Scalar::Integer(0),
-                    // By default the inputs set the person's position.
-                    Type::Boolean => Scalar::Boolean(causality == Causality::Input),
+                    // Without inputs, the unit is the exported scenario.
+                    Type::Boolean => Scalar::Boolean(false),
                 },
             })
         };

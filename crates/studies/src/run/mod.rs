@@ -3,6 +3,7 @@
 mod at_rest;
 mod checked_parts;
 mod document;
+mod limits;
 mod misses;
 mod oscillation;
 mod pack;

@@ -36,6 +36,7 @@ impl Run {
         all.extend(self.unreached());
         all.extend(self.oscillation());
         all.extend(self.energy_of_the_hand());
+        all.extend(self.acting_limits());
         all.extend(self.broken_promise());
         all.extend(delay_beyond_run(&self.scenario));
         all.extend(delays_rounded(&self.scenario));

@@ -167,6 +167,7 @@ fn parts(at_tip: bool) -> (MarkingParts, Calls) {
         chain: Chain { contact_m: 0.125, estimator: part(), detector: part() },
         supervisor: Supervisor::new(&settings, 1.0, 1e-3, 0.0),
         link: part(),
+        safety: None,
     };
     (parts, calls)
 }

@@ -1,0 +1,283 @@
+//! The detection chain of a rig: it bridges short gaps and starts anew after long ones.
+
+use crate::chain::{Chain, ChainOutput, Measurement};
+use crate::detector::{CusumDetector, Decision, DetectorSettings};
+use crate::estimation::{Estimate, Rls, VelocityFilter};
+use crate::lane::Stored;
+
+/// The state of the detection. Only an armed detector raises an alarm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum DetectionState {
+    /// A drop of the force raises an alarm.
+    Armed,
+    /// Samples arrive, and the detector waits for its conditions, such as quiet contact. A rupture is missed.
+    #[default]
+    Settling,
+    /// More samples are missing than are bridged. A rupture is missed.
+    Blind,
+}
+
+impl DetectionState {
+    /// The states by their codes.
+    pub const ALL: [Self; 3] = [Self::Armed, Self::Settling, Self::Blind];
+
+    /// 0: armed, 1: settling, 2: blind.
+    #[must_use]
+    pub fn code(self) -> u8 {
+        self as u8
+    }
+
+    /// The word of the state: `armed`, `settling` or `blind`.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Armed => "armed",
+            Self::Settling => "settling",
+            Self::Blind => "blind",
+        }
+    }
+}
+
+/// The chain's results at a tick.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Detected {
+    pub(super) estimate: Estimate<f64>,
+    pub(super) decision: Decision<f64>,
+}
+
+/// A velocity filter with the detection chain, on samples of which some are missing.
+///
+/// The next complete sample after up to `bridged_samples` missing ones is processed together with them: their values
+/// are interpolated linearly, as in a file and in a live stream. A drop in such a gap is therefore detected with the
+/// delay of the gap. After a longer gap the estimate is kept, and the detector starts anew.
+#[derive(Debug, Clone)]
+pub(super) struct DetectionChain {
+    chain: Chain<f64, Rls<f64>, CusumDetector<f64>>,
+    filter: Option<VelocityFilter<f64>>,
+    settings: DetectorSettings,
+    tick_s: f64,
+    bridged_samples: u64,
+    /// The last complete sample, and its number; `None` before the first one.
+    last: Measurement<f64>,
+    last_number: u64,
+    has_last: bool,
+    /// Number of consecutive ticks without a complete sample.
+    missing: u64,
+    /// The results at the last complete sample.
+    parameters: [f64; 2],
+    distance: f64,
+    decision: f64,
+    velocity_m_per_s: f64,
+    state: DetectionState,
+    ticks_in_state: u32,
+    /// Number of interpolated samples, and of gaps that were too long.
+    bridged: u64,
+    gaps: u64,
+}
+
+impl DetectionChain {
+    pub(super) fn new(
+        chain: Chain<f64, Rls<f64>, CusumDetector<f64>>,
+        filter: Option<VelocityFilter<f64>>,
+        settings: DetectorSettings,
+        (tick_s, bridged_samples): (f64, u64),
+    ) -> Self {
+        Self {
+            chain,
+            filter,
+            settings,
+            tick_s,
+            bridged_samples,
+            last: Measurement { force_n: 0.0, position_m: 0.0, velocity_m_per_s: 0.0 },
+            last_number: 0,
+            has_last: false,
+            missing: 0,
+            parameters: [0.0; 2],
+            distance: 0.0,
+            decision: 0.0,
+            velocity_m_per_s: 0.0,
+            state: DetectionState::Settling,
+            ticks_in_state: 0,
+            bridged: 0,
+            gaps: 0,
+        }
+    }
+
+    /// The velocity that the estimator used last, in m/s.
+    #[inline(always)]
+    pub(super) fn velocity_m_per_s(&self) -> f64 {
+        self.velocity_m_per_s
+    }
+
+    /// The state, and the number of ticks since it began.
+    #[inline(always)]
+    pub(super) fn state(&self) -> (DetectionState, u32) {
+        (self.state, self.ticks_in_state)
+    }
+
+    /// The number of interpolated samples, and of gaps that were too long.
+    pub(super) fn gaps(&self) -> (u64, u64) {
+        (self.bridged, self.gaps)
+    }
+
+    pub(super) fn estimator_gain(&self) -> [f64; 3] {
+        self.chain.estimator.gain()
+    }
+
+    /// True if a sample with this number directly follows a complete one.
+    #[inline(always)]
+    pub(super) fn is_next(&self, number: u64) -> bool {
+        self.has_last & (self.missing == 0) & (number == self.last_number.wrapping_add(1))
+    }
+
+    /// Processes a complete sample that directly follows a complete one.
+    #[inline(always)]
+    pub(super) fn step(&mut self, measurement: &Measurement<f64>, number: u64) -> Detected {
+        let ChainOutput { estimate, decision, .. } = self.pass(measurement);
+        self.last = *measurement;
+        self.last_number = number;
+        self.keep(&estimate, &decision);
+        let is_armed = self.chain.detector.is_armed();
+        self.enter(if is_armed { DetectionState::Armed } else { DetectionState::Settling });
+        Detected { estimate, decision }
+    }
+
+    /// Handles a tick without a complete sample.
+    pub(super) fn skip(&mut self) -> Detected {
+        self.missing = self.missing.saturating_add(1);
+        if self.missing > self.bridged_samples && self.state != DetectionState::Blind {
+            self.gaps += 1;
+            (self.distance, self.decision) = (0.0, 0.0);
+        }
+        let is_blind = self.missing > self.bridged_samples;
+        self.enter(if is_blind { DetectionState::Blind } else { self.state });
+        self.without_residual()
+    }
+
+    /// Processes a complete sample that follows missing ones, the first sample, or a sample whose number is not the next
+    /// one.
+    pub(super) fn resume(&mut self, measurement: &Measurement<f64>, number: u64) -> Detected {
+        let was_blind = self.missing > self.bridged_samples;
+        self.missing = 0;
+        if !self.has_last {
+            self.has_last = true;
+            return self.step(measurement, number);
+        }
+        let lost = number.saturating_sub(self.last_number).saturating_sub(1);
+        if was_blind || number <= self.last_number || lost > self.bridged_samples {
+            self.gaps += u64::from(!was_blind);
+            return self.restart(measurement, number);
+        }
+        let from = self.last;
+        let steps = (lost + 1) as f64;
+        let mut alarm = None;
+        for step in 1..=lost {
+            let ChainOutput { decision, .. } = self.pass(&from.between(measurement, step as f64 / steps));
+            alarm = alarm.or(decision.alarm.then_some(decision));
+        }
+        self.bridged += lost;
+        let detected = self.step(measurement, number);
+        // The decision that raised the alarm is the one to report.
+        Detected { decision: alarm.unwrap_or(detected.decision), ..detected }
+    }
+
+    /// Starts the detector anew at a sample, which has no prediction.
+    fn restart(&mut self, measurement: &Measurement<f64>, number: u64) -> Detected {
+        self.velocity_m_per_s = match &mut self.filter {
+            Some(filter) => filter.resume(measurement.position_m),
+            None => measurement.velocity_m_per_s,
+        };
+        self.chain.detector = CusumDetector::new(&self.settings, self.tick_s);
+        self.chain.resume(&Measurement { velocity_m_per_s: self.velocity_m_per_s, ..*measurement });
+        (self.distance, self.decision) = (0.0, 0.0);
+        (self.last, self.last_number) = (*measurement, number);
+        self.enter(DetectionState::Settling);
+        self.without_residual()
+    }
+
+    #[inline(always)]
+    fn pass(&mut self, measurement: &Measurement<f64>) -> ChainOutput<f64> {
+        self.velocity_m_per_s = match &mut self.filter {
+            Some(filter) => filter.update(measurement.position_m),
+            None => measurement.velocity_m_per_s,
+        };
+        self.chain.step(&Measurement { velocity_m_per_s: self.velocity_m_per_s, ..*measurement })
+    }
+
+    #[inline(always)]
+    fn keep(&mut self, estimate: &Estimate<f64>, decision: &Decision<f64>) {
+        self.parameters = [estimate.stiffness_n_per_m, estimate.damping_n_s_per_m];
+        (self.distance, self.decision) = (decision.distance, decision.decision);
+    }
+
+    #[inline(always)]
+    fn enter(&mut self, state: DetectionState) {
+        self.ticks_in_state = if state == self.state { self.ticks_in_state.saturating_add(1) } else { 0 };
+        self.state = state;
+    }
+
+    /// The last results, without a prediction and without an alarm.
+    fn without_residual(&self) -> Detected {
+        let [stiffness_n_per_m, damping_n_s_per_m] = self.parameters;
+        Detected {
+            estimate: Estimate {
+                predicted_force_n: 0.0,
+                residual_n: 0.0,
+                correction: [0.0; 2],
+                stiffness_n_per_m,
+                damping_n_s_per_m,
+                extra_parameter: 0.0,
+            },
+            decision: Decision { distance: self.distance, decision: self.decision, alarm: false },
+        }
+    }
+}
+
+impl Stored for DetectionState {
+    fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
+        let mut code = u64::from(self.code());
+        with(&mut code);
+        // An unknown code is the state that promises the least.
+        *self = Self::ALL.into_iter().find(|state| u64::from(state.code()) == code).unwrap_or(Self::Blind);
+    }
+}
+
+impl Stored for DetectionChain {
+    fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
+        // Without `..`, so that a new field must be stored or, like these three, follow from the settings.
+        let Self {
+            chain,
+            filter,
+            settings: _,
+            tick_s: _,
+            bridged_samples: _,
+            last,
+            last_number,
+            has_last,
+            missing,
+            parameters,
+            distance,
+            decision,
+            velocity_m_per_s,
+            state,
+            ticks_in_state,
+            bridged,
+            gaps,
+        } = self;
+        chain.numbers(with);
+        filter.numbers(with);
+        for number in [&mut last.force_n, &mut last.position_m, &mut last.velocity_m_per_s] {
+            number.numbers(with);
+        }
+        for count in [last_number, missing, bridged, gaps] {
+            count.numbers(with);
+        }
+        has_last.numbers(with);
+        parameters.numbers(with);
+        for number in [distance, decision, velocity_m_per_s] {
+            number.numbers(with);
+        }
+        state.numbers(with);
+        ticks_in_state.numbers(with);
+    }
+}

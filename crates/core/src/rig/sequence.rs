@@ -1,0 +1,95 @@
+//! The order of numbered samples.
+
+use crate::lane::Stored;
+
+/// The source's counter counts as restarted after this number of consecutive samples that ascend but are earlier than
+/// the newest one. It is the rule of a live stream.
+const RESTART_SAMPLES: u32 = 10;
+
+/// The place of a sample in its sequence.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Arrival {
+    /// Later than all samples before.
+    New,
+    /// The same number as the newest sample.
+    Repeated,
+    /// Earlier than the newest sample.
+    Late,
+    /// The first sample of a counter that was set back.
+    Restarted,
+}
+
+/// Recognises repeated, late and swapped samples by their numbers.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Sequence {
+    /// The number of the newest sample; 0 before the first one, so numbers start at 1.
+    newest: u64,
+    /// The last late number, and the length of the ascending series of late numbers that it ends.
+    late: u64,
+    ascending: u32,
+}
+
+impl Sequence {
+    /// Counts a sample without a number and returns its number.
+    #[inline(always)]
+    pub(super) fn advance(&mut self) -> u64 {
+        self.newest = self.newest.saturating_add(1);
+        self.newest
+    }
+
+    /// Places a sample with a number.
+    pub(super) fn take(&mut self, number: u64) -> Arrival {
+        if number > self.newest {
+            self.newest = number;
+            self.ascending = 0;
+            return Arrival::New;
+        }
+        if number == self.newest {
+            self.ascending = 0;
+            return Arrival::Repeated;
+        }
+        self.ascending = if self.ascending > 0 && number > self.late { self.ascending + 1 } else { 1 };
+        self.late = number;
+        if self.ascending < RESTART_SAMPLES {
+            return Arrival::Late;
+        }
+        self.newest = number;
+        self.ascending = 0;
+        Arrival::Restarted
+    }
+}
+
+impl Stored for Sequence {
+    fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
+        let Self { newest, late, ascending } = self;
+        newest.numbers(with);
+        late.numbers(with);
+        ascending.numbers(with);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn places(numbers: impl IntoIterator<Item = u64>) -> Vec<Arrival> {
+        let mut sequence = Sequence::default();
+        numbers.into_iter().map(|number| sequence.take(number)).collect()
+    }
+
+    #[test]
+    fn a_repeated_sample_and_a_swapped_one_are_told_from_a_new_one() {
+        use Arrival::{Late, New, Repeated};
+        assert_eq!(places([1, 2, 2, 4, 3, 5]), [New, New, Repeated, New, Late, New]);
+        assert_eq!(places([0]), [Repeated], "0 is before the first number");
+    }
+
+    #[test]
+    fn a_counter_that_was_set_back_restarts_after_ten_ascending_samples() {
+        let all = places([1000].into_iter().chain(1..=12));
+        assert!(all[1..10].iter().all(|place| *place == Arrival::Late), "{all:?}");
+        assert_eq!(all[10..], [Arrival::Restarted, Arrival::New, Arrival::New]);
+        let descending = places([1000].into_iter().chain((1..=30).rev()));
+        assert!(descending[1..].iter().all(|place| *place == Arrival::Late));
+    }
+}

@@ -1,0 +1,36 @@
+//! The limits of both commands, for the simulation.
+
+use super::{ForceLimiter, ReferenceLimiter, SafetySettings};
+use crate::lane::Lane;
+
+/// The limits of the master's force and of the slave's reference, without the states of a rig.
+#[derive(Debug, Clone)]
+pub struct CommandLimits<L> {
+    force: ForceLimiter<L>,
+    reference: ReferenceLimiter<L>,
+}
+
+impl<L: Lane> CommandLimits<L> {
+    /// Creates the limits for ticks of `tick_s` and a slave at `start_m`; `None` if they do not act in the simulation.
+    #[must_use]
+    pub fn in_simulation(settings: &SafetySettings, tick_s: f64, start_m: f64) -> Option<Self> {
+        settings.acts_in_simulation().then(|| Self {
+            force: ForceLimiter::new(settings, tick_s),
+            reference: ReferenceLimiter::new(settings, tick_s, L::splat(start_m)),
+        })
+    }
+
+    /// Limits the master's force, in N.
+    #[inline(always)]
+    pub fn force_n(&mut self, wanted_n: L) -> L {
+        self.force.limit(wanted_n).force_n
+    }
+
+    /// Limits the slave's reference (m); `slave_m` is the measured slave.
+    #[inline(always)]
+    pub fn reference_m(&mut self, wanted_m: L, slave_m: L) -> L {
+        self.reference.limit(wanted_m, slave_m).reference_m
+    }
+}
+
+crate::lane::gather!(CommandLimits { force, reference });

@@ -1,0 +1,103 @@
+//! States of a rig's commands.
+
+use crate::lane::Stored;
+
+/// State of the commands.
+///
+/// ```text
+///              enable                hand reached
+///   disabled ──────────> aligning ────────────────> active
+///      ^                    ^  │                       │
+///      │ stop               │  └────────┐              │ bad samples, implausible sensor
+///      │ (any state)        │           v              │
+///      └──               good samples,  fault <────────┘
+///                        or enable
+/// ```
+/// Only the active state commands the supervisor's force. A fault by missing samples ends with the next good sample;
+/// a fault of a sensor ends with `enable`. A rig begins in the aligning state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SafetyState {
+    /// Stopped: the force decays, and the reference holds.
+    Disabled,
+    /// The reference moves from the slave to the hand; the force is 0.
+    Aligning,
+    /// The commands are those of the supervisor, within their limits.
+    Active,
+    /// Samples are missing, or a sensor is implausible: the force decays, and the reference holds.
+    Fault,
+}
+
+impl SafetyState {
+    /// The states by their codes.
+    pub const ALL: [Self; 4] = [Self::Disabled, Self::Aligning, Self::Active, Self::Fault];
+
+    /// 0: disabled, 1: aligning, 2: active, 3: fault.
+    #[must_use]
+    pub fn code(self) -> u8 {
+        self as u8
+    }
+
+    /// The word of the state: `disabled`, `aligning`, `active` or `fault`.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Disabled => "disabled",
+            Self::Aligning => "aligning",
+            Self::Active => "active",
+            Self::Fault => "fault",
+        }
+    }
+}
+
+/// Cause of the last fault.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FaultCause {
+    /// `safety.bad_samples` consecutive samples were bad or missing.
+    BadSamples,
+    /// The force did not change during a motion.
+    StuckForce,
+    /// The force pulled the needle into the tissue.
+    ForceSign,
+    /// The velocity contradicted the positions.
+    Velocity,
+}
+
+impl FaultCause {
+    /// The causes by their codes, from 1.
+    pub const ALL: [Self; 4] = [Self::BadSamples, Self::StuckForce, Self::ForceSign, Self::Velocity];
+
+    /// 1: bad samples, 2: stuck force, 3: sign of the force, 4: velocity.
+    #[must_use]
+    pub fn code(self) -> u8 {
+        self as u8 + 1
+    }
+
+    /// The word of the cause: `bad-samples`, `stuck-force`, `force-sign` or `velocity`.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::BadSamples => "bad-samples",
+            Self::StuckForce => "stuck-force",
+            Self::ForceSign => "force-sign",
+            Self::Velocity => "velocity",
+        }
+    }
+}
+
+impl Stored for SafetyState {
+    fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
+        let mut code = u64::from(self.code());
+        with(&mut code);
+        // An unknown code is the state that moves nothing.
+        *self = Self::ALL.into_iter().find(|state| u64::from(state.code()) == code).unwrap_or(Self::Disabled);
+    }
+}
+
+impl FaultCause {
+    /// Stores a cause or its absence.
+    pub(super) fn store(cause: &mut Option<Self>, with: &mut dyn FnMut(&mut u64)) {
+        let mut code = cause.map_or(0, |cause| u64::from(cause.code()));
+        with(&mut code);
+        *cause = Self::ALL.into_iter().find(|cause| u64::from(cause.code()) == code);
+    }
+}

@@ -1,0 +1,97 @@
+//! Notices that the other side of a link is silent.
+
+use trocar_scenario::Scenario;
+
+/// Number of outages (`channel.outage_s`) after which a silent side is reported.
+const OUTAGES: f64 = 3.0;
+
+/// Shortest outage in s that counts. An operating system without real time delays a process by milliseconds.
+const MIN_OUTAGE_S: f64 = 0.02;
+
+/// A change of the other side's silence.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SilenceChange {
+    /// Nothing has come for this time in s.
+    Silent(f64),
+    /// A message has come after this time in s.
+    Back(f64),
+}
+
+/// The silence of the other side: the time since its last authentic message.
+#[derive(Debug, Clone)]
+pub struct Silence {
+    limit_ns: i64,
+    last_ns: i64,
+    is_silent: bool,
+    count: u64,
+}
+
+impl Silence {
+    /// Expects the first message shortly after `start_ns`. The delays of the scenario's channel do not count.
+    #[must_use]
+    pub fn new(scenario: &Scenario, start_ns: i64) -> Self {
+        let longest_ticks = scenario.longest_delays_ticks().into_iter().max().unwrap_or(0);
+        let longest_s = scenario.grid.time_s(longest_ticks);
+        let limit_s = OUTAGES * scenario.link.recovery.outage_s.max(MIN_OUTAGE_S);
+        Self {
+            limit_ns: (1e9 * limit_s) as i64,
+            last_ns: start_ns + (1e9 * longest_s) as i64,
+            is_silent: false,
+            count: 0,
+        }
+    }
+
+    /// Notes a message. Returns the end of a silence.
+    pub fn hear(&mut self, now_ns: i64) -> Option<SilenceChange> {
+        let silent_s = seconds(now_ns - self.last_ns);
+        self.last_ns = self.last_ns.max(now_ns);
+        std::mem::take(&mut self.is_silent).then_some(SilenceChange::Back(silent_s))
+    }
+
+    /// Returns the beginning of a silence, once.
+    pub fn check(&mut self, now_ns: i64) -> Option<SilenceChange> {
+        let silent_ns = now_ns - self.last_ns;
+        if self.is_silent || silent_ns < self.limit_ns {
+            return None;
+        }
+        self.is_silent = true;
+        self.count += 1;
+        Some(SilenceChange::Silent(seconds(silent_ns)))
+    }
+
+    /// The number of silences so far.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// The time of the last message if the other side is silent, in ns.
+    #[must_use]
+    pub fn since_ns(&self) -> Option<i64> {
+        self.is_silent.then_some(self.last_ns)
+    }
+}
+
+fn seconds(ns: i64) -> f64 {
+    ns as f64 / 1e9
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trocar_scenario::Source;
+
+    const MS: i64 = 1_000_000;
+
+    #[test]
+    fn a_silence_is_reported_once_after_three_outages_and_ends_with_a_message() {
+        let scenario = Scenario::load(&Source::parse("builtin:layers/skin-augmented"), &[]).expect("loads");
+        let mut silence = Silence::new(&scenario, 0);
+        assert_eq!((silence.check(299 * MS), silence.hear(299 * MS)), (None, None));
+        assert_eq!((silence.check(598 * MS), silence.since_ns()), (None, None));
+        assert_eq!(silence.check(599 * MS), Some(SilenceChange::Silent(0.3)));
+        assert_eq!((silence.check(700 * MS), silence.since_ns()), (None, Some(299 * MS)));
+        assert_eq!(silence.hear(799 * MS), Some(SilenceChange::Back(0.5)));
+        assert_eq!((silence.since_ns(), silence.count()), (None, 1));
+    }
+}
