@@ -53,7 +53,7 @@ def test_lost_and_stale_samples_are_counted_and_a_few_do_not_hide_a_rupture():
         command = controller.step(*sample, number=number)
         if command.alarm_taken:
             alarms.append(k)
-    ruptures = [round(rupture["time_s"] / run.scenario.tick_s) for rupture in run.metrics["ruptures"]]
+    ruptures = [round(rupture["time_s"] / run.scenario.tick_s) for rupture in run.ruptures]
     assert len(alarms) == len(ruptures) == 2
     assert all(0 <= alarm - rupture <= 30 for alarm, rupture in zip(alarms, ruptures))
     counts = controller.counts

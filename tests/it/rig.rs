@@ -101,7 +101,7 @@ fn with_the_same_limits_in_the_simulation_a_rig_gives_its_commands_and_the_run_r
     let limits = [
         "safety.acts=everywhere",
         "safety.force_limit_n=3.0",
-        "safety.force_rate_n_per_s=200.0",
+        "safety.force_rate_n_per_s=50.0",
         "safety.reference_speed_m_per_s=0.02",
         "augmentation.reengage=snap",
     ];
