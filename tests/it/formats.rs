@@ -363,7 +363,7 @@ fn bombs_and_damaged_files_are_refused() {
             std::fs::metadata(stored(name)).expect("there").len() < max_bytes,
             "{name}: the stored size is allowed"
         );
-        folder.refused(&["detect", &stored(name), "--set", &limit], &[&format!("more than {max_bytes} bytes")]);
+        folder.refused(&["detect", &stored(name), "--set", &limit], &["more than"]);
     }
     for name in ["arrays.npz", "zstd.mcap", "lz4.mcap", "zstd.parquet", "brotli.parquet"] {
         let whole = std::fs::read(stored(name)).expect("there");
