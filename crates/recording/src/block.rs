@@ -91,6 +91,8 @@ pub(super) fn table(text: &[u8]) -> Option<Table> {
     if names.filter(is_units).is_some() {
         names = names.and_then(|units| units.checked_sub(1)).filter(|above| has_names(*above)).or(names);
     }
+    let is_text = |field: &&&[u8]| !field.is_empty() && !is_value(field, best.separator);
+    let texts = |line: &[u8]| fields(line, best.separator).iter().filter(is_text).count();
     let place = |index: usize, unnamed| {
         let (lines_before, from, _) = lines[index];
         Some(Table { separator: best.separator, lines_before, from, unnamed })
@@ -100,6 +102,8 @@ pub(super) fn table(text: &[u8]) -> Option<Table> {
         Some(names) => place(names, None),
         // Names on the first line belong to the block, even if a damaged row or one of another width is between them.
         None if first > 0 && may_be_names(lines[0].2, best.separator, width) => None,
+        // A name can be a number, as in `t,1,2`. A row below then has fewer texts.
+        None if first == 0 && lines.get(1).is_some_and(|row| texts(lines[0].2) > texts(row.2)) => None,
         None => place(first, Some(width)),
     }
 }
@@ -206,9 +210,13 @@ mod tests {
 
     #[test]
     fn names_on_the_first_line_need_no_search() {
-        for text in
-            ["t,x,f\n0,1,2\n1,2,3\n", "t;x;f\ns;mm;N\n0;0,1;2,5\n", "t,x,f\n0,1,2\n1,abc,\n2,1,1\n3,1,1\n4,1,1\n"]
-        {
+        for text in [
+            "t,x,f\n0,1,2\n1,2,3\n",
+            "t;x;f\ns;mm;N\n0;0,1;2,5\n",
+            "t,x,f\n0,1,2\n1,abc,\n2,1,1\n3,1,1\n4,1,1\n",
+            "t,x,f\n0,0,1,5,2,0\n",
+            "t,1,2\n0,1,2\n1,1,2\n",
+        ] {
             assert_eq!(found(text), None, "{text}");
         }
     }

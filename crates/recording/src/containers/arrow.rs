@@ -202,3 +202,42 @@ impl Container for Arrow {
         Ok(self.values[index].clone())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stored(name: &str) -> Vec<u8> {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/formats/");
+        std::fs::read(format!("{folder}{name}")).expect("there")
+    }
+
+    #[test]
+    fn feather_and_arrow_are_read_with_their_lists_and_time_stamps() {
+        let mut table = Arrow::open(stored("table.feather"), &Limits::default()).expect("Feather");
+        let names: Vec<&str> = table.arrays().iter().map(|array| array.name.as_str()).collect();
+        assert_eq!(names, ["time_s", "position_m", "force_n"]);
+        assert_eq!(table.values(0).expect("times")[700], 0.7);
+        let mut lists = Arrow::open(stored("lists.arrow"), &Limits::default()).expect("Arrow");
+        let array = &lists.arrays()[1];
+        assert_eq!((array.name.as_str(), &*array.dims), ("state", &[1000, 2][..]));
+        assert_eq!(lists.arrays()[0].unit.as_deref(), Some("ns"));
+        assert_eq!(lists.values(0).expect("times")[700], 7e8);
+        assert_eq!(lists.values(1).expect("states")[1400..1402], table_row(&mut table, 700));
+    }
+
+    /// The position and the force of a row.
+    fn table_row(table: &mut Arrow, row: usize) -> [f64; 2] {
+        [1, 2].map(|column| table.values(column).expect("a column")[row])
+    }
+
+    #[test]
+    fn damaged_files_and_too_many_bytes_are_refused() {
+        let whole = stored("table.feather");
+        let few = Limits { max_bytes: 10_000, ..Limits::default() };
+        assert!(matches!(Arrow::open(whole.clone(), &few), Err(Problem::TooManyBytes { .. })));
+        for cut in [0, 8, 9, 100, whole.len() / 2, whole.len() - 1] {
+            assert!(Arrow::open(whole[..cut].to_vec(), &Limits::default()).is_err(), "cut to {cut} bytes");
+        }
+    }
+}

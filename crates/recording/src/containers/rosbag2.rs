@@ -76,7 +76,8 @@ fn common(message: &str) -> Result<Definition, String> {
              definitions"
         ));
     };
-    let parts: String = COMMON.iter().map(|(name, text)| format!("\n===\nMSG: {name}\n{text}")).collect();
+    let others = COMMON.iter().filter(|(name, _)| *name != short);
+    let parts: String = others.map(|(name, text)| format!("\n===\nMSG: {name}\n{text}")).collect();
     Definition::parse(Encoding::Cdr, message, &format!("{text}{parts}"))
 }
 
@@ -114,7 +115,7 @@ mod tests {
 
     /// A log with a topic of numbers, whose messages are `time_ns` and a value.
     fn log(message: &str, definition: Option<&str>, samples: &[(i64, f64)]) -> Vec<u8> {
-        let log = Connection::open_in_memory().expect("memory");
+        let mut log = Connection::open_in_memory().expect("memory");
         log.execute_batch(
             "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT);
              CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB);",
