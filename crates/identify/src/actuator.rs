@@ -35,8 +35,8 @@ impl Controller {
     ///
     /// The regression `u = c_0 e + c_1 ė + c_2 ë` gives `K_p = c_0`, and for a controller that acts δ later
     /// `c_1 = K_d - K_p δ` and `c_2 = K_p δ²/2 - K_d δ`, of which δ is the positive root. The interval contains the
-    /// sampling error from blocks of correlated residuals, and the change of the value at half the smoothing, which
-    /// shows the bias by noise.
+    /// sampling error from blocks of correlated residuals, and the changes of the value at half and at twice the
+    /// smoothing, which show the bias by noise and by the expansion.
     pub(crate) fn of(recordings: &[Measured]) -> Result<Option<Self>, IdentifyError> {
         let with_actuator: Vec<&Measured> = recordings.iter().filter(|one| one.actuator_n.is_some()).collect();
         if with_actuator.is_empty() {
@@ -46,12 +46,16 @@ impl Controller {
         let rougher = Regression::of(&with_actuator, 0.5 * HALF_WINDOW_S);
         let refuse =
             |share: f64, gain: f64| IdentifyError::Actuator { gain_n_per_m: gain, share_percent: 100.0 * share };
-        let (Some(regression), Some(rougher)) = (regression, rougher) else { return Err(refuse(0.0, 0.0)) };
+        let smoother = Regression::of(&with_actuator, 2.0 * HALF_WINDOW_S);
+        let (Some(regression), Some(rougher), Some(smoother)) = (regression, rougher, smoother) else {
+            return Err(refuse(0.0, 0.0));
+        };
         let gain = regression.coefficients[0];
         if regression.share < LEAST_SHARE || gain <= 0.0 {
             return Err(refuse(regression.share, gain));
         }
-        let (values, others) = (physical(&regression.coefficients), physical(&rougher.coefficients));
+        let values = physical(&regression.coefficients);
+        let others = [rougher, smoother].map(|other| physical(&other.coefficients));
         let bounded = |index: usize| {
             let mut gradient = Vector3::zeros();
             for (k, slope) in gradient.iter_mut().enumerate() {
@@ -62,8 +66,9 @@ impl Controller {
             }
             let variance = gradient.dot(&(regression.covariance * gradient)).max(0.0);
             let freedom = (BLOCKS * with_actuator.len()) as f64 - 3.0;
-            let half = student(freedom) * variance.sqrt() + (others[index] - values[index]).abs();
             let value = values[index];
+            let changes: f64 = others.iter().map(|other| (other[index] - value).abs()).sum();
+            let half = student(freedom) * variance.sqrt() + changes;
             Bounded { value, low: (value - half).max(0.0), high: value + half }
         };
         Ok(Some(Self { position_gain: bounded(0), velocity_gain: bounded(1), delay: bounded(2) }))

@@ -54,6 +54,12 @@ impl Questions {
                  right within 10 %; the ratios of mass, friction and gains are more exact. Give --actuator if it is recorded.",
             );
         }
+        if !self.has_actuator {
+            open.push(
+                "Without the actuator's force, a delay of the controller cannot be told from less damping: the velocity gain is the effective \
+                 one, K_d - K_p δ.",
+            );
+        }
         if !self.reverses {
             open.push(
                 "The slave never reverses, so that Coulomb friction cannot be told from a constant force. Record a motion with reversals.",
