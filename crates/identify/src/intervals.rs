@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::actuator::Bounded;
 use crate::measured::Measured;
-use crate::problem::{PRIOR_WEIGHT, Problem};
+use crate::problem::Problem;
 use crate::structure::Parameter;
 
 /// The number of blocks of a recording. Residuals are correlated within a block, and blocks count as independent.
@@ -56,9 +56,9 @@ pub(crate) fn intervals(problem: &Problem<'_>, start: impl Fn(Parameter) -> f64)
     meat *= number / freedom.max(1.0);
     for (k, parameter) in free.iter().enumerate() {
         let Some((_, sd)) = problem.prior(*parameter) else { continue };
-        let weight = (PRIOR_WEIGHT * steps[k] / sd).powi(2);
+        let weight = (problem.prior_weight() * steps[k] / sd).powi(2);
         curvature[(k, k)] += weight;
-        meat[(k, k)] += weight * PRIOR_WEIGHT.powi(2);
+        meat[(k, k)] += weight * problem.prior_weight().powi(2);
     }
     let half = half_widths(&curvature, &meat, student(freedom));
     let bounded = |(k, parameter): (usize, &Parameter)| {

@@ -7,8 +7,11 @@ use crate::machine::Machine;
 use crate::measured::{Measured, span};
 use crate::structure::Parameter;
 
-/// The weight of a prior: one standard deviation counts as much as an error of 1 % of the slave's motion.
-pub(crate) const PRIOR_WEIGHT: f64 = 0.01;
+/// The first weight of a prior: one standard deviation counts as much as an error of 1 % of the slave's motion.
+const FIRST_WEIGHT: f64 = 0.01;
+
+/// How often the weight of the priors is computed anew from the remaining errors.
+const REWEIGHTED: usize = 3;
 
 /// Prior standard deviation of the sensor's scale around 1: calibrations of force sensors agree within 10 %.
 const SCALE_SD: f64 = 0.1;
@@ -33,6 +36,7 @@ pub(crate) struct Problem<'a> {
     free: Vec<Parameter>,
     start: Machine,
     offset_sd_n: f64,
+    prior_weight: f64,
     coordinates: DVector<f64>,
 }
 
@@ -40,7 +44,8 @@ impl<'a> Problem<'a> {
     pub(crate) fn new(recordings: &'a [Measured], free: Vec<Parameter>, start: Machine) -> Self {
         let range_n = recordings.iter().map(|one| span(&one.force_n)).fold(0.0, f64::max);
         let offset_sd_n = (OFFSET_SD_PER_RANGE * range_n).max(1e-9);
-        let mut problem = Self { recordings, coordinates: DVector::zeros(free.len()), free, start, offset_sd_n };
+        let coordinates = DVector::zeros(free.len());
+        let mut problem = Self { recordings, free, start, offset_sd_n, prior_weight: FIRST_WEIGHT, coordinates };
         let at_start = |parameter: &Parameter| {
             problem.prior(*parameter).map_or(0.0, |(mean, sd)| (parameter.of(&start) - mean) / sd)
         };
@@ -54,6 +59,12 @@ impl<'a> Problem<'a> {
 
     pub(crate) fn recordings(&self) -> &'a [Measured] {
         self.recordings
+    }
+
+    /// Returns the weight of a prior: the size of an error, relative to the motion, that counts as one standard
+    /// deviation.
+    pub(crate) fn prior_weight(&self) -> f64 {
+        self.prior_weight
     }
 
     /// Returns the prior mean and standard deviation of a parameter of the sensor.
@@ -106,15 +117,29 @@ impl<'a> Problem<'a> {
         let mut residuals = self.errors(&self.machine_at(coordinates));
         let priors =
             self.free.iter().zip(coordinates.iter()).filter(|(parameter, _)| self.prior(**parameter).is_some());
-        residuals.extend(priors.map(|(_, coordinate)| PRIOR_WEIGHT * coordinate));
+        residuals.extend(priors.map(|(_, coordinate)| self.prior_weight * coordinate));
         DVector::from_vec(residuals)
     }
 
     /// Minimises the sum of squares, and returns it with the problem at the minimum.
+    ///
+    /// What a structure does not explain is alike throughout a recording, so that the errors of a recording count as one
+    /// observation, and the priors have the weight of such an observation. They decide little where simulation and
+    /// measurement agree, and more where the structure does not explain the recordings.
     pub(crate) fn solve(self) -> (f64, Self) {
-        let optimiser = LevenbergMarquardt::new().with_ftol(1e-9).with_xtol(1e-6).with_gtol(1e-9).with_patience(40);
-        let (solved, _) = optimiser.minimize(self);
+        let has_priors = self.free.iter().any(|parameter| self.prior(*parameter).is_some());
+        let mut solved = self.minimised();
+        for _ in 0..if has_priors { REWEIGHTED } else { 0 } {
+            let squares: f64 = solved.errors(&solved.machine()).iter().map(|error| error * error).sum();
+            solved.prior_weight = (squares / solved.recordings.len() as f64).sqrt().min(FIRST_WEIGHT);
+            solved = solved.minimised();
+        }
         (solved.residuals_at(&solved.coordinates).norm_squared(), solved)
+    }
+
+    fn minimised(self) -> Self {
+        let optimiser = LevenbergMarquardt::new().with_ftol(1e-9).with_xtol(1e-6).with_gtol(1e-9).with_patience(40);
+        optimiser.minimize(self).0
     }
 }
 
