@@ -59,7 +59,7 @@ impl Identification {
         let listed =
             [Parameter::Mass, Parameter::Viscous, Parameter::Coulomb, Parameter::PositionGain, Parameter::VelocityGain];
         let values: Vec<String> = listed.iter().filter_map(value).collect();
-        let mut sentences = vec![format!("The {MACHINE}: {}.", values.join(", "))];
+        let mut sentences = vec![format!("Identified: {}.", values.join(", "))];
         let trained = self.mean_fit_percent(Role::Training);
         let predicted = self.fits.iter().filter(|fit| fit.role == Role::Prediction);
         let worst =
@@ -133,7 +133,7 @@ impl Identification {
             ("white", "white error"),
         ];
         let mut table = Table::new("fits", "Fits", columns);
-        for fit in &self.fits {
+        for (fit, name) in self.fits.iter().zip(self.names()) {
             let role = match fit.role {
                 Role::Training => "training",
                 Role::Prediction => "prediction",
@@ -143,7 +143,7 @@ impl Identification {
                 .fit_percent
                 .map(|percent| (1.0 - percent / 100.0) * fit.measured.motion_m() / (fit.measured.len() as f64).sqrt());
             table.row([
-                fit.measured.name.clone().into(),
+                name.into(),
                 role.into(),
                 fit.fit_percent.map_or(Cell::Undefined, percent),
                 Cell::of(rms_m, trocar_document::Unit::Metre),
@@ -209,7 +209,7 @@ impl Identification {
         let _ = writeln!(text, "[machine.{MACHINE}]");
         for (parameter, bounded) in &self.parameters {
             let interval = if bounded.low.is_finite() && bounded.high.is_finite() {
-                format!("95 % interval {} to {}", significant(bounded.low), significant(bounded.high))
+                format!("95 % interval {:.4e} to {:.4e}", bounded.low, bounded.high)
             } else {
                 "not determined by the recordings".to_owned()
             };

@@ -146,9 +146,9 @@ pub fn identify(request: Request, progress: impl Fn()) -> Result<Identification,
         .collect();
     let structure = chosen(&candidates);
     let (_, solved) = Problem::new(&training, free(structure), plain).solve();
-    let machine = solved.machine();
+    let machine = without_traces(solved.machine(), &starts[1], solved.free());
     let mut parameters: Vec<(Parameter, Bounded)> =
-        solved.free().iter().copied().zip(intervals(&solved, |parameter| parameter.of(&starts[1]))).collect();
+        solved.free().iter().copied().zip(intervals(&solved, &machine, &starts[1])).collect();
     if questions.only_ratios() {
         parameters.insert(0, (Parameter::Mass, Bounded { value: 1.0, low: 1.0, high: 1.0 }));
     }
@@ -213,6 +213,16 @@ fn lifted(mut machine: Machine, start: &Machine, free: &[Parameter]) -> Machine 
     for parameter in free {
         let value = parameter.of(&machine).max(0.01 * size * parameter.of(start));
         parameter.set(&mut machine, value);
+    }
+    machine
+}
+
+/// Sets positive parameters to 0 that the optimiser drove below a millionth of their start: they are at their bound.
+fn without_traces(mut machine: Machine, start: &Machine, free: &[Parameter]) -> Machine {
+    for parameter in free.iter().filter(|parameter| parameter.is_positive() && **parameter != Parameter::Mass) {
+        if parameter.of(&machine) < 1e-6 * parameter.of(start) {
+            parameter.set(&mut machine, 0.0);
+        }
     }
     machine
 }

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::actuator::Bounded;
+use crate::machine::Machine;
 use crate::measured::Measured;
 use crate::problem::Problem;
 use crate::structure::Parameter;
@@ -21,22 +22,21 @@ pub(crate) fn student(freedom: f64) -> f64 {
     z + (z.powi(3) + z) / (4.0 * n) + (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / (96.0 * n * n)
 }
 
-/// Returns the interval of each free parameter of a solved problem, in order. A parameter that the recordings do not
+/// Returns the interval of each free parameter of a solved problem with its machine, in order. A parameter that the recordings do not
 /// determine has an infinite interval.
 ///
 /// The covariance is the sandwich `H⁻¹ M H⁻¹`. H is the curvature `JᵀJ`, M the sum over blocks of the outer products of
 /// the block's gradient `Σ J_i r_i`. The priors of the sensor count as further observations.
-pub(crate) fn intervals(problem: &Problem<'_>, start: impl Fn(Parameter) -> f64) -> Vec<Bounded> {
-    let machine = problem.machine();
+pub(crate) fn intervals(problem: &Problem<'_>, machine: &Machine, start: &Machine) -> Vec<Bounded> {
     let free = problem.free();
-    let here = problem.errors(&machine);
-    let steps: Vec<f64> = free.iter().map(|one| STEP * one.of(&machine).abs().max(0.1 * start(*one).abs())).collect();
+    let here = problem.errors(machine);
+    let steps: Vec<f64> = free.iter().map(|one| STEP * one.of(machine).abs().max(0.1 * one.of(start).abs())).collect();
     let columns: Vec<Vec<f64>> = free
         .iter()
         .zip(&steps)
         .map(|(parameter, step)| {
-            let mut moved = machine;
-            parameter.set(&mut moved, parameter.of(&machine) + step);
+            let mut moved = *machine;
+            parameter.set(&mut moved, parameter.of(machine) + step);
             // Derivatives by steps, so that all columns have similar magnitudes.
             problem.errors(&moved).iter().zip(&here).map(|(moved, here)| moved - here).collect()
         })
@@ -62,7 +62,7 @@ pub(crate) fn intervals(problem: &Problem<'_>, start: impl Fn(Parameter) -> f64)
     }
     let half = half_widths(&curvature, &meat, student(freedom));
     let bounded = |(k, parameter): (usize, &Parameter)| {
-        let (value, half) = (parameter.of(&machine), half[k] * steps[k]);
+        let (value, half) = (parameter.of(machine), half[k] * steps[k]);
         let low = if parameter.is_positive() { (value - half).max(0.0) } else { value - half };
         Bounded { value, low, high: value + half }
     };
