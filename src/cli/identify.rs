@@ -18,7 +18,7 @@ use trocar_recording::{Column, Limits};
 
 /// Identify a machine from recordings: parameters with 95 % intervals, and predictions of other recordings
 #[derive(Debug, Args)]
-#[command(after_long_help = MORE, mut_arg("out", |arg| arg.help("Folder for the files; it contains one folder with the name of the first recording")))]
+#[command(after_long_help = MORE, override_usage = USAGE, mut_arg("out", |arg| arg.help("Folder for the files; it contains one folder with the name of the first recording")))]
 pub(super) struct IdentifyArgs {
     /// Recordings that determine the parameters (CSV, .mat, Parquet, TDMS, HDF5, Excel)
     #[arg(value_name = "RECORDING", required = true)]
@@ -55,6 +55,10 @@ enum MachineKind {
     /// The slave, with its controller
     Slave,
 }
+
+const USAGE: &str = "\
+trocar identify [OPTIONS] --time COLUMN --master COLUMN --slave COLUMN
+                       --force COLUMN RECORDING...";
 
 const MORE: &str = "\
 Method:

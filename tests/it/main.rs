@@ -19,6 +19,7 @@ mod first_table;
 mod fmu;
 #[cfg(unix)]
 mod fmu_import;
+mod identify;
 mod instruction_sets;
 mod intent;
 mod keys;
