@@ -18,6 +18,7 @@
 //! | compare scenarios | [`compare::Comparison`] |
 //! | run many cases, vary keys | [`sweep`], [`run::run_pack`] |
 //! | detect ruptures in a recording | [`detect`]; [`roc`] evaluates detectors |
+//! | identify a machine from recordings | [`identify::identify`](fn@identify::identify) |
 //! | analyse stability | [`stability`] |
 //! | control a rig | [`rig::HapticController`] (the package `trocar-core`: `no_std`, no allocation) |
 //! | run a user-defined part in the loop | [`engine::UserDefinedParts`] with [`run::run_with`] |
@@ -99,6 +100,7 @@
 //! | 5 | `trocar-detect` | [`detect`] (recordings: alarms, scores, calibration) |
 //! | 5 | `trocar-figures` | [`figures`] (every figure as a description) |
 //! | 5 | `trocar-stability` | [`stability`] (the linear loop, without the engine) |
+//! | 3 | `trocar-identify` | [`identify`](mod@identify) (parameters of a machine from recordings of it) |
 //! | 5 | `trocar-link` | the two sides of an insertion as two processes |
 //! | 4 | `trocar-scenario` | [`scenario`] (TOML, validated, resolved and echoed), [`population`] (people, tissues and links drawn at random) |
 //! | 4 | `trocar-metrics` | [`metrics`] (numbers that an observer takes from a run) |
@@ -115,6 +117,7 @@ pub use trocar_detect as detect;
 pub use trocar_document as document;
 pub use trocar_engine::{channel, engine, operator, plant, sensor, teleoperation, tissue};
 pub use trocar_figures as figures;
+pub use trocar_identify as identify;
 pub use trocar_lti as lti;
 pub use trocar_metrics as metrics;
 pub use trocar_recording as recording;

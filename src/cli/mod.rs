@@ -13,6 +13,7 @@ mod figure;
 mod finish;
 mod format;
 mod help;
+mod identify;
 mod init;
 mod interrupt;
 mod link;
@@ -113,6 +114,13 @@ enum Command {
     /// drift and threshold for a requested interval between false alarms. The result is a scenario's [estimator] and
     /// [detector] tables.
     Calibrate(Box<calibrate::CalibrateArgs>),
+    /// Identify a machine from recordings: parameters with 95 % intervals, and predictions of other recordings
+    ///
+    /// The slave of a rig follows its master. From recordings of both positions, of the force on the slave and, if
+    /// recorded, of the actuator's force, the command computes moving mass, friction and the gains of the controller.
+    /// Recordings of --predict take no part: their fit shows how well the machine generalises. The command says which
+    /// parameters the recordings cannot tell.
+    Identify(Box<identify::IdentifyArgs>),
     /// Compute operating characteristics of the detectors: detection, delay and false alarms by threshold
     ///
     /// White noise of many seeds is added to the force of a signal. The estimator runs once per seed, and every
@@ -274,6 +282,7 @@ pub fn main() -> ExitCode {
         Command::Explore(args) => explore::run(&args),
         Command::Detect(args) => detect::run(*args),
         Command::Calibrate(args) => calibrate::run(&args),
+        Command::Identify(args) => identify::run(&args),
         Command::Roc(args) => roc::run(&args),
         Command::Stability(args) => stability::run(&args),
         Command::Strategies(args) => strategies::run(&args),

@@ -11,6 +11,7 @@ use super::terminal;
 use trocar_detect::calibration::CalibrationFile;
 use trocar_detect::document::{DetectionFile, DetectionsFile, SignalsFile};
 use trocar_document::{schema_of, to_json};
+use trocar_identify::IdentificationFile;
 use trocar_link::LinkFile;
 use trocar_scenario::json_schema;
 use trocar_studies::compare::{ComparisonFile, PaperFile, StrategiesFile};
@@ -43,6 +44,7 @@ const KINDS: &[FileKind] = &[
     ("detections", "detections.json of `trocar detect` with several recordings", schema_of::<DetectionsFile<'_>>),
     ("signals", "The output of `trocar detect --list --json`; a list for several files", schema_of::<SignalsFile<'_>>),
     ("calibration", "calibration.json of `trocar calibrate`", schema_of::<CalibrationFile<'_>>),
+    ("identification", "identification.json of `trocar identify`", schema_of::<IdentificationFile<'_>>),
     ("roc", "roc.json of `trocar roc`", schema_of::<RocFile<'_>>),
     ("sweep", "summary.json of `trocar sweep`", schema_of::<SweepFile<'_>>),
     ("manifest", "manifest.json of `trocar sweep`", schema_of::<Manifest>),

@@ -26,6 +26,11 @@ const PRINTED: &[Case] = &[
     ("detection", "detect a/two.csv --no-figures --rupture-s 0.5 --rupture-s 1", "out/two/detection.json"),
     ("detections", "detect a --no-figures", "out/detections.json"),
     ("calibration", "calibrate paper/augmented", "out/augmented/calibration.json"),
+    (
+        "identification",
+        "identify machine.csv --time t --master m --slave s --force f --no-figures",
+        "out/machine/identification.json",
+    ),
     ("roc", "roc x.toml --seeds 2 --thresholds 3", "out/roc.json"),
     ("sweep", "sweep s.toml", "out/s/summary.json"),
     (
@@ -70,7 +75,7 @@ const OPTIONAL: [&str; 10] = [
     "spaces",
     "warnings",
 ];
-const NAMES: [&str; 4] = ["/certificates", "/spaces", "/settings/", "/missed"];
+const NAMES: [&str; 5] = ["/certificates", "/parameters", "/spaces", "/settings/", "/missed"];
 
 fn folder() -> TestFolder {
     let folder = TestFolder::new();
@@ -80,6 +85,14 @@ fn folder() -> TestFolder {
         format!("{t:.3},{:.6},{:.4}\n", 1e-2 * t, 3.0 * (t - 0.95 * since))
     });
     let two: String = std::iter::once("time_s,position_m,force_n\n".to_owned()).chain(rows).collect();
+    // A slave that follows its master with a delay, against a spring.
+    let machine = (0..600).map(|k| {
+        let place = |t: f64| 0.01 * (9.0 * t).sin();
+        let (t, slave) = (f64::from(k) * 1e-3, place(f64::from(k) * 1e-3 - 0.01));
+        format!("{t:.3},{:.7},{slave:.7},{:.5}\n", place(t), 300.0 * slave.max(0.0))
+    });
+    let machine: String = std::iter::once("t,m,s,f\n".to_owned()).chain(machine).collect();
+    folder.file("machine.csv", &machine);
     folder.file("a/two.csv", two).file("a/bad.csv", "time_s,position_m,force_n\n0,0,0\n0.001,soft,0\n");
     folder
 }

@@ -12,6 +12,7 @@ use thiserror::Error;
 use crate::explore::ExploreError;
 use trocar_core::error::InvalidValue;
 use trocar_detect::calibration::CalibrationError;
+use trocar_identify::IdentifyError;
 use trocar_report::html::HtmlError;
 use trocar_report::{OutputError, PictureError};
 use trocar_scenario::ScenarioError;
@@ -52,6 +53,8 @@ pub(super) enum CliError {
     Detect(#[from] DetectError),
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
+    #[error(transparent)]
+    Identify(#[from] IdentifyError),
     #[error(transparent)]
     Roc(RocError),
     #[error(transparent)]
@@ -195,6 +198,7 @@ impl CliError {
             | Self::LongSweep { .. }
             | Self::Unknown { .. }
             | Self::Calibration(_)
+            | Self::Identify(_)
             | Self::Unit(_)
             | Self::NoLibrary { .. }
             | Self::Run(RunError::Scenario(_)) => true,

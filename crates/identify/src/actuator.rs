@@ -1,0 +1,183 @@
+//! The controller's gains and delay, from the recorded force of the actuator.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::IdentifyError;
+use crate::filter::{slope, smooth};
+use crate::intervals::{BLOCKS, student};
+use crate::measured::{Measured, deviation};
+
+/// Half of the smoothing window in s. Both sides of the regression pass the same filter, so it biases nothing; it
+/// removes the encoder's noise, which would bias the gains towards 0.
+const HALF_WINDOW_S: f64 = 10e-3;
+
+/// A controller that explains less of the actuator's force is refused.
+const LEAST_SHARE: f64 = 0.5;
+
+/// A value with its 95 % interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Bounded {
+    pub(crate) value: f64,
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+}
+
+/// The controller of a machine: position gain (N/m), velocity gain (N·s/m), delay (s).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Controller {
+    pub(crate) position_gain: Bounded,
+    pub(crate) velocity_gain: Bounded,
+    pub(crate) delay: Bounded,
+}
+
+impl Controller {
+    /// Estimates the controller from the recordings with an actuator force; `None` if there are none.
+    ///
+    /// The regression `u = c_0 e + c_1 ė + c_2 ë` gives `K_p = c_0`, and for a controller that acts δ later
+    /// `c_1 = K_d - K_p δ` and `c_2 = K_p δ²/2 - K_d δ`, of which δ is the positive root. The interval contains the
+    /// sampling error from blocks of correlated residuals, and the changes of the value at half and at twice the
+    /// smoothing, which show the bias by noise and by the expansion.
+    pub(crate) fn of(recordings: &[Measured]) -> Result<Option<Self>, IdentifyError> {
+        let with_actuator: Vec<&Measured> = recordings.iter().filter(|one| one.actuator_n.is_some()).collect();
+        if with_actuator.is_empty() {
+            return Ok(None);
+        }
+        let regression = Regression::of(&with_actuator, HALF_WINDOW_S);
+        let rougher = Regression::of(&with_actuator, 0.5 * HALF_WINDOW_S);
+        let refuse =
+            |share: f64, gain: f64| IdentifyError::Actuator { gain_n_per_m: gain, share_percent: 100.0 * share };
+        let smoother = Regression::of(&with_actuator, 2.0 * HALF_WINDOW_S);
+        let (Some(regression), Some(rougher), Some(smoother)) = (regression, rougher, smoother) else {
+            return Err(refuse(0.0, 0.0));
+        };
+        let gain = regression.coefficients[0];
+        if regression.share < LEAST_SHARE || gain <= 0.0 {
+            return Err(refuse(regression.share, gain));
+        }
+        let values = physical(&regression.coefficients);
+        let others = [rougher, smoother].map(|other| physical(&other.coefficients));
+        let bounded = |index: usize| {
+            let mut gradient = Vector3::zeros();
+            for (k, slope) in gradient.iter_mut().enumerate() {
+                let step = 1e-6 * regression.coefficients[k].abs();
+                let mut moved = regression.coefficients;
+                moved[k] += step;
+                *slope = if step > 0.0 { (physical(&moved)[index] - values[index]) / step } else { 0.0 };
+            }
+            let variance = gradient.dot(&(regression.covariance * gradient)).max(0.0);
+            let freedom = (BLOCKS * with_actuator.len()) as f64 - 3.0;
+            let value = values[index];
+            let changes: f64 = others.iter().map(|other| (other[index] - value).abs()).sum();
+            let half = student(freedom) * variance.sqrt() + changes;
+            Bounded { value, low: (value - half).max(0.0), high: value + half }
+        };
+        Ok(Some(Self { position_gain: bounded(0), velocity_gain: bounded(1), delay: bounded(2) }))
+    }
+}
+
+/// Converts the coefficients of e, ė and ë to position gain, velocity gain and delay, none of them negative.
+fn physical(coefficients: &Vector3<f64>) -> [f64; 3] {
+    let [gain, rate, second] = [coefficients[0], coefficients[1], coefficients[2]];
+    let discriminant = rate * rate - 2.0 * gain * second;
+    if !(gain > 0.0 && second < 0.0 && discriminant >= 0.0) {
+        return [gain, rate.max(0.0), 0.0];
+    }
+    let delay_s = (discriminant.sqrt() - rate) / gain;
+    [gain, (rate + gain * delay_s).max(0.0), delay_s]
+}
+
+struct Regression {
+    coefficients: Vector3<f64>,
+    covariance: Matrix3<f64>,
+    /// The explained share of the actuator's force, as in a fit, 1 for a perfect one.
+    share: f64,
+}
+
+impl Regression {
+    /// `None` if the error between master and slave does not vary.
+    fn of(recordings: &[&Measured], half_s: f64) -> Option<Self> {
+        let mut normal = Matrix3::zeros();
+        let mut right = Vector3::zeros();
+        let parts: Vec<Vec<(Vector3<f64>, f64)>> = recordings.iter().map(|one| rows(one, half_s)).collect();
+        for (row, target) in parts.iter().flatten() {
+            normal += row * row.transpose();
+            right += row * *target;
+        }
+        let inverse = scaled_inverse(&normal)?;
+        let coefficients = inverse * right;
+        let mut meat = Matrix3::zeros();
+        let mut squares = 0.0;
+        for part in &parts {
+            for block in part.chunks(part.len().div_ceil(BLOCKS).max(1)) {
+                let mut score = Vector3::zeros();
+                for (row, target) in block {
+                    let residual = target - row.dot(&coefficients);
+                    score += row * residual;
+                    squares += residual * residual;
+                }
+                meat += score * score.transpose();
+            }
+        }
+        let spread: f64 =
+            parts.iter().map(|part| deviation(&part.iter().map(|row| row.1).collect::<Vec<_>>()).powi(2)).sum();
+        let covariance = inverse * meat * inverse;
+        let is_finite = coefficients.iter().chain(covariance.iter()).all(|value| value.is_finite());
+        (is_finite && spread > 0.0).then(|| Self { coefficients, covariance, share: 1.0 - (squares / spread).sqrt() })
+    }
+}
+
+/// Returns the smoothed rows (e, ė, ë) of a recording with the smoothed force of the actuator, without the ends.
+fn rows(measured: &Measured, half_s: f64) -> Vec<(Vector3<f64>, f64)> {
+    let Some(actuator_n) = &measured.actuator_n else { return vec![] };
+    let half = ((half_s / measured.interval_s).round() as usize).clamp(1, measured.len() / 16);
+    let error_m: Vec<f64> =
+        measured.master_m.iter().zip(&measured.slave_m).map(|(master, slave)| master - slave).collect();
+    let error_m = smooth(&error_m, half);
+    let rate = slope(&error_m, 1, measured.interval_s);
+    let second = slope(&rate, 1, measured.interval_s);
+    let force_n = smooth(actuator_n, half);
+    let skipped = 2 * half + 2;
+    let inner = skipped..measured.len().saturating_sub(skipped);
+    inner.map(|k| (Vector3::new(error_m[k], rate[k], second[k]), force_n[k])).collect()
+}
+
+/// Inverts a matrix whose rows have very different units; `None` if it is singular.
+fn scaled_inverse(matrix: &Matrix3<f64>) -> Option<Matrix3<f64>> {
+    let scale = matrix.diagonal().map(|value| 1.0 / value.sqrt());
+    let scaling = Matrix3::from_diagonal(&scale);
+    let inverse = (scaling * matrix * scaling).cholesky()?.inverse();
+    Some(scaling * inverse * scaling)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A controller that acts 1.2 ms late, on a motion of 1 and 3 Hz, without noise.
+    fn controlled(sign: f64) -> Measured {
+        let (gain, damping, delay_s) = (4000.0, 25.0, 1.2e-3);
+        let error = |t: f64| 1e-3 * (6.0 * t).sin() + 5e-4 * (19.0 * t).cos();
+        let rate = |t: f64| 6e-3 * (6.0 * t).cos() - 9.5e-3 * (19.0 * t).sin();
+        let mut one =
+            crate::measured::tests::measured(0.0005, 8000, |t| (0.01 * t.sin() + error(t), 0.01 * t.sin(), 0.0));
+        let at = |k: usize| k as f64 * 0.0005 - delay_s;
+        one.actuator_n = Some((0..8000).map(|k| sign * (gain * error(at(k)) + damping * rate(at(k)))).collect());
+        one
+    }
+
+    #[test]
+    fn gains_and_delay_are_recovered_from_the_actuators_force() {
+        let controller = Controller::of(&[controlled(1.0)]).expect("good").expect("an actuator");
+        for (bounded, truth) in
+            [(controller.position_gain, 4000.0), (controller.velocity_gain, 25.0), (controller.delay, 1.2e-3)]
+        {
+            assert!((bounded.value / truth - 1.0).abs() < 0.01, "{bounded:?} against {truth}");
+        }
+    }
+
+    #[test]
+    fn an_actuator_with_the_opposite_sign_is_refused() {
+        let error = Controller::of(&[controlled(-1.0)]).expect_err("refused").to_string();
+        assert!(error.contains("check the sign and the column of --actuator"), "{error}");
+    }
+}

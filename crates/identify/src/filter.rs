@@ -1,0 +1,60 @@
+//! Smoothing and differentiation of evenly spaced samples.
+
+/// Returns the slope (per s) of the line of least squares through the samples within `half` of each sample:
+/// `Σ k x_{i+k} / (h Σ k²)`. At the ends it holds the slope of the first and last whole window.
+pub(crate) fn slope(values: &[f64], half: usize, interval_s: f64) -> Vec<f64> {
+    let half = half.min(values.len().saturating_sub(1) / 2).max(1);
+    let weight: f64 = (1..=half).map(|k| 2.0 * (k * k) as f64).sum::<f64>() * interval_s;
+    let last = values.len().saturating_sub(1 + half);
+    let at = |index: usize| {
+        let centre = index.clamp(half.min(last), last);
+        let pairs = (1..=half).map(|k| k as f64 * (values[centre + k] - values[centre - k]));
+        pairs.sum::<f64>() / weight
+    };
+    if values.len() < 3 { vec![0.0; values.len()] } else { (0..values.len()).map(at).collect() }
+}
+
+/// Returns the mean of the samples within `half` of each sample, applied twice. The ends, within `2 half` samples, are
+/// means over fewer samples.
+pub(crate) fn smooth(values: &[f64], half: usize) -> Vec<f64> {
+    moving_mean(&moving_mean(values, half), half)
+}
+
+fn moving_mean(values: &[f64], half: usize) -> Vec<f64> {
+    let mut sums = Vec::with_capacity(values.len() + 1);
+    sums.push(0.0);
+    let mut sum = 0.0;
+    sums.extend(values.iter().map(|value| {
+        sum += value;
+        sum
+    }));
+    let at = |index: usize| {
+        let (from, to) = (index.saturating_sub(half), (index + half + 1).min(values.len()));
+        (sums[to] - sums[from]) / (to - from) as f64
+    };
+    (0..values.len()).map(at).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_slope_of_a_parabola_is_its_derivative() {
+        let values: Vec<f64> = (0..50).map(|k| (f64::from(k) * 0.01).powi(2)).collect();
+        let slopes = slope(&values, 3, 0.01);
+        for (k, slope) in slopes.iter().enumerate().skip(3).take(44) {
+            assert!((slope - 2.0 * k as f64 * 0.01).abs() < 1e-12, "{k}: {slope}");
+        }
+        assert_eq!(slopes[0], slopes[3]);
+        assert_eq!(slope(&[1.0, 2.0], 3, 0.01), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn smoothing_keeps_a_line() {
+        let values: Vec<f64> = (0..40).map(|k| 3.0 - 0.5 * f64::from(k)).collect();
+        let smoothed = smooth(&values, 4);
+        let differs = |k: &usize| (smoothed[*k] - values[*k]).abs() > 1e-12;
+        assert_eq!((8..32).find(differs), None);
+    }
+}

@@ -1,0 +1,189 @@
+//! The model of a slave that follows a master.
+
+use trocar_base::interrupt;
+
+use crate::measured::Measured;
+
+/// The longest step of the simulation in s. A sample is divided into equal steps of at most this length.
+const LONGEST_STEP_S: f64 = 2.5e-4;
+
+/// The largest number of steps per sample, for recordings at low rates.
+const MAX_STEPS: usize = 64;
+
+/// A slave with its controller. At the master's position x_m and the load f,
+///
+/// `m ẍ = u - b ẋ - F(ẋ) - f`, `u(t) = K_p e(t - δ) + K_d ė(t - δ)`, `e = x_m - x`
+///
+/// with Coulomb friction `F = F_c sign(ẋ)`, which holds the slave at rest as long as the other forces are below F_c.
+/// For delays that are short compared with the motion, the controller is its expansion to the second derivative:
+/// `u = K_p e + (K_d - K_p δ) ė + (K_p δ²/2 - K_d δ) ë`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Machine {
+    /// Moving mass m in kg.
+    pub mass_kg: f64,
+    /// Viscous friction b in N·s/m.
+    pub viscous_n_s_per_m: f64,
+    /// Coulomb friction F_c in N.
+    pub coulomb_n: f64,
+    /// Position gain K_p in N/m.
+    pub position_gain_n_per_m: f64,
+    /// Velocity gain K_d in N·s/m.
+    pub velocity_gain_n_s_per_m: f64,
+    /// Delay δ of the controller in s.
+    pub delay_s: f64,
+    /// The load.
+    pub load: Load,
+}
+
+/// The load on the slave: `f(t) = scale · measured(t + lag) + offset`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Load {
+    /// True force per measured force.
+    pub scale: f64,
+    /// A constant force against the motion in N: an offset of the sensor, or gravity.
+    pub offset_n: f64,
+    /// Time by which the sensor lags behind the force in s.
+    pub lag_s: f64,
+}
+
+impl Machine {
+    /// Returns the simulated slave positions in m, one per sample. The simulation starts at the measured position and
+    /// velocity. `None` if it diverges.
+    ///
+    /// A step of length h solves for the mean velocity w with the implicit midpoint rule:
+    /// `(2 m/h + b + K_d + K_p h/2) w + F(w) = 2 m v/h + K_p (x_m - x) + K_d ẋ_m - f`. The slave rests during the
+    /// step if the right side is within ±F_c, which is exact stiction without chatter.
+    #[must_use]
+    pub fn simulate(&self, measured: &Measured) -> Option<Vec<f64>> {
+        let interval_s = measured.interval_s;
+        let steps = ((interval_s / LONGEST_STEP_S - 1e-9).ceil() as usize).clamp(1, MAX_STEPS);
+        let step_s = interval_s / steps as f64;
+        let (gain, delay_s) = (self.position_gain_n_per_m, self.delay_s);
+        let damping = self.velocity_gain_n_s_per_m - gain * delay_s;
+        let virtual_mass = self.velocity_gain_n_s_per_m * delay_s - 0.5 * gain * delay_s * delay_s;
+        // The expansion subtracts a part of the mass. A machine whose mass is mostly delay is beyond the expansion.
+        let mass = (self.mass_kg - virtual_mass).max(0.1 * self.mass_kg);
+        let inertia = 2.0 * mass / step_s;
+        let denominator = inertia + self.viscous_n_s_per_m + damping + 0.5 * gain * step_s;
+        if !(denominator.is_finite() && denominator > 0.0) {
+            return None;
+        }
+        let load_n = self.load.on(measured);
+        let mut position_m = measured.slave_m[0];
+        let mut velocity = measured.start_velocity_m_per_s;
+        let mut positions_m = Vec::with_capacity(measured.len());
+        positions_m.push(position_m);
+        for sample in 1..measured.len() {
+            interrupt::check_at(sample as u64);
+            for step in 0..steps {
+                let share = (step as f64 + 0.5) / steps as f64;
+                let between = |values: &[f64]| values[sample - 1] + share * (values[sample] - values[sample - 1]);
+                let drive = gain * (between(&measured.master_m) - position_m)
+                    + damping * between(&measured.master_velocity_m_per_s)
+                    - virtual_mass * between(&measured.master_acceleration_m_per_s2)
+                    - between(&load_n);
+                let force_n = inertia * velocity + drive;
+                if force_n.abs() <= self.coulomb_n {
+                    velocity = 0.0;
+                    continue;
+                }
+                let mean_velocity = (force_n - self.coulomb_n.copysign(force_n)) / denominator;
+                position_m += step_s * mean_velocity;
+                let after = 2.0 * mean_velocity - velocity;
+                // A velocity that changes its sign within the step passes through rest, where friction can hold.
+                let rests = after * mean_velocity < 0.0 && drive.abs() <= self.coulomb_n;
+                velocity = if rests { 0.0 } else { after };
+            }
+            positions_m.push(position_m);
+        }
+        positions_m.iter().all(|position_m| position_m.abs() < 1e9).then_some(positions_m)
+    }
+}
+
+impl Load {
+    /// A perfect sensor.
+    pub const EXACT: Self = Self { scale: 1.0, offset_n: 0.0, lag_s: 0.0 };
+
+    /// Returns the load in N at each sample. Beyond the ends, the measured force is held.
+    fn on(&self, measured: &Measured) -> Vec<f64> {
+        let last = measured.len() - 1;
+        let ahead = self.lag_s / measured.interval_s;
+        let force_n = &measured.force_n;
+        let at = |sample: usize| {
+            let place = (sample as f64 + ahead).clamp(0.0, last as f64);
+            let (left, share) = (place as usize, place.fract());
+            let right = (left + 1).min(last);
+            self.scale * (force_n[left] + share * (force_n[right] - force_n[left])) + self.offset_n
+        };
+        (0..=last).map(at).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measured::tests::measured;
+
+    const FREE: Machine = Machine {
+        mass_kg: 0.4,
+        viscous_n_s_per_m: 0.0,
+        coulomb_n: 0.3,
+        position_gain_n_per_m: 0.0,
+        velocity_gain_n_s_per_m: 0.0,
+        delay_s: 0.0,
+        load: Load::EXACT,
+    };
+
+    #[test]
+    fn coulomb_friction_stops_a_free_mass_after_its_closed_form() {
+        // v(t) = v_0 - F_c t / m: the mass stops at t = m v_0 / F_c after m v_0² / (2 F_c).
+        let velocity = 0.2;
+        let mut free = measured(0.001, 1000, |_| (0.0, 0.0, 0.0));
+        free.start_velocity_m_per_s = velocity;
+        let positions = FREE.simulate(&free).expect("finite");
+        let distance = FREE.mass_kg * velocity * velocity / (2.0 * FREE.coulomb_n);
+        let stop_s = FREE.mass_kg * velocity / FREE.coulomb_n;
+        let end = positions[999];
+        assert!((end - distance).abs() < 1e-4 * distance, "{end} against {distance}");
+        let stopped = positions.iter().position(|x| *x == end).expect("the end itself") as f64 * 1e-3;
+        assert!((stopped - stop_s).abs() < 2e-3, "{stopped} against {stop_s}");
+    }
+
+    #[test]
+    fn friction_holds_a_loaded_mass_at_rest_up_to_its_limit() {
+        let loaded = |load_n: f64| FREE.simulate(&measured(0.001, 500, |_| (0.0, 0.0, load_n))).expect("finite");
+        assert!(loaded(0.2999).iter().all(|x| *x == 0.0));
+        // Beyond the limit: x(t) = -(f - F_c) t² / (2 m).
+        let end = loaded(0.5)[499];
+        let expected = -0.2 * 0.499_f64.powi(2) / (2.0 * 0.4);
+        assert!((end - expected).abs() < 1e-3 * expected.abs(), "{end} against {expected}");
+    }
+
+    #[test]
+    fn a_damped_oscillator_follows_its_closed_form() {
+        // A step of the master by 1: x = 1 - e^{-ζωt} (cos ω_d t + ζω/ω_d sin ω_d t), without a jump of ẋ_m.
+        let machine = Machine { viscous_n_s_per_m: 4.0, coulomb_n: 0.0, position_gain_n_per_m: 400.0, ..FREE };
+        let step = measured(0.001, 600, |_| (1.0, 0.0, 0.0));
+        let positions = machine.simulate(&step).expect("finite");
+        let (decay, omega) = (4.0 / 0.8, (400.0_f64 / 0.4 - 25.0).sqrt());
+        for (k, x) in positions.iter().enumerate() {
+            let t = k as f64 * 1e-3;
+            let expected = 1.0 - (-decay * t).exp() * ((omega * t).cos() + decay / omega * (omega * t).sin());
+            assert!((x - expected).abs() < 3e-5, "{k}: {x} against {expected}");
+        }
+    }
+
+    #[test]
+    fn a_lag_and_a_scale_act_on_the_load() {
+        let ramp = measured(0.001, 100, |t_s| (0.0, 0.0, 10.0 * t_s));
+        let load = Load { scale: 2.0, offset_n: 1.0, lag_s: 0.0005 }.on(&ramp);
+        assert!((load[10] - (2.0 * 10.0 * 0.0105 + 1.0)).abs() < 1e-12, "{}", load[10]);
+        assert_eq!(load[99], 2.0 * 10.0 * 0.099 + 1.0);
+    }
+
+    #[test]
+    fn a_machine_that_diverges_has_no_positions() {
+        let machine = Machine { viscous_n_s_per_m: -1e3, ..FREE };
+        assert_eq!(machine.simulate(&measured(0.001, 500, |_| (1.0, 0.0, -1.0))), None);
+    }
+}

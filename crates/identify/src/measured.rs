@@ -1,0 +1,237 @@
+//! The measured columns of a machine on a regular grid.
+
+use std::path::Path;
+
+use trocar_recording::{Column, Columns, Limits, Recording, open_recording};
+
+use crate::IdentifyError;
+use crate::filter::slope;
+
+/// Half the window in which the master's velocity is estimated, in s.
+const VELOCITY_HALF_S: f64 = 2.5e-3;
+
+const MIN_SAMPLES: usize = 200;
+const MIN_DURATION_S: f64 = 0.2;
+
+/// Values at or beyond this magnitude are refused.
+const HUGE: f64 = 1e9;
+
+/// The columns of a recording of a machine. Their factors convert to SI units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MachineColumns {
+    /// Time in s.
+    pub time: Column,
+    /// Position of the master in m, scaled to the slave's side.
+    pub master: Column,
+    /// Position of the slave in m.
+    pub slave: Column,
+    /// Force on the slave in N, positive when it resists the motion.
+    pub force: Column,
+    /// Force of the slave's actuator in N, positive when it pushes forwards, if the file contains it.
+    pub actuator: Option<Column>,
+}
+
+/// The samples of a recording of a machine, evenly spaced.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measured {
+    /// The recording, as in messages.
+    pub name: String,
+    /// Time between two samples in s.
+    pub interval_s: f64,
+    /// Positions of the master in m.
+    pub master_m: Vec<f64>,
+    /// Positions of the slave in m.
+    pub slave_m: Vec<f64>,
+    /// Measured force on the slave in N.
+    pub force_n: Vec<f64>,
+    /// Force of the actuator in N, if recorded.
+    pub actuator_n: Option<Vec<f64>>,
+    pub(crate) master_velocity_m_per_s: Vec<f64>,
+    pub(crate) master_acceleration_m_per_s2: Vec<f64>,
+    pub(crate) start_velocity_m_per_s: f64,
+}
+
+impl Measured {
+    /// Reads a recording. Unevenly spaced samples are resampled at their median interval.
+    ///
+    /// # Errors
+    /// If the file cannot be read, a column is missing or has values that are not numbers, and as [`Measured::new`].
+    pub fn open(path: &Path, columns: &MachineColumns, limits: &Limits) -> Result<Self, IdentifyError> {
+        let MachineColumns { time, master, slave, force, actuator } = columns;
+        // The reader has one further column in any unit, which is that of a velocity.
+        let of = |position: &Column, further: Option<&Column>, force: &Column| {
+            let [time, position, force] = [time, position, force].map(Clone::clone);
+            open_recording(path, &Columns { time, position, velocity: further.cloned(), force }, limits)
+        };
+        let recording = of(slave, Some(master), force)?;
+        let name = path.display().to_string();
+        let interval_s = recording.median_interval_s();
+        let (low_s, high_s) = recording.interval_range_s();
+        let is_even = high_s - low_s <= 1e-3 * interval_s;
+        let resample = |recording: &Recording, values: &[f64]| -> Result<Vec<f64>, IdentifyError> {
+            if is_even {
+                return Ok(values.to_vec());
+            }
+            let refuse = |source| IdentifyError::Resample { recording: name.clone(), source };
+            let ticks = recording.ticks_covered(interval_s).map_err(refuse)?.min(limits.max_samples);
+            recording.resample_values(values, interval_s, ticks).map_err(refuse)
+        };
+        let master_m = resample(&recording, recording.velocity_m_per_s().unwrap_or_default())?;
+        let slave_m = resample(&recording, recording.position_m())?;
+        let force_n = resample(&recording, recording.force_n())?;
+        let actuator_n = match actuator {
+            None => None,
+            Some(actuator) => {
+                let recording = of(slave, None, actuator)?;
+                Some(resample(&recording, recording.force_n())?)
+            }
+        };
+        Self::new(&name, interval_s, master_m, slave_m, force_n, actuator_n)
+    }
+
+    /// Creates the samples of a recording from columns in SI units.
+    ///
+    /// # Errors
+    /// If columns have different lengths, the recording is too short, a value is not finite or at least 1e9, or the
+    /// master or the slave does not move.
+    pub fn new(
+        name: &str,
+        interval_s: f64,
+        master_m: Vec<f64>,
+        slave_m: Vec<f64>,
+        force_n: Vec<f64>,
+        actuator_n: Option<Vec<f64>>,
+    ) -> Result<Self, IdentifyError> {
+        let recording = || name.to_owned();
+        let samples = slave_m.len();
+        let others = [
+            ("the slave's position", Some(&slave_m)),
+            ("the master's position", Some(&master_m)),
+            ("the force", Some(&force_n)),
+            ("the actuator's force", actuator_n.as_ref()),
+        ];
+        for (column, values) in others {
+            let Some(values) = values else { continue };
+            if values.len() != samples {
+                let (given, expected) = (values.len(), samples);
+                return Err(IdentifyError::Length { recording: recording(), column, given, expected });
+            }
+            if let Some(sample) = values.iter().position(|value| value.is_nan() || value.abs() >= HUGE) {
+                return Err(IdentifyError::Huge { recording: recording(), column, value: values[sample], sample });
+            }
+        }
+        let duration_s = interval_s * samples.saturating_sub(1) as f64;
+        if samples < MIN_SAMPLES || duration_s.is_nan() || duration_s < MIN_DURATION_S {
+            return Err(IdentifyError::Short { recording: recording(), samples, duration_s });
+        }
+        for (side, flag, positions) in [("master", "--master", &master_m), ("slave", "--slave", &slave_m)] {
+            let span_m = span(positions);
+            // Positions of double precision have no motion below this size.
+            if span_m < 1e-9 {
+                return Err(IdentifyError::NoExcitation { recording: recording(), side, span_m, flag });
+            }
+        }
+        let half = ((VELOCITY_HALF_S / interval_s).round() as usize).max(1);
+        let master_velocity_m_per_s = slope(&master_m, half, interval_s);
+        let master_acceleration_m_per_s2 = slope(&master_velocity_m_per_s, half, interval_s);
+        let start_velocity_m_per_s = slope(&slave_m[..(2 * half + 1).max(3)], half, interval_s)[0];
+        Ok(Self {
+            name: recording(),
+            interval_s,
+            master_m,
+            slave_m,
+            force_n,
+            actuator_n,
+            master_velocity_m_per_s,
+            master_acceleration_m_per_s2,
+            start_velocity_m_per_s,
+        })
+    }
+
+    /// Returns the number of samples, at least 200.
+    #[must_use]
+    #[expect(clippy::len_without_is_empty, reason = "a recording is never empty")]
+    pub fn len(&self) -> usize {
+        self.slave_m.len()
+    }
+
+    /// Returns the 2-norm of the slave's deviation from its mean, in m; above 0.
+    pub(crate) fn motion_m(&self) -> f64 {
+        deviation(&self.slave_m)
+    }
+
+    /// Returns the fit of simulated positions in %: `100 (1 - |simulated - slave| / |slave - mean|)`, with 2-norms.
+    #[must_use]
+    pub fn fit_percent(&self, simulated_m: &[f64]) -> f64 {
+        let squares = simulated_m.iter().zip(&self.slave_m).map(|(simulated, slave)| (simulated - slave).powi(2));
+        100.0 * (1.0 - squares.sum::<f64>().sqrt() / self.motion_m())
+    }
+
+    /// Returns the part of the recording before a sample.
+    pub(crate) fn before(&self, end: usize) -> Self {
+        let cut = |values: &[f64]| values[..end].to_vec();
+        Self {
+            name: self.name.clone(),
+            interval_s: self.interval_s,
+            master_m: cut(&self.master_m),
+            slave_m: cut(&self.slave_m),
+            force_n: cut(&self.force_n),
+            actuator_n: self.actuator_n.as_deref().map(cut),
+            master_velocity_m_per_s: cut(&self.master_velocity_m_per_s),
+            master_acceleration_m_per_s2: cut(&self.master_acceleration_m_per_s2),
+            start_velocity_m_per_s: self.start_velocity_m_per_s,
+        }
+    }
+}
+
+/// Returns the range of values.
+pub(crate) fn span(values: &[f64]) -> f64 {
+    let (low, high) =
+        values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
+    high - low
+}
+
+/// Returns the 2-norm of the deviation from the mean.
+pub(crate) fn deviation(values: &[f64]) -> f64 {
+    let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+    values.iter().map(|value| (value - mean).powi(2)).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// Returns samples of functions of the time: master, slave and force.
+    pub(crate) fn measured(interval_s: f64, samples: usize, at: impl Fn(f64) -> (f64, f64, f64)) -> Measured {
+        let rows: Vec<(f64, f64, f64)> = (0..samples).map(|k| at(k as f64 * interval_s)).collect();
+        let master_m: Vec<f64> = rows.iter().map(|row| row.0).collect();
+        let half = ((VELOCITY_HALF_S / interval_s).round() as usize).max(1);
+        let master_velocity_m_per_s = slope(&master_m, half, interval_s);
+        Measured {
+            name: "synthetic".into(),
+            interval_s,
+            master_acceleration_m_per_s2: slope(&master_velocity_m_per_s, half, interval_s),
+            master_velocity_m_per_s,
+            master_m,
+            slave_m: rows.iter().map(|row| row.1).collect(),
+            force_n: rows.iter().map(|row| row.2).collect(),
+            actuator_n: None,
+            start_velocity_m_per_s: 0.0,
+        }
+    }
+
+    #[test]
+    fn a_recording_without_motion_or_with_columns_of_other_lengths_is_refused() {
+        let moving: Vec<f64> = (0..400).map(|k| f64::from(k).sin()).collect();
+        let new = |master: &[f64], slave: &[f64], force: &[f64]| {
+            Measured::new("a.csv", 0.001, master.to_vec(), slave.to_vec(), force.to_vec(), None)
+        };
+        let message = |result: Result<Measured, IdentifyError>| result.expect_err("refused").to_string();
+        assert!(message(new(&[0.0; 400], &moving, &moving)).contains("the master does not move"));
+        assert!(message(new(&moving, &moving, &[0.0; 7])).contains("the force has 7 values and the time has 400"));
+        assert!(message(new(&moving[..50], &moving[..50], &moving[..50])).contains("50 samples"));
+        let mut wild = moving.clone();
+        wild[3] = f64::NAN;
+        assert!(message(new(&wild, &moving, &moving)).contains("NaN at sample 3"));
+    }
+}

@@ -1,0 +1,124 @@
+//! The questions that recordings answer: is there contact, does the motion reverse?
+
+use crate::machine::Machine;
+use crate::measured::{Measured, deviation, span};
+
+/// A load that moves the slave by less than this multiple of the simulation's error is no contact.
+const LEAST_EFFECT: f64 = 1.5;
+
+/// A motion against the present direction counts as a reversal if it is longer than this share of the range.
+const REVERSAL_SHARE: f64 = 0.05;
+
+/// What a set of recordings can tell about a machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Questions {
+    /// The measured force moves the slave visibly.
+    pub(crate) has_contact: bool,
+    /// The slave reverses at least once.
+    pub(crate) reverses: bool,
+    /// The actuator's force is recorded.
+    pub(crate) has_actuator: bool,
+}
+
+impl Questions {
+    /// Asks the training recordings, with a machine that roughly follows them.
+    pub(crate) fn of(recordings: &[Measured], machine: &Machine, has_actuator: bool) -> Self {
+        Self {
+            has_contact: recordings.iter().any(|one| load_is_visible(one, machine)),
+            reverses: recordings.iter().any(|one| reversals(&one.slave_m) > 0),
+            has_actuator,
+        }
+    }
+
+    /// Returns true if only ratios of masses, friction and gains are known: no force has a known size.
+    pub(crate) fn only_ratios(self) -> bool {
+        !self.has_contact && !self.has_actuator
+    }
+
+    /// Returns what the recordings leave open, in sentences.
+    pub(crate) fn open(self) -> Vec<String> {
+        let mut open = vec![];
+        if self.only_ratios() {
+            open.push(
+                "Without contact and without the actuator's force, motion determines ratios only: all values are per kg of \
+                 moving mass. Record a contact with a force sensor, or give --actuator.",
+            );
+        } else if !self.has_contact {
+            open.push(
+                "The recordings have no visible contact, so that scale, offset and lag of the force sensor are unknown; the sensor is \
+                 taken as exact. Add a recording in contact.",
+            );
+        } else if !self.has_actuator {
+            open.push(
+                "Without the actuator's force, all absolute values rest on the calibration of the force sensor, which is taken as \
+                 right within 10 %; the ratios of mass, friction and gains are more exact. Give --actuator if it is recorded.",
+            );
+        }
+        if !self.has_actuator {
+            open.push(
+                "Without the actuator's force, a delay of the controller cannot be told from less damping: the velocity gain is the effective \
+                 one, K_d - K_p δ.",
+            );
+        }
+        if !self.reverses {
+            open.push(
+                "The slave never reverses, so that Coulomb friction cannot be told from a constant force. Record a motion with reversals.",
+            );
+        }
+        if self.has_contact {
+            open.push("An offset of the force sensor cannot be told from gravity or another constant force.");
+        }
+        open.into_iter().map(str::to_owned).collect()
+    }
+}
+
+/// Compares the simulation with the measured load and that with its mean.
+fn load_is_visible(measured: &Measured, machine: &Machine) -> bool {
+    let mean_n = measured.force_n.iter().sum::<f64>() / measured.len() as f64;
+    let constant = Measured { force_n: vec![mean_n; measured.len()], ..measured.clone() };
+    let (Some(with), Some(without)) = (machine.simulate(measured), machine.simulate(&constant)) else { return false };
+    let differences =
+        |others: &[f64]| -> Vec<f64> { with.iter().zip(others).map(|(with, other)| with - other).collect() };
+    deviation(&differences(&without)) > LEAST_EFFECT * deviation(&differences(&measured.slave_m))
+}
+
+/// Counts the reversals of positions, ignoring motions below 5 % of their range.
+fn reversals(positions_m: &[f64]) -> usize {
+    let least = REVERSAL_SHARE * span(positions_m);
+    let (mut turning, mut direction, mut count) = (positions_m[0], 0.0, 0);
+    for position in positions_m {
+        let moved = position - turning;
+        if moved * direction > 0.0 || (direction == 0.0 && moved.abs() > least) {
+            direction = moved.signum();
+            turning = *position;
+        } else if moved.abs() > least {
+            count += 1;
+            direction = moved.signum();
+            turning = *position;
+        }
+    }
+    count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reversals_are_counted_without_those_of_noise() {
+        let waves: Vec<f64> = (0..1000).map(|k| (f64::from(k) * 0.02).sin() + 1e-3 * f64::from(k % 2)).collect();
+        // 20 rad: the turning points at π/2, 3π/2, … below 20.
+        assert_eq!(reversals(&waves), 6);
+        let ramp: Vec<f64> = (0..1000).map(|k| f64::from(k) + 0.5 * f64::from(k % 2)).collect();
+        assert_eq!(reversals(&ramp), 0);
+    }
+
+    #[test]
+    fn motion_alone_determines_ratios_only() {
+        let open = Questions { has_contact: false, reverses: false, has_actuator: false };
+        assert!(open.only_ratios());
+        assert!(open.open().iter().any(|text| text.contains("ratios only")));
+        assert!(open.open().iter().any(|text| text.contains("never reverses")));
+        assert!(!Questions { has_actuator: true, ..open }.only_ratios());
+    }
+}
