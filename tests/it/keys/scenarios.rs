@@ -160,6 +160,9 @@ const VARIANTS: &[&str] = &[
     // A tense operator.
     "operator.stretch_short_gain_n_s_per_m=2 operator.stretch_long_gain_n_per_m=10 operator.stiffening_per_n=0.05",
     "tissue.breathing_amplitude_m=0.002 tissue.breathing_period_s=0.5 tissue.heartbeat_amplitude_m=0.0005",
+    // Commands at the limits of the safety stage.
+    "safety.acts=everywhere safety.force_limit_n=0.5 safety.force_rate_n_per_s=50 safety.reference_speed_m_per_s=0.04 \
+     safety.lead_m=0.001 channel.dead_s=0.02 channel.dead_decay_s=0.01 channel.outages_s=[0.2,0.35,0.45,0.5]",
     // No random numbers.
     "perception.reflex=none operator.tremor_amplitude_m=0 channel.jitter_s=0 channel.loss=0 \
      sensor.position_resolution_m=0 sensor.force_noise_std_n=0",

@@ -36,7 +36,8 @@ impl<L: Lane> FallHold<L> {
         if !was_holding.any() {
             return FallState { was_holding, ended: None };
         }
-        let is_lower = force.lt(self.lowest - scale.max(L::splat(LEAST_SHARE) * tare.size(self.lowest)));
+        let is_lower =
+            force.lt(self.lowest - scale.max(L::splat(LEAST_SHARE) * tare.size(self.lowest, self.lowest, scale)));
         self.lowest = L::select(is_lower, force, self.lowest);
         let since = L::select(is_lower, L::zero(), self.since_lowest + one);
         self.bins = self.bins + one;

@@ -109,7 +109,7 @@ const NEW_LOAD_BINS: f64 = 2.0;
 /// Samples are averaged in bins of at least 1 ms, and a median of three bins removes single outliers. Let `f` be the
 /// force, `x` the position and `K` the stiffness, from a regression of changes of `f` on changes of `x` under load. The
 /// surplus `r` is the force that the motion does not explain: `Δr = Δf - K Δx`. The *load* is the force above the mean
-/// of the first 50 bins, so that the sensor need not be tared. For each window `w`
+/// of the first 50 bins, so that the sensor need not be tared, or above 0 if that mean is noise. For each window `w`
 ///
 /// ```text
 /// fall_w = min(min r before the window - r - continued, max f before the window - f - released)
@@ -275,6 +275,9 @@ impl<L: Lane> Adaptive<L> {
 
         let largest = self.largest_fall(stiffness);
         self.learn(stiffness);
+        if self.bins == KNOWN_BINS {
+            self.tare.settle(self.scales[0]);
+        }
         let held = self.hold.update(force, self.scales[0], &self.tare, &self.times);
         self.aftermath.update(force, self.scales[0], held.was_holding, &self.times.aftermath);
         if let Some(ended) = held.ended {
@@ -324,7 +327,7 @@ impl<L: Lane> Adaptive<L> {
         let zero = L::zero();
         // Fast path: most forces have not fallen by the smallest share below any earlier force, over any window.
         let (force, peak) = (self.force[self.newest], self.maximum(&self.peak));
-        let may_count = (peak - force).gt(self.tare.size(peak) * L::splat(LEAST_SHARE));
+        let may_count = (peak - force).gt(self.tare.smallest_size(peak) * L::splat(LEAST_SHARE));
         if !may_count.any() {
             return zero;
         }
@@ -370,7 +373,8 @@ impl<L: Lane> Adaptive<L> {
         }
         let (force, surplus) = (self.force[self.newest], self.surplus[self.newest]);
         let peak = self.ago(&self.peak.whole, window);
-        let size = self.tare.size(peak);
+        let before = self.ago(&self.force, window + self.times.reference);
+        let size = self.tare.size(peak, before, self.scales[0]);
 
         let speed = self.ago(&self.speed, window);
         let inverse = L::splat(1.0) / speed.max(L::splat(SLOW_M_PER_S));

@@ -8,9 +8,16 @@ const SINKING_S: f64 = 5.0;
 /// A load below this share of the force without load may be no load at all: the recording may begin under load.
 const LEAST_SHARE: f64 = 0.05;
 
+/// A load below this multiple of the usual change may be noise.
+const LEAST_SCALES: f64 = 6.0;
+
+/// A mean of the first forces below this multiple of the usual change is noise: the sensor is tared.
+const TARED_SCALES: f64 = 20.0;
+
 /// The force without load, so that a constant offset of the sensor does not hide ruptures.
 ///
-/// It is the mean of the first forces. Later it follows lower forces, because a recording may begin under load.
+/// It is the mean of the first forces, or 0 if this is noise. Later it follows lower forces down to 0, because a
+/// recording may begin under load.
 #[derive(Debug, Clone)]
 pub(super) struct Tare<L> {
     unloaded_n: L,
@@ -27,10 +34,19 @@ impl<L: Lane> Tare<L> {
         self.unloaded_n = self.unloaded_n + (force - self.unloaded_n) * L::splat(1.0 / bins);
     }
 
+    /// Ends the averaging. `scale` is the usual change in N.
+    #[inline(always)]
+    pub(super) fn settle(&mut self, scale: L) {
+        let is_tared = self.unloaded_n.abs().lt(scale * L::splat(TARED_SCALES));
+        self.unloaded_n = L::select(is_tared, L::zero(), self.unloaded_n);
+    }
+
     /// Follows a lower force (N) by a share per bin.
     #[inline(always)]
     pub(super) fn sink(&mut self, force: L, share: f64) {
-        self.unloaded_n = self.unloaded_n + (force - self.unloaded_n).min(L::zero()) * L::splat(share);
+        let zero = L::zero();
+        let lower = (force - self.unloaded_n).min(zero) * L::splat(share);
+        self.unloaded_n = (self.unloaded_n + lower).max(self.unloaded_n.min(zero));
     }
 
     /// The share by which the force without load sinks per bin of `bin_s`.
@@ -44,11 +60,19 @@ impl<L: Lane> Tare<L> {
         force - self.unloaded_n
     }
 
-    /// The force that a fall is compared with, in N: the load, or the force itself as long as there may be no load.
+    /// The size of a force in N with which its fall is compared: the load, or the force itself unless the load is clear
+    /// now and was `before` (N) the fall. `scale` is the usual change in N.
     #[inline(always)]
-    pub(super) fn size(&self, force: L) -> L {
-        let load = self.load(force);
-        L::select(load.lt(self.unloaded_n.abs() * L::splat(LEAST_SHARE)), force.abs(), load)
+    pub(super) fn size(&self, force: L, before: L, scale: L) -> L {
+        let clear = (self.unloaded_n.abs() * L::splat(LEAST_SHARE)).max(scale * L::splat(LEAST_SCALES));
+        let is_clear = self.load(force.min(before)).ge(clear);
+        L::select(is_clear, self.load(force), force.abs())
+    }
+
+    /// The smallest size that a force in N can have.
+    #[inline(always)]
+    pub(super) fn smallest_size(&self, force: L) -> L {
+        self.load(force).min(force.abs())
     }
 }
 
@@ -66,12 +90,26 @@ mod tests {
     }
 
     #[test]
-    fn the_force_without_load_follows_lower_forces_only() {
-        let mut tare = Tare::<f64>::new();
-        (0..100).for_each(|_| tare.sink(1.0, 0.1));
-        assert_eq!(tare.load(1.0), 1.0);
-        tare.sink(-1.0, 0.1);
-        assert!((tare.load(0.0) - 0.1).abs() < 1e-12);
+    fn a_mean_that_is_noise_is_a_tared_sensor() {
+        for (mean, expected) in [(0.19, 0.0), (-0.19, 0.0), (0.21, 0.21), (-3.0, -3.0)] {
+            let mut tare = Tare::<f64>::new();
+            tare.average(mean, 1.0);
+            tare.settle(0.01);
+            assert_eq!(tare.load(0.0), -expected);
+        }
+    }
+
+    #[test]
+    fn the_force_without_load_follows_lower_forces_down_to_0() {
+        let at = |start: f64, force: f64, bins: u32| {
+            let mut tare = Tare::<f64>::new();
+            tare.average(start, 1.0);
+            (0..bins).for_each(|_| tare.sink(force, 0.1));
+            -tare.load(0.0)
+        };
+        assert!((at(8.0, 6.0, 1) - 7.8).abs() < 1e-12);
+        assert_eq!((at(8.0, 9.0, 100), at(8.0, -5.0, 100)), (8.0, 0.0));
+        assert_eq!((at(0.0, -5.0, 100), at(-3.0, -5.0, 100)), (0.0, -3.0), "a sensor that is tared, or below 0");
         assert_eq!(Tare::<f64>::share(0.01), 0.002);
     }
 
@@ -79,6 +117,9 @@ mod tests {
     fn without_a_clear_load_a_fall_is_compared_with_the_force() {
         let mut tare = Tare::<f64>::new();
         tare.average(8.0, 1.0);
-        assert_eq!([8.3, 7.0, 8.5].map(|force| tare.size(force)), [8.3, 7.0, 0.5]);
+        assert_eq!([8.3, 7.0, 8.5].map(|force| tare.size(force, force, 0.01)), [8.3, 7.0, 0.5]);
+        assert_eq!(tare.size(8.5, 8.0, 0.01), 8.5, "a load that has just come may be noise");
+        assert_eq!([8.5, 8.75].map(|force| tare.size(force, force, 0.1)), [8.5, 0.75], "noise");
+        assert_eq!([8.5, 7.0].map(|force| tare.smallest_size(force)), [0.5, -1.0]);
     }
 }

@@ -180,11 +180,13 @@ impl Definition {
         if all <= 50 {
             self.unloaded = self.force.iter().sum::<f64>() / all as f64;
         } else {
-            self.unloaded += (force - self.unloaded).min(0.0) * self.bin_s / 5.0;
+            let sunk = self.unloaded + (force - self.unloaded).min(0.0) * self.bin_s / 5.0;
+            self.unloaded = sunk.max(self.unloaded.min(0.0));
         }
         let unloaded = self.unloaded;
-        let size = |force: f64| {
-            if force - unloaded < 0.05 * unloaded.abs() { force.abs() } else { force - unloaded }
+        let clear = (0.05 * unloaded.abs()).max(6.0 * self.scales[0]);
+        let size = |force: f64, before: f64| {
+            if force.min(before) - unloaded >= clear { force - unloaded } else { force.abs() }
         };
         let [eight, reference, instant] = [8e-3, 15e-3, 4e-3].map(|time_s| self.bins(time_s));
         let is_loaded = ago(&self.force, eight) - unloaded > 6.0 * self.scales[0];
@@ -218,24 +220,25 @@ impl Definition {
             if Self::moved(&self.position, window) < 0.0 {
                 continue;
             }
+            let at_start = ago(&self.force, window + reference);
             let peak = over(&self.force, window, window + reference - 1, f64::max);
             let speed = ago_or_0(&self.speed, window);
             let lost = ((speed - velocity) / speed.max(2e-3)).min(1.0);
             let (last, lowest) = (surplus_over(window, window + 1), surplus_over(window, window + reference - 1));
-            let goes_through = lost < 0.1 && velocity > 5e-3 && last - lowest >= 0.1 * size(peak);
+            let goes_through = lost < 0.1 && velocity > 5e-3 && last - lowest >= 0.1 * size(peak, at_start);
             let before = if goes_through { last } else { lowest };
             let falling = ago_or_0(&self.surplus, window + reference) - ago_or_0(&self.surplus, window);
             let continued = falling.max(0.0) * window as f64 / reference as f64;
             let fall = (before - ago(&self.surplus, 0) - continued).min(peak - force - released);
-            let least = (0.1_f64.max(0.7 * lost) * size(peak)).max(0.05 * self.load);
+            let least = (0.1_f64.max(0.7 * lost) * size(peak, at_start)).max(0.05 * self.load);
             if fall > least {
                 let scale = self.scales[index].max(0.5 * steps[1]).max(1e-9);
-                largest = largest.max(fall.min(size(peak)) / scale);
+                largest = largest.max(fall.min(size(peak, at_start)) / scale);
             }
         }
         let is_at_rest = steps[0] < 1e-4 && Self::moved(&self.position, BINS - 1) <= 1e-9;
         let highest = over(&self.force, 0, whole, f64::max);
-        let has_fallen = highest - force > 0.1 * size(highest);
+        let has_fallen = highest - force > 0.1 * (highest - unloaded).min(highest.abs());
 
         let count = self.force.len() as f64;
         let share = (1.0 / count).max((self.bin_s / 1.0).min(1.0));
@@ -245,6 +248,9 @@ impl Definition {
             let change = rise.abs().min((rise - stiffness * Self::moved(&self.position, window)).abs());
             let clipped = if count >= 50.0 { change.min(3.0 * self.scales[index]) } else { change };
             self.scales[index] += (clipped - self.scales[index]) * share;
+        }
+        if self.force.len() == 50 && self.unloaded.abs() < 20.0 * self.scales[0] {
+            self.unloaded = 0.0;
         }
         self.load = (self.load * (-self.bin_s / 0.3).exp()).max(force - unloaded);
         let longest = self.bins(32e-3).max(3);
