@@ -243,7 +243,10 @@ fn a_missing_column_is_named_with_its_flag() {
     let rig = ["detect", "builtin:own_ctrl_pop.csv", "--time", "t_s", "--position", "xs_rad:0.075"];
     let refused = |force: &str, phrases: &[&str]| folder.refused(&[&rig[..], &["--force", force]].concat(), phrases);
     refused("nope", &["no column 'nope' (--force or recording.columns.force_n)", "env_out_Nm_derived"]);
-    refused("env_out_Nm_derived:lbf", &["'lbf' is not a known unit of force; give N, kN, cN, mN, gf or kgf"]);
+    refused(
+        "env_out_Nm_derived:lbf",
+        &["'lbf' is not a known unit of force; give N, kN, cN, mN, uN, gf or kgf, or a factor into N"],
+    );
     refused("env_out_Nm_derived:mm", &["'mm' is not a known unit of force"]);
     folder
         .refused(&["detect", "builtin:own_ctrl_pop.csv"], &["no column 'time_s' (--time or recording.columns.time_s)"]);
@@ -360,7 +363,10 @@ fn a_bad_recording_is_refused_with_the_line() {
     ];
     for (content, phrases) in cases {
         folder.file("r.csv", content).file("s.toml", "recording.file = \"r.csv\"\n");
-        folder.refused(&["detect", "r.csv"], phrases);
+        // `detect` guesses a column that has another name.
+        if !phrases.contains(&"forse_n") {
+            folder.refused(&["detect", "r.csv"], phrases);
+        }
         folder.refused(&["run", "s.toml"], phrases);
     }
     folder.file("r.csv", format!("{head}{}", rows(0..50)));

@@ -103,7 +103,7 @@ fn a_log_of_ros_2_in_sqlite_is_read() {
 fn other_formats_name_the_remedy() {
     let folder = TestFolder::new();
     folder.file("rig.bag", b"#ROSBAG V2.0\n\x45\0\0\0");
-    folder.refused(&["detect", "rig.bag"], &["is a ROS 1 bag", "`mcap convert rig.bag rig.bag.mcap`"]);
+    folder.refused(&["detect", "rig.bag"], &["is a ROS 1 bag", "convert it with `mcap convert ", "rig.bag.mcap`"]);
     #[cfg(not(feature = "arrow-formats"))]
     folder.refused(&["detect", &stored("table.feather")], &["without the feature arrow-formats", "Parquet or CSV"]);
     #[cfg(not(feature = "ros-formats"))]

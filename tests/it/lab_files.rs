@@ -111,8 +111,8 @@ fn columns_are_guessed_only_if_one_signal_fits_each_and_with_a_warning() {
         &["detect", "lab.csv", "--force", "f (N)"],
         &["no column 'time_s' (--time or", "the file has t (ms), x (mm), f (N)"],
     );
-    folder.file("two.csv", format!("t;x;force;load\n{}", rows.replace('\n', ";1\n")));
-    folder.refused(&["detect", "two.csv"], &["no column 'force_n' (--force or", "the file has t, x, force, load"]);
+    folder.file("two.csv", format!("t;x (mm);force;load\n{}", rows.replace('\n', ";1\n")));
+    folder.refused(&["detect", "two.csv"], &["no column 'force_n' (--force or", "the file has t, x (mm), force, load"]);
 }
 
 #[test]

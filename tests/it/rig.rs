@@ -148,7 +148,9 @@ fn a_bad_force_holds_the_force_and_the_slave_follows_the_hand() {
         assert_eq!(u64::from(command.faulty_samples), k - 999);
     }
     let after = controller.step(&insertion(1005));
-    assert_eq!((after.faults.any(), after.faulty_samples, after.residual_n), (false, 0, 0.0));
+    // The bad samples are bridged.
+    assert_eq!((after.faults.any(), after.faulty_samples), (false, 0));
+    assert!(after.residual_n.abs() < 0.05, "{after:?}");
     let next = controller.step(&insertion(1006));
     assert!(next.residual_n.abs() < 0.05 && next.predicted_force_n > 2.0, "{next:?}");
     assert_eq!(next.master_force_n, insertion(1006).force_n);

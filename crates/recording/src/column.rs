@@ -69,7 +69,12 @@ impl Column {
 
     /// Converts a number of the file to SI units.
     pub(super) fn convert(&self, number: f64) -> f64 {
-        number * self.scale + self.offset
+        self.shift(number * self.scale)
+    }
+
+    /// Adds the offset to a scaled number. Adding 0 would change the sign of -0.
+    pub(super) fn shift(&self, scaled: f64) -> f64 {
+        if self.offset == 0.0 { scaled } else { scaled + self.offset }
     }
 }
 

@@ -299,7 +299,7 @@ pub enum Problem {
     },
     /// The text after the name of a column is not a unit of its quantity.
     #[error(
-        "'{}' is not a known unit of {}; give {} or a factor into {}",
+        "'{}' is not a known unit of {}; give {}, or a factor into {}",
         excerpt(.unit),
         .quantity.name(),
         .quantity.units(),

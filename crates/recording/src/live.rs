@@ -148,7 +148,7 @@ impl LiveTable {
         }
         let read = |index: usize, column: &super::Column, limit: f64| {
             let value = number(field(index), column.scale()).and_then(|value| {
-                let value = value + column.offset();
+                let value = column.shift(value);
                 if value.abs() <= limit { Ok(value) } else { Err(Problem::TooGreat { value, limit }) }
             });
             value.map_err(|problem| self.place().in_column(column.name()).error(problem))

@@ -50,10 +50,11 @@ impl Decimal {
         Some(Self { digits, decimals: part.len() as u32 })
     }
 
-    fn minus(self, other: Self) -> Self {
+    /// The difference; `None` if it has too many digits.
+    fn minus(self, other: Self) -> Option<Self> {
         let decimals = self.decimals.max(other.decimals);
-        let digits = |number: Self| number.digits * 10_i128.pow(decimals - number.decimals);
-        Self { digits: digits(self) - digits(other), decimals }
+        let digits = |number: Self| number.digits.checked_mul(10_i128.checked_pow(decimals - number.decimals)?);
+        Some(Self { digits: digits(self)?.checked_sub(digits(other)?)?, decimals })
     }
 
     /// The number times `scale`. A scale such as 1e-9 divides, which is exact to the last bit.
@@ -84,7 +85,7 @@ impl Stamps {
             }
         };
         let time_s = number * scale;
-        if time_s.abs() > MAX_CALENDAR_S {
+        if self.start.is_none() && time_s.abs() > MAX_CALENDAR_S {
             return Err(Problem::TimeBeyondCalendar { time_s });
         }
         let start = *self.start.get_or_insert_with(|| match Decimal::parse(&text.replace(',', ".")) {
@@ -94,8 +95,8 @@ impl Stamps {
         match start {
             Start::Plain => Ok(time_s),
             Start::Date(_) => Err(Problem::NotANumber(excerpt(text).into())),
-            Start::Decimal(start) => match Decimal::parse(&text.replace(',', ".")) {
-                Some(now) => Ok(now.minus(start).times(scale)),
+            Start::Decimal(start) => match Decimal::parse(&text.replace(',', ".")).and_then(|now| now.minus(start)) {
+                Some(since) => Ok(since.times(scale)),
                 None => Ok(time_s - start.times(scale)),
             },
         }

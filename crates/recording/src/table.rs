@@ -129,7 +129,7 @@ impl<'a, R: Read> Rows<'a, R> {
     }
 
     pub(super) fn number(&self, index: usize, column: &Column) -> Result<f64, RecordingError> {
-        let number = self.parse(index, column.scale()).map(|number| number + column.offset());
+        let number = self.parse(index, column.scale()).map(|number| column.shift(number));
         number.map_err(|problem| self.place().in_column(column.name()).error(problem))
     }
 
@@ -169,7 +169,7 @@ impl<'a, R: Read> Rows<'a, R> {
         let number = self.parse(index, 1.0);
         let field = self.record.get(index).unwrap_or_default();
         let time_s = self.stamps.time_s(field, number, column.scale());
-        let time_s = time_s.map_err(|problem| self.place().in_column(column.name()).error(problem))? + column.offset();
+        let time_s = column.shift(time_s.map_err(|problem| self.place().in_column(column.name()).error(problem))?);
         match before {
             Some((before_s, before_line)) if time_s <= before_s => {
                 let place = self.place().in_column(column.name());

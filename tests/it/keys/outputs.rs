@@ -15,7 +15,7 @@ use trocar::run::observe;
 use trocar::scenario::{DetectionSpec, Scenario, Value, Values};
 use trocar::stability::{ClosedLoop, LinearLoop};
 
-const RECORDING: [&str; 3] = ["recording", "recording.columns", "recording.scale"];
+const RECORDING: [&str; 4] = ["recording", "recording.columns", "recording.scale", "recording.offset"];
 
 /// The outputs of a scenario, computed on demand.
 pub struct Outputs {
@@ -74,7 +74,7 @@ impl Outputs {
 /// Returns true if all public fields are equal, from which an engine is built.
 fn are_equal(one: &Scenario, other: &Scenario) -> bool {
     let run = |s: &Scenario| (s.name.clone(), s.grid, s.engine, s.timing, s.seed, s.forward, s.backward);
-    let machines = |s: &Scenario| (s.master, s.arm, s.slave.clone(), s.actuators, s.link, s.irregularity);
+    let machines = |s: &Scenario| (s.master, s.arm, s.slave.clone(), s.actuators, s.link, s.irregularity, s.safety);
     let schedules = |s: &Scenario| (s.forward_schedule.clone(), s.backward_schedule.clone(), s.events.clone());
     let ends = |s: &Scenario| (s.operator.clone(), s.tremor, s.reflex, s.perception, s.tissue.clone(), s.organ_motion);
     let arm = |s: &Scenario| (s.stretch, s.stiffening);
