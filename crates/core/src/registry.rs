@@ -113,6 +113,7 @@ macro_rules! registry {
     ) => {
         $(#[doc = $any_about])*
         #[derive(Debug, Clone)]
+        #[allow(clippy::large_enum_variant, reason = "a part is stored once per scenario, and the core has no heap")]
         $vis enum $Any<$L $(: $Bound)?> {
             $(#[doc = concat!("`", stringify!($($part)::+), "`.")] $Name($($part)::+<$L>),)*
         }

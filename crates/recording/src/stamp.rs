@@ -150,7 +150,7 @@ fn nanoseconds(text: &str) -> Option<i64> {
         "%d.%m.%Y %H:%M:%S%.f",
         "%Y%m%dT%H%M%S%.f",
     ];
-    let date = forms.iter().find_map(|form| of_date(&form)).or_else(|| {
+    let date = forms.iter().find_map(of_date).or_else(|| {
         let time = NaiveTime::parse_from_str(&text, "%H:%M:%S%.f").ok()?;
         Some(NaiveDate::from_ymd_opt(1970, 1, 1)?.and_time(time))
     })?;

@@ -51,9 +51,12 @@ fn split(path: &str) -> (&str, &str) {
     path.rfind(['/', '.', '!']).map_or(("", path), |at| (&path[..at], &path[at + 1..]))
 }
 
+/// The times in s of a joined recording, the values of each signal at these times, and the reports.
+type Table = (Vec<f64>, Vec<Vec<f64>>, Vec<Joined>);
+
 /// Joins signals with increasing times. Returns the times in s, the values of each signal at these times, and a report
 /// about each interpolated signal; `None` if the signals have no two samples in common time.
-pub(super) fn join(signals: &[Timed]) -> Option<(Vec<f64>, Vec<Vec<f64>>, Vec<Joined>)> {
+pub(super) fn join(signals: &[Timed]) -> Option<Table> {
     let ends = |signal: &Timed| Some((*signal.time_s.first()?, *signal.time_s.last()?));
     let ends = signals.iter().map(ends).collect::<Option<Vec<_>>>()?;
     let from_s = ends.iter().map(|end| end.0).fold(f64::NEG_INFINITY, f64::max);

@@ -430,7 +430,6 @@ crate::lane::gather!(Adaptive {
 } same { times, bins, newest } stored);
 
 #[inline(always)]
-
 fn before(bin: usize, bins: usize) -> usize {
     (bin + BINS - bins) % BINS
 }
