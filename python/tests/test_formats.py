@@ -293,7 +293,7 @@ def test_unique_roles_serve_as_columns_with_a_warning(cli: Cli, files: dict[str,
     assert warning["message"] == "the columns are guessed: --time /rig/t:s --position /rig/x:mm --force /rig/f:N"
     done = cli("detect", files["v5.mat"][0], "--no-figures", "--out", tmp_path)
     assert done.returncode == 2
-    assert "no signal 'time_s' (--time or recording.columns.time_s)" in done.stderr
+    assert "no signal 'position_m' (--position or recording.columns.position_m)" in done.stderr
     assert "--list" in done.stderr
 
 
@@ -339,15 +339,14 @@ def test_different_lengths_and_undefined_samples_are_reported(tmp_path: Path) ->
     with pytest.raises(ValueError, match="sample 1, column 'f': holds no finite number"):
         trocar.read_recording(path, time="t", position="x", force="f")
     pyarrow.parquet.write_table(pyarrow.table({"t": [0.0, 1.0], "x": [0, 1], "f": [1.0, 2.0]}), path, compression="zstd")
-    with pytest.raises(ValueError, match="is a Parquet file that cannot be read: .*zstd"):
-        trocar.read_recording(path, time="t", position="x", force="f")
+    assert trocar.read_recording(path, time="t", position="x", force="f")["force"].tolist() == [1.0, 2.0]
     with path.open("wb") as file:
         writer = McapWriter(file)
         writer.start()
         channel = writer.register_channel("/rig", "protobuf", writer.register_schema("Sample", "protobuf", b""))
         writer.add_message(channel, 0, b"", 0)
         writer.finish()
-    with pytest.raises(ValueError, match="compressed by 'zstd'; `mcap compress --compression none`"):
+    with pytest.raises(ValueError, match="its messages are in 'protobuf' .*; those of ROS .* and JSON are read"):
         trocar.read_recording(path, time="t", position="x", force="f")
     with path.open("wb") as file:
         writer = McapWriter(file, compression=CompressionType.NONE)

@@ -54,6 +54,18 @@ class ActiveLoopWarning(TrocarWarning):
     code = "active-loop"
 
 
+class LimitActsWarning(TrocarWarning):
+    """A limit of the safety stage changed a command."""
+
+    code = "limit-acts"
+
+
+class PeerSilentWarning(TrocarWarning):
+    """Nothing came from the other side of a link for longer than three outages."""
+
+    code = "peer-silent"
+
+
 class PromiseBrokenWarning(TrocarWarning):
     """A passivity scheme has generated more energy than it promises."""
 
@@ -232,6 +244,12 @@ class GuessedColumnsWarning(TrocarWarning):
     """The columns of a recording are guessed from their names and units."""
 
     code = "guessed-columns"
+
+
+class UnitIgnoredWarning(TrocarWarning):
+    """A column is read in SI units, and the file states another unit."""
+
+    code = "unit-ignored"
 
 
 class NoRupturesWarning(TrocarWarning):

@@ -62,11 +62,11 @@ class Trial(Columns):
         If ``number`` is not an integer.
 
     >>> import trocar
-    >>> trial = trocar.Trial(3)
+    >>> trial = trocar.Trial(6)
     >>> trial
-    Trial(3, 44845 samples, membranes, 2 ruptures)
+    Trial(6, 6340 samples, membranes, 2 ruptures)
     >>> trial.ruptures_s.round(2)
-    array([1.61, 1.67])
+    array([1.14, 1.43])
     >>> len(trocar.detect(trial, contact_m=trial.contact_m).alarms)
     2
     """

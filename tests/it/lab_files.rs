@@ -111,8 +111,13 @@ fn columns_are_guessed_only_if_one_signal_fits_each_and_with_a_warning() {
         &["detect", "lab.csv", "--force", "f (N)"],
         &["no column 'time_s' (--time or", "the file has t (ms), x (mm), f (N)"],
     );
-    folder.file("two.csv", format!("t;x (mm);force;load\n{}", rows.replace('\n', ";1\n")));
-    folder.refused(&["detect", "two.csv"], &["no column 'force_n' (--force or", "the file has t, x (mm), force, load"]);
+    let doubled = |row: &str| format!("{row};{}\n", row.rsplit(';').next().expect("a field"));
+    let doubled: String = rows.lines().map(doubled).collect();
+    folder.file("two.csv", format!("t;x (mm);f1 (N);f2 (N)\n{doubled}"));
+    folder.refused(
+        &["detect", "two.csv"],
+        &["no column 'force_n' (--force or", "the file has t, x (mm), f1 (N), f2 (N)"],
+    );
 }
 
 #[test]
