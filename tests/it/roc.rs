@@ -29,7 +29,7 @@ fn judged(study: &Study) -> Characteristics {
     study.run(&AtomicBool::new(false), &|| ()).expect("judged")
 }
 
-/// Returns the evidence of the shipped insertion in noise (N), with a few values that are not finite.
+/// Returns the inputs of the shipped insertion in noise (N), with a few values that are not finite.
 fn input(noise_std_n: f64) -> Vec<DetectorInput<f64>> {
     let spec = shipped();
     let recording = &spec.recording.recording;

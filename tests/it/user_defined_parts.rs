@@ -212,7 +212,7 @@ fn a_number_that_is_not_finite_names_the_part_that_returned_it() {
 fn a_run_with_user_defined_parts_reports_what_it_cannot_know() {
     struct Silent;
     impl Detector<f64> for Silent {
-        fn update(&mut self, _evidence: &DetectorInput<f64>) -> Decision<f64> {
+        fn update(&mut self, _input: &DetectorInput<f64>) -> Decision<f64> {
             Decision { distance: 0.0, decision: 0.0, alarm: false }
         }
     }

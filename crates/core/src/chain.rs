@@ -61,7 +61,7 @@ pub struct Estimation<'a, L, E> {
 }
 
 impl<L: Lane, E: Estimator<L>> Estimation<'_, L, E> {
-    /// Processes the next sample. Returns the estimate, and the evidence for the detector.
+    /// Processes the next sample. Returns the estimate, and the input of the detector.
     #[inline(always)]
     pub fn step(&mut self, measurement: &Measurement<L>) -> (Estimate<L>, DetectorInput<L>) {
         let Measurement { force_n, position_m, velocity_m_per_s } = *measurement;
@@ -179,7 +179,7 @@ mod tests {
         }
     }
 
-    /// A detector that keeps the evidence and raises an alarm at every sample.
+    /// A detector that keeps its inputs and raises an alarm at every sample.
     #[derive(Clone, Default)]
     struct Always(Vec<DetectorInput<f64>>);
 
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sample_goes_through_the_estimator_at_its_depth_and_its_evidence_to_the_detector() {
+    fn a_sample_goes_through_the_estimator_at_its_depth_and_its_input_to_the_detector() {
         let mut chain = chain();
         let output = chain.step(&MEASUREMENT);
         assert!((output.depth_m - 0.01).abs() < 1e-15 && (output.estimate.residual_n - 0.75).abs() < 1e-12);

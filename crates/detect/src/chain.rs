@@ -66,6 +66,20 @@ impl DetectionChain {
         Ok(Self { filter, chain: Chain { contact_m: settings.contact_m, estimator, detector } })
     }
 
+    /// The chain that starts anew after a gap in the samples, with the arguments of [`Self::new`]. Only the detector's
+    /// offset of the sensor remains.
+    pub(super) fn restarted(
+        self,
+        settings: &DetectionSettings,
+        interval_s: f64,
+        velocity: VelocitySource,
+    ) -> Result<Self, InvalidValue> {
+        let mut detector = self.chain.detector;
+        detector.restart(&settings.detector, interval_s);
+        let Self { filter, chain } = Self::new(settings, interval_s, velocity)?;
+        Ok(Self { filter, chain: Chain { detector, ..chain } })
+    }
+
     /// Evaluates the next sample, whose numbers must be finite: NaN or infinity stays in the estimate. A
     /// [`LiveDetector`](super::LiveDetector) rejects such samples; a [`rig`](trocar_core::rig) holds the last valid
     /// one.

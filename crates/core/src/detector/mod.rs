@@ -81,7 +81,7 @@ pub struct DetectorInput<L: Lane> {
 }
 
 impl<L: Lane> DetectorInput<L> {
-    /// Creates the evidence of a sample. The depth is measured from the contact.
+    /// Creates the input of a sample. The depth is measured from the contact.
     #[inline(always)]
     #[must_use]
     pub fn new(force_n: L, depth_m: L, velocity_m_per_s: L, estimate: &Estimate<L>) -> Self {
@@ -108,11 +108,11 @@ pub struct Decision<L: Lane> {
     pub alarm: L::Mask,
 }
 
-/// Detects ruptures from the evidence of one sample at a time.
+/// Detects ruptures from the inputs of one sample at a time.
 ///
 /// A user-defined detector implements this trait for `f64`; [`CusumDetector`] implements it for any number of lanes.
 pub trait Detector<L: Lane> {
-    /// Processes the evidence of one sample.
+    /// Processes the inputs of one sample.
     fn update(&mut self, input: &DetectorInput<L>) -> Decision<L>;
 }
 
@@ -136,6 +136,11 @@ impl<L: Lane> CusumDetector<L> {
     #[must_use]
     pub fn new(settings: &DetectorSettings, tick_s: f64) -> Self {
         Self::with_distance(AnyDistance::new(&settings.distance, tick_s), settings, tick_s)
+    }
+
+    /// Starts anew after a gap in the samples, with the settings and the interval of [`Self::new`].
+    pub fn restart(&mut self, settings: &DetectorSettings, tick_s: f64) {
+        *self = Self::with_distance(self.distance.restarted(&settings.distance, tick_s), settings, tick_s);
     }
 }
 
@@ -346,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn the_evidence_of_a_sample_has_each_value_in_its_field() {
+    fn the_input_of_a_sample_has_each_value_in_its_field() {
         let estimate = Estimate {
             predicted_force_n: 1.0,
             residual_n: 2.0,

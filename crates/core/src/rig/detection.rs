@@ -49,7 +49,7 @@ pub(super) struct Detected {
 ///
 /// The next complete sample after up to `bridged_samples` missing ones is processed together with them: their values
 /// are interpolated linearly, as in a file and in a live stream. A drop in such a gap is therefore detected with the
-/// delay of the gap. After a longer gap the estimate is kept, and the detector starts anew.
+/// delay of the gap. After a longer gap the estimate and the offset of the force sensor are kept, and the detector starts anew.
 #[derive(Debug, Clone)]
 pub(super) struct DetectionChain {
     chain: Chain<f64, Rls<f64>, CusumDetector<f64>>,
@@ -187,7 +187,7 @@ impl DetectionChain {
             Some(filter) => filter.resume(measurement.position_m),
             None => measurement.velocity_m_per_s,
         };
-        self.chain.detector = CusumDetector::new(&self.settings, self.tick_s);
+        self.chain.detector.restart(&self.settings, self.tick_s);
         self.chain.resume(&Measurement { velocity_m_per_s: self.velocity_m_per_s, ..*measurement });
         (self.distance, self.decision) = (0.0, 0.0);
         (self.last, self.last_number) = (*measurement, number);

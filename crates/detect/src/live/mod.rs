@@ -95,7 +95,7 @@ pub struct LiveSummary {
 /// - A step of up to 1.5 intervals is one tick.
 /// - A longer step, of up to ten intervals, has lost samples, which are interpolated linearly, as in a file.
 /// - After a longer step, and after the clock was set back (ten consecutive rows that ascend but are earlier than the
-///   last sample), filter, estimator and detector restart. The detector then raises no alarm until the contact has been
+///   last sample), filter, estimator and detector restart; only the sensor's offset is kept. The detector then raises no alarm until the contact has been
 ///   quiet for its `settle_s`.
 /// - A sample that is not later than the last one is omitted.
 ///
@@ -250,7 +250,8 @@ impl LiveDetector {
         let Some(interval_s) = self.interval_s else { return };
         self.summary.restarts += 1;
         // Cannot fail: the interval and the settings are unchanged.
-        self.chain = DetectionChain::new(&self.settings, interval_s, self.velocity).ok();
+        let restarted = |chain: DetectionChain| chain.restarted(&self.settings, interval_s, self.velocity).ok();
+        self.chain = self.chain.take().and_then(restarted);
         self.tick(sample, emit);
     }
 

@@ -148,7 +148,7 @@ impl Study {
     }
 
     /// Runs user-defined detectors in the cases of [`Study::run`], one case after the other. `alarms` receives the
-    /// index of a detector, the evidence of a case and the sampling interval (s), and writes the alarm samples.
+    /// index of a detector, the inputs of a case and the sampling interval (s), and writes the alarm samples.
     ///
     /// # Errors
     /// The errors of `alarms`, and [`RocError`] if a run fails.

@@ -33,7 +33,7 @@ use super::DetectorInput;
 use super::hypotheses::Hypotheses;
 use crate::lane::Lane;
 
-/// Computes from the evidence of a sample the number to accumulate (eq. 27).
+/// Computes from the inputs of a sample the number to accumulate (eq. 27).
 ///
 /// A user-defined distance implements this trait for `f64`, the built-in distances for any number of lanes.
 pub trait Distance<L: Lane> {
@@ -88,6 +88,14 @@ trait BuiltIn {
     fn tuning(hypotheses: &Hypotheses) -> (f64, f64);
 
     fn new(settings: &DistanceSettings, tick_s: f64) -> Self;
+
+    /// The distance that starts anew after a gap in the samples. It keeps what the gap does not change.
+    fn restarted(&self, settings: &DistanceSettings, tick_s: f64) -> Self
+    where
+        Self: Sized,
+    {
+        Self::new(settings, tick_s)
+    }
 }
 
 crate::registry! {
@@ -178,6 +186,13 @@ impl<L: Lane> AnyDistance<L> {
     #[must_use]
     pub fn new(settings: &DistanceSettings, tick_s: f64) -> Self {
         of_kind!(settings.kind, Part => <Part<L> as BuiltIn>::new(settings, tick_s).into())
+    }
+
+    /// The distance that starts anew after a gap in the samples, with the same settings and interval. The adaptive one
+    /// keeps the offset of the sensor.
+    #[must_use]
+    pub fn restarted(&self, settings: &DistanceSettings, tick_s: f64) -> Self {
+        each!(self, distance => distance.restarted(settings, tick_s).into())
     }
 }
 

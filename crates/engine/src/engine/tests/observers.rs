@@ -250,7 +250,7 @@ fn a_signal_of_one_lane_is_unchanged() {
 struct Quiet;
 
 impl Detector<f64> for Quiet {
-    fn update(&mut self, _evidence: &DetectorInput<f64>) -> Decision<f64> {
+    fn update(&mut self, _input: &DetectorInput<f64>) -> Decision<f64> {
         Decision { distance: 1.0, decision: 2.0, alarm: false }
     }
 }

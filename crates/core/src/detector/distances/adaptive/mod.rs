@@ -12,7 +12,7 @@ use super::super::hypotheses::Hypotheses;
 use super::tail::Tail;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::{Lane, Mask, by_index};
-use aftermath::Aftermath;
+use aftermath::{Aftermath, FallLimits};
 use bin::Bin;
 use extremes::Extremes;
 use fall_hold::FallHold;
@@ -109,7 +109,7 @@ const NEW_LOAD_BINS: f64 = 2.0;
 /// Samples are averaged in bins of at least 1 ms, and a median of three bins removes single outliers. Let `f` be the
 /// force, `x` the position and `K` the stiffness, from a regression of changes of `f` on changes of `x` under load. The
 /// surplus `r` is the force that the motion does not explain: `Δr = Δf - K Δx`. The *load* is the force above the mean
-/// of the first 50 bins, so that the sensor need not be tared, or above 0 if that mean is noise. For each window `w`
+/// of the first 50 bins, or above 0 if that mean is noise; the sensor need not be tared. For each window `w`
 ///
 /// ```text
 /// fall_w = min(min r before the window - r - continued, max f before the window - f - released)
@@ -202,6 +202,11 @@ impl<L: Lane> BuiltIn for Adaptive<L> {
             value: zero,
         }
     }
+
+    fn restarted(&self, settings: &DistanceSettings, tick_s: f64) -> Self {
+        // The samples after the gap may be under load, and would be taken for the offset of the sensor.
+        Self { tare: self.tare.clone(), ..<Self as BuiltIn>::new(settings, tick_s) }
+    }
 }
 
 impl<L: Lane> Distance<L> for Adaptive<L> {
@@ -254,11 +259,7 @@ impl<L: Lane> Adaptive<L> {
             (self.position, self.high) = ([position; BINS], Extremes::new(position));
         }
         self.bins += 1.0;
-        if self.bins <= KNOWN_BINS {
-            self.tare.average(force, self.bins);
-        } else {
-            self.tare.sink(force, self.times.tare_share);
-        }
+        self.tare.update(force, self.times.tare_share);
         let last_surplus = self.surplus[self.newest];
         self.newest = (self.newest + 1) % BINS;
         self.force[self.newest] = force;
@@ -338,9 +339,10 @@ impl<L: Lane> Adaptive<L> {
         // the velocity.
         let since = self.ago(&self.position, self.times.instant - 1);
         let velocity = (self.bin.position - since) * L::splat(self.times.per_instant);
+        let ring = self.aftermath.limits(force);
         let mut largest = zero;
         for index in 0..WINDOWS_S.len() {
-            largest = largest.max(self.relative_fall(index, velocity, released));
+            largest = largest.max(self.relative_fall(index, velocity, released, &ring));
         }
         // A position that has never changed, or only by coarse steps, does not show that the needle is at rest.
         let is_at_rest = self.bin.steps[0].lt(L::splat(MAX_RESOLUTION_M))
@@ -361,9 +363,9 @@ impl<L: Lane> Adaptive<L> {
         maximum
     }
 
-    /// The fall over a window at a velocity (m/s), relative to its scale.
+    /// The fall over a window at a velocity (m/s) relative to its scale, within the limits of a ring-down.
     #[inline(always)]
-    fn relative_fall(&self, index: usize, velocity: L, released: L) -> L {
+    fn relative_fall(&self, index: usize, velocity: L, released: L, ring: &FallLimits<L>) -> L {
         let zero = L::zero();
         let window = self.times.windows[index];
         // Skip the computation while the needle retreats, because no fall counts then.
@@ -386,7 +388,6 @@ impl<L: Lane> Adaptive<L> {
 
         let fall = self.ago(&self.surplus, window + self.times.reference) - self.ago(&self.surplus, window);
         let continued = fall.max(zero) * L::splat(self.times.trends[index]);
-        let ring = self.aftermath.limits(force);
         let fall = (reference - surplus - continued).min(peak - force - released).min(ring.largest);
         let least = (L::splat(LEAST_SHARE).max(L::splat(VISCOUS_SHARE) * lost) * size)
             .max(L::splat(LEAST_RECENT_SHARE) * self.recent_load)

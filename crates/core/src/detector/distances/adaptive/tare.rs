@@ -1,5 +1,6 @@
 //! The force without load: what the sensor shows before contact.
 
+use super::KNOWN_BINS;
 use crate::lane::Lane;
 
 /// Time constant with which the force without load follows a lower force, in s.
@@ -14,39 +15,41 @@ const LEAST_SCALES: f64 = 6.0;
 /// A mean of the first forces below this multiple of the usual change is noise: the sensor is tared.
 const TARED_SCALES: f64 = 20.0;
 
-/// The force without load, so that a constant offset of the sensor does not hide ruptures.
+/// The force without load. Falls are compared with the load above it, so a constant offset of the sensor does not hide
+/// ruptures.
 ///
 /// It is the mean of the first forces, or 0 if this is noise. Later it follows lower forces down to 0, because a
 /// recording may begin under load.
 #[derive(Debug, Clone)]
 pub(super) struct Tare<L> {
     unloaded_n: L,
+    /// Number of averaged bins, up to [`KNOWN_BINS`].
+    bins: f64,
 }
 
 impl<L: Lane> Tare<L> {
     pub(super) fn new() -> Self {
-        Self { unloaded_n: L::zero() }
+        Self { unloaded_n: L::zero(), bins: 0.0 }
     }
 
-    /// Averages the force of a bin (N), the `bins`th from the beginning.
+    /// Averages the forces (N) of the first bins, and then follows a lower force by a share per bin.
     #[inline(always)]
-    pub(super) fn average(&mut self, force: L, bins: f64) {
-        self.unloaded_n = self.unloaded_n + (force - self.unloaded_n) * L::splat(1.0 / bins);
+    pub(super) fn update(&mut self, force: L, share: f64) {
+        let zero = L::zero();
+        if self.bins < KNOWN_BINS {
+            self.bins += 1.0;
+            self.unloaded_n = self.unloaded_n + (force - self.unloaded_n) * L::splat(1.0 / self.bins);
+        } else {
+            let lower = (force - self.unloaded_n).min(zero) * L::splat(share);
+            self.unloaded_n = (self.unloaded_n + lower).max(self.unloaded_n.min(zero));
+        }
     }
 
-    /// Ends the averaging. `scale` is the usual change in N.
+    /// Drops a mean that is noise. `scale` is the usual change in N.
     #[inline(always)]
     pub(super) fn settle(&mut self, scale: L) {
         let is_tared = self.unloaded_n.abs().lt(scale * L::splat(TARED_SCALES));
         self.unloaded_n = L::select(is_tared, L::zero(), self.unloaded_n);
-    }
-
-    /// Follows a lower force (N) by a share per bin.
-    #[inline(always)]
-    pub(super) fn sink(&mut self, force: L, share: f64) {
-        let zero = L::zero();
-        let lower = (force - self.unloaded_n).min(zero) * L::splat(share);
-        self.unloaded_n = (self.unloaded_n + lower).max(self.unloaded_n.min(zero));
     }
 
     /// The share by which the force without load sinks per bin of `bin_s`.
@@ -76,24 +79,30 @@ impl<L: Lane> Tare<L> {
     }
 }
 
-crate::lane::gather!(Tare { unloaded_n } stored);
+crate::lane::gather!(Tare { unloaded_n } same { bins } stored);
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// The tare after bins of a constant force (N), as many as it averages.
+    fn after(force: f64) -> Tare<f64> {
+        let mut tare = Tare::<f64>::new();
+        (0..KNOWN_BINS as u32).for_each(|_| tare.update(force, 0.1));
+        tare
+    }
+
     #[test]
     fn the_force_without_load_is_the_mean_of_the_first_forces() {
         let mut tare = Tare::<f64>::new();
-        [19.0, 20.0, 21.0, 20.0].into_iter().zip(1..).for_each(|(force, bins)| tare.average(force, f64::from(bins)));
+        [19.0, 20.0, 21.0, 20.0].into_iter().for_each(|force| tare.update(force, 0.1));
         assert!((tare.load(23.0) - 3.0).abs() < 1e-12);
     }
 
     #[test]
     fn a_mean_that_is_noise_is_a_tared_sensor() {
         for (mean, expected) in [(0.19, 0.0), (-0.19, 0.0), (0.21, 0.21), (-3.0, -3.0)] {
-            let mut tare = Tare::<f64>::new();
-            tare.average(mean, 1.0);
+            let mut tare = after(mean);
             tare.settle(0.01);
             assert_eq!(tare.load(0.0), -expected);
         }
@@ -102,9 +111,8 @@ mod tests {
     #[test]
     fn the_force_without_load_follows_lower_forces_down_to_0() {
         let at = |start: f64, force: f64, bins: u32| {
-            let mut tare = Tare::<f64>::new();
-            tare.average(start, 1.0);
-            (0..bins).for_each(|_| tare.sink(force, 0.1));
+            let mut tare = after(start);
+            (0..bins).for_each(|_| tare.update(force, 0.1));
             -tare.load(0.0)
         };
         assert!((at(8.0, 6.0, 1) - 7.8).abs() < 1e-12);
@@ -115,8 +123,7 @@ mod tests {
 
     #[test]
     fn without_a_clear_load_a_fall_is_compared_with_the_force() {
-        let mut tare = Tare::<f64>::new();
-        tare.average(8.0, 1.0);
+        let tare = after(8.0);
         assert_eq!([8.3, 7.0, 8.5].map(|force| tare.size(force, force, 0.01)), [8.3, 7.0, 0.5]);
         assert_eq!(tare.size(8.5, 8.0, 0.01), 8.5, "a load that has just come may be noise");
         assert_eq!([8.5, 8.75].map(|force| tare.size(force, force, 0.1)), [8.5, 0.75], "noise");

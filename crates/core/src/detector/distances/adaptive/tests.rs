@@ -107,6 +107,25 @@ fn an_offset_of_the_sensor_does_not_hide_a_rupture() {
 }
 
 #[test]
+fn a_restart_under_load_keeps_the_offset_of_the_sensor() {
+    // A sensor with an offset of 20 N. Its load of 2 N falls by 1.7 N, which is less than a tenth of the force.
+    let mut adaptive = Adaptive::<f64>::new(&DistanceSettings::DEFAULT, 1e-3);
+    let mut noise = crate::detector::fixtures::Noise(5);
+    let mut largest = |adaptive: &mut Adaptive<f64>, force_n: f64, samples: u32| {
+        let input = |noise_n: f64| crate::detector::fixtures::with_force(force_n + 0.01 * noise_n);
+        (0..samples).map(|_| adaptive.update(&input(noise.next()))).fold(0.0, f64::max)
+    };
+    largest(&mut adaptive, 20.0, 200);
+    let mut restarted = adaptive.restarted(&DistanceSettings::DEFAULT, 1e-3);
+    let mut anew = Adaptive::<f64>::new(&DistanceSettings::DEFAULT, 1e-3);
+    let falls = [&mut restarted, &mut anew].map(|adaptive| {
+        assert_eq!(largest(adaptive, 22.0, 200), 0.0);
+        largest(adaptive, 20.3, 20) > THRESHOLD
+    });
+    assert_eq!(falls, [true, false], "a new detector takes the load for the offset");
+}
+
+#[test]
 fn a_released_or_stopped_needle_is_not_a_rupture() {
     // A rigid stop of 20 kN/m, pressed with 5 N and released in 30 ms; an encoder of 50 µm.
     let let_go = |time_s: f64| {
