@@ -1,29 +1,21 @@
 //! No sequence of samples makes a rig's commands exceed the settings `safety.*`.
 
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use trocar_core::rig::{Command, HapticController, Limits, Sample, Settings, VelocitySource};
 use trocar_core::safety::{SafetySettings, SafetyState};
 
 const SEQUENCES: u64 = 1_000_000;
 
-/// SplitMix64: reproducible random numbers without a dependency.
-struct Random(u64);
+struct Random(ChaCha8Rng);
 
 impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
     fn below(&mut self, end: u64) -> u64 {
-        self.next() % end
+        self.0.random_range(0..end)
     }
 
-    /// A number from 0 to 1.
     fn share(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
+        self.0.random()
     }
 
     /// A positive number between two powers of ten.
@@ -135,7 +127,7 @@ fn no_sequence_of_samples_makes_a_command_exceed_its_limits() {
     let mut states = [0_u64; 4];
     let mut limits = [0_u64; 4];
     for seed in 0..SEQUENCES {
-        let mut random = Random(seed);
+        let mut random = Random(ChaCha8Rng::seed_from_u64(seed));
         let settings = settings(&mut random);
         let mut controller = HapticController::new(&settings).expect("valid");
         let (mut near, mut number) = (0.1 * random.share(), 0);
@@ -147,7 +139,7 @@ fn no_sequence_of_samples_makes_a_command_exceed_its_limits() {
             match random.below(40) {
                 0 => controller.stop(),
                 1 => controller.enable(),
-                2 => number = random.next(),
+                2 => number = random.0.random(),
                 _ => {}
             }
             let sample = Sample {

@@ -1,5 +1,7 @@
 //! The controller of a rig finds the ruptures of a run of which samples are missing.
 
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use trocar_core::rig::{Counters, DetectionState, HapticController, Sample};
 use trocar_engine::engine::{Observer, Signals};
 use trocar_scenario::{Scenario, Source};
@@ -78,36 +80,15 @@ impl Run {
     }
 }
 
-/// SplitMix64: reproducible random numbers without a dependency.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn share(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn below(&mut self, end: u64) -> u64 {
-        self.next() % end
-    }
-}
-
 fn runs() -> [(Run, usize); 2] {
     [(Run::new("paper/augmented"), 2), (Run::new("layers/skin-augmented"), 3)]
 }
 
 /// Counts the runs in which every rupture is found, and the false alarms of all runs.
-fn complete_runs(run: &Run, mut alarms: impl FnMut(&mut Random) -> Vec<u64>) -> (u64, usize) {
+fn complete_runs(run: &Run, mut alarms: impl FnMut(&mut ChaCha8Rng) -> Vec<u64>) -> (u64, usize) {
     let (mut complete, mut false_alarms) = (0, 0);
     for seed in 0..RUNS {
-        let (found, others) = run.score(&alarms(&mut Random(seed)));
+        let (found, others) = run.score(&alarms(&mut ChaCha8Rng::seed_from_u64(seed)));
         complete += u64::from(found == run.tape.ruptures.len());
         false_alarms += others;
     }
@@ -120,7 +101,7 @@ fn ruptures_are_found_when_up_to_five_percent_of_the_samples_are_missing_at_rand
         assert_eq!(run.tape.ruptures.len(), ruptures);
         for share in [0.001, 0.01, 0.02, 0.05] {
             let (complete, false_alarms) = complete_runs(&run, |random| {
-                run.alarms_of(|sample, _| if random.share() < share { Sample::MISSING } else { sample }).0
+                run.alarms_of(|sample, _| if random.random::<f64>() < share { Sample::MISSING } else { sample }).0
             });
             println!("{}: {share}: {complete} of {RUNS}, {false_alarms} false", run.scenario.name);
             assert!(100 * complete >= 98 * RUNS, "{} {share}: {complete}", run.scenario.name);
@@ -137,8 +118,8 @@ fn ruptures_are_found_when_bursts_of_one_to_nine_samples_are_missing() {
                 let mut left = 0;
                 let lose = |sample, _| {
                     // A burst has five samples on average.
-                    if left == 0 && random.share() < share / 5.0 {
-                        left = 1 + random.below(9);
+                    if left == 0 && random.random::<f64>() < share / 5.0 {
+                        left = random.random_range(1..=9);
                     }
                     let is_lost = left > 0;
                     left -= u64::from(is_lost);
