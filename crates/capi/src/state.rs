@@ -24,6 +24,16 @@ fn count(controller: &mut HapticController) -> usize {
     count
 }
 
+/// Runs `run` with a rig whose state has this number of words.
+///
+/// # Safety
+/// `rig` is null or from trocar_rig_init, and no other thread uses it at the same time.
+#[allow(unsafe_code, reason = "rig is the caller's")]
+unsafe fn with_words(rig: *mut Rig, words: usize, run: impl FnOnce(&mut Rig) -> Status) -> Status {
+    // SAFETY: the same requirement as this function's.
+    unsafe { with_rig(rig, |rig| if words == HEAD + count(&mut rig.controller) { run(rig) } else { Status::State }) }
+}
+
 /// Sets `words` to the number of uint64_t that the state of a rig takes. It depends on the settings.
 ///
 /// # Safety
@@ -55,11 +65,7 @@ pub unsafe extern "C" fn trocar_rig_save(rig: *mut Rig, state: *mut u64, words: 
     }
     // SAFETY: the same requirements as this function's; the words are written before they are read.
     unsafe {
-        with_rig(rig, |Rig { settings, controller, .. }| {
-            let count = count(controller);
-            if words != HEAD + count {
-                return Status::State;
-            }
+        with_words(rig, words, |Rig { settings, controller, .. }| {
             let mut digest = digest(*settings);
             let mut place = HEAD;
             controller.numbers(&mut |number| {
@@ -86,11 +92,7 @@ pub unsafe extern "C" fn trocar_rig_restore(rig: *mut Rig, state: *const u64, wo
     }
     // SAFETY: the same requirements as this function's.
     unsafe {
-        with_rig(rig, |Rig { settings, controller, .. }| {
-            let count = count(controller);
-            if words != HEAD + count {
-                return Status::State;
-            }
+        with_words(rig, words, |Rig { settings, controller, .. }| {
             let state = slice::from_raw_parts(state, words);
             let mut digest = digest(*settings);
             state[HEAD..].iter().for_each(|word| digest.add(*word));
