@@ -187,18 +187,18 @@ fn guess(given: &str, values: &Values) -> Option<(ColumnArgs, Warning)> {
     let needed = |quantity: &Quantity| match quantity {
         Quantity::Time => limits.rate_hz.is_none(),
         Quantity::Velocity => false,
-        _ => true,
+        Quantity::Position | Quantity::Force => true,
     };
     if Quantity::ALL.into_iter().filter(needed).all(|quantity| default(quantity).is_some()) {
         return None;
     }
-    // A quantity without a unique candidate keeps its default name, so that reading the file reports it.
+    // A quantity without a unique candidate keeps its default name; reading the file then reports it.
     let choose = |signals: &[Signal]| -> Vec<(Quantity, String)> {
         let roles = Roles::of(signals);
         let of = |quantity: Quantity| match (default(quantity), roles.candidates[quantity as usize].as_slice()) {
             (Some(name), _) => Some((quantity, name.clone())),
             (None, [index]) => Some((quantity, signals[*index].column())),
-            _ => None,
+            (None, [] | [_, _, ..]) => None,
         };
         Quantity::ALL
             .into_iter()

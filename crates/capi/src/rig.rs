@@ -99,7 +99,6 @@ pub struct Command {
 impl From<rig::Command> for Command {
     #[inline(always)]
     fn from(command: rig::Command) -> Self {
-        let (faults, limited) = (command.faults, command.limited);
         Self {
             struct_size: size_of::<Self>() as u64,
             slave_reference_m: command.slave_reference_m,
@@ -115,19 +114,13 @@ impl From<rig::Command> for Command {
             mode: u32::from(command.mode.code()),
             alarm: u32::from(command.alarm),
             alarm_taken: u32::from(command.alarm_taken),
-            faults: u32::from(faults.master_position)
-                | u32::from(faults.slave_position) << 1
-                | u32::from(faults.slave_velocity) << 2
-                | u32::from(faults.force) << 3,
+            faults: command.faults.bits(),
             faulty_samples: command.faulty_samples,
             detection: u32::from(command.detection.code()),
             detection_ticks: command.detection_ticks,
             state: u32::from(command.state.code()),
             fault: command.fault.map_or(0, |cause| u32::from(cause.code())),
-            limited: u32::from(limited.force)
-                | u32::from(limited.force_rate) << 1
-                | u32::from(limited.reference_speed) << 2
-                | u32::from(limited.lead) << 3,
+            limited: command.limited.bits(),
         }
     }
 }
@@ -195,7 +188,7 @@ pub unsafe extern "C" fn trocar_rig_init(
     })
 }
 
-/// Sets the caller's pointer to null, so that no failed call leaves an old or invalid one.
+/// Sets the caller's pointer to null: a failed call must not leave an old or invalid one.
 ///
 /// # Safety
 /// `rig` is null or valid.
@@ -296,21 +289,17 @@ unsafe fn step(
     command: *mut Command,
     with: impl FnOnce(&mut HapticController, &rig::Sample) -> rig::Command,
 ) -> Status {
-    // SAFETY: the pointers are null or valid. Only the first field of the command must be initialised.
-    let (rig, sample, command_size) = unsafe {
-        let (Some(rig), Some(sample)) = (rig.as_mut(), sample.as_ref()) else { return Status::Null };
-        if command.is_null() {
-            return Status::Null;
+    // SAFETY: the sample is null or valid.
+    let Some(sample) = (unsafe { sample.as_ref() }) else { return Status::Null };
+    if command.is_null() {
+        return Status::Null;
+    }
+    // SAFETY: the command is valid, and only its first field must be initialised.
+    let command_size = unsafe { (&raw const (*command).struct_size).read() };
+    let run = |rig: &mut Rig| {
+        if (sample.struct_size, command_size) != (size_of::<Sample>() as u64, size_of::<Command>() as u64) {
+            return Status::StructSize;
         }
-        (rig, sample, (&raw const (*command).struct_size).read())
-    };
-    if rig.initialised != INITIALISED {
-        return Status::NotInitialised;
-    }
-    if (sample.struct_size, command_size) != (size_of::<Sample>() as u64, size_of::<Command>() as u64) {
-        return Status::StructSize;
-    }
-    guarded(|| {
         let sample = rig::Sample {
             master_position_m: sample.master_position_m,
             slave_position_m: sample.slave_position_m,
@@ -321,7 +310,9 @@ unsafe fn step(
         // SAFETY: its size shows a structure of this version.
         unsafe { command.write(done) };
         Status::Ok
-    })
+    };
+    // SAFETY: the same requirements as this function's.
+    unsafe { with_rig(rig, run) }
 }
 
 /// Calls `with` with a rig.
@@ -329,6 +320,7 @@ unsafe fn step(
 /// # Safety
 /// `rig` is null or from trocar_rig_init, and no other thread uses it at the same time.
 #[allow(unsafe_code, reason = "the rig is the caller's")]
+#[inline(always)]
 pub(crate) unsafe fn with_rig(rig: *mut Rig, with: impl FnOnce(&mut Rig) -> Status) -> Status {
     // SAFETY: null or valid.
     let Some(rig) = (unsafe { rig.as_mut() }) else { return Status::Null };

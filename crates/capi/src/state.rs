@@ -3,7 +3,6 @@
 use core::slice;
 
 use trocar_core::lane::Stored as _;
-use trocar_core::rig::HapticController;
 
 use crate::digest::Digest;
 use crate::rig::{Rig, with_rig};
@@ -18,12 +17,6 @@ fn digest(settings: u64) -> Digest {
     digest
 }
 
-fn count(controller: &mut HapticController) -> usize {
-    let mut count = 0;
-    controller.numbers(&mut |_| count += 1);
-    count
-}
-
 /// Runs `run` with a rig whose state has this number of words.
 ///
 /// # Safety
@@ -31,7 +24,7 @@ fn count(controller: &mut HapticController) -> usize {
 #[allow(unsafe_code, reason = "rig is the caller's")]
 unsafe fn with_words(rig: *mut Rig, words: usize, run: impl FnOnce(&mut Rig) -> Status) -> Status {
     // SAFETY: the same requirement as this function's.
-    unsafe { with_rig(rig, |rig| if words == HEAD + count(&mut rig.controller) { run(rig) } else { Status::State }) }
+    unsafe { with_rig(rig, |rig| if words == HEAD + rig.controller.count() { run(rig) } else { Status::State }) }
 }
 
 /// Sets `words` to the number of uint64_t that the state of a rig takes. It depends on the settings.
@@ -47,7 +40,7 @@ pub unsafe extern "C" fn trocar_rig_state_size(rig: *mut Rig, words: *mut usize)
     // SAFETY: the same requirements as this function's; `words` is not null.
     unsafe {
         with_rig(rig, |Rig { controller, .. }| {
-            words.write(HEAD + count(controller));
+            words.write(HEAD + controller.count());
             Status::Ok
         })
     }
@@ -99,9 +92,10 @@ pub unsafe extern "C" fn trocar_rig_restore(rig: *mut Rig, state: *const u64, wo
             if state[0] != digest.value() {
                 return Status::State;
             }
-            let mut values = state[HEAD..].iter();
-            controller.numbers(&mut |number| *number = values.next().copied().unwrap_or(*number));
-            Status::Ok
+            match controller.restore(&state[HEAD..]) {
+                Ok(()) => Status::Ok,
+                Err(_) => Status::State,
+            }
         })
     }
 }

@@ -308,7 +308,7 @@ pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, Scena
                 "name the column of the position; if none was recorded and the needle moves steadily, give the time times its speed \
                  in m/s, as in --position time:0.005",
             ),
-            _ => error,
+            Some(Quantity::Time | Quantity::Force) | None => error,
         }
     })?;
     let spec = labelled(values, recording)?;

@@ -3,7 +3,6 @@
 #[cfg(feature = "alloc")]
 use alloc::vec::Vec;
 
-#[cfg(feature = "alloc")]
 use crate::error::{InvalidValue, require};
 
 /// A part whose numbers can be stored, and restored into a part with the same settings.
@@ -22,16 +21,19 @@ pub trait Stored {
         state
     }
 
+    /// The number of numbers.
+    fn count(&mut self) -> usize {
+        let mut count = 0;
+        self.numbers(&mut |_| count += 1);
+        count
+    }
+
     /// Continues from the state of a part with the same settings.
     ///
     /// # Errors
     /// [`InvalidValue`] if the state has another length; the part is then unchanged.
-    #[cfg(feature = "alloc")]
-    fn restore(&mut self, state: &[u64]) -> Result<(), InvalidValue>
-    where
-        Self: Clone,
-    {
-        let has_equal_size = state.len() == self.state().len();
+    fn restore(&mut self, state: &[u64]) -> Result<(), InvalidValue> {
+        let has_equal_size = state.len() == self.count();
         require("the size of a state", state.len() as f64, has_equal_size, "as large as for the same settings")?;
         let mut values = state.iter();
         self.numbers(&mut |number| *number = *values.next().expect("as many values as numbers"));

@@ -57,7 +57,7 @@ pub(super) struct DetectionChain {
     settings: DetectorSettings,
     tick_s: f64,
     bridged_samples: u64,
-    /// The last complete sample, and its number; `None` before the first one.
+    /// The last complete sample and its number; valid if `has_last`.
     last: Measurement<f64>,
     last_number: u64,
     has_last: bool,
@@ -145,12 +145,15 @@ impl DetectionChain {
     /// Handles a tick without a complete sample.
     pub(super) fn skip(&mut self) -> Detected {
         self.missing = self.missing.saturating_add(1);
-        if self.missing > self.bridged_samples && self.state != DetectionState::Blind {
+        if self.missing <= self.bridged_samples {
+            self.enter(self.state);
+            return self.without_residual();
+        }
+        if self.state != DetectionState::Blind {
             self.gaps += 1;
             (self.distance, self.decision) = (0.0, 0.0);
         }
-        let is_blind = self.missing > self.bridged_samples;
-        self.enter(if is_blind { DetectionState::Blind } else { self.state });
+        self.enter(DetectionState::Blind);
         self.without_residual()
     }
 
@@ -244,7 +247,7 @@ impl Stored for DetectionState {
 
 impl Stored for DetectionChain {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        // Without `..`, so that a new field must be stored or, like these three, follow from the settings.
+        // All fields are listed, so the compiler asks for each new one. Those with `_` follow from the settings.
         let Self {
             chain,
             filter,

@@ -346,7 +346,7 @@ fn measurement(sample: &Sample) -> Measurement<f64> {
 
 impl Stored for HapticController {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        // Without `..`, so that a new field must be stored or, like these five, follow from the settings.
+        // All fields are listed, so the compiler asks for each new one. Those with `_` follow from the settings.
         let Self {
             detection,
             sequence,

@@ -48,6 +48,13 @@ impl Faults {
         self.master_position | self.slave_position | self.slave_velocity | self.force
     }
 
+    /// The sum of 1 for the master's position, 2 for the slave's, 4 for its velocity and 8 for the force.
+    #[must_use]
+    pub fn bits(self) -> u32 {
+        let flags = [self.master_position, self.slave_position, self.slave_velocity, self.force];
+        flags.into_iter().rev().fold(0, |bits, flag| bits << 1 | u32::from(flag))
+    }
+
     /// Returns true if a channel is faulty that estimator and detector need.
     #[inline(always)]
     #[must_use]

@@ -58,6 +58,13 @@ pub struct Limited {
 }
 
 impl Limited {
+    /// The sum of 1 for the force, 2 for its rate, 4 for the speed of the reference and 8 for its lead.
+    #[must_use]
+    pub fn bits(self) -> u32 {
+        let flags = [self.force, self.force_rate, self.reference_speed, self.lead];
+        flags.into_iter().rev().fold(0, |bits, flag| bits << 1 | u32::from(flag))
+    }
+
     /// Returns true if any limit acted.
     #[must_use]
     pub fn any(self) -> bool {
@@ -146,8 +153,8 @@ impl SafetyStage {
         self.counts
     }
 
-    /// Stops: the force decays within `safety.decay_s`, and the reference holds until [`SafetyStage::enable`]. Without
-    /// an effect where the stage does not act.
+    /// Stops: the force decays within `safety.decay_s`, and the reference holds until [`SafetyStage::enable`]. It
+    /// has no effect if `safety.acts` is `nowhere`.
     pub fn stop(&mut self) {
         if self.acts {
             self.state = SafetyState::Disabled;
@@ -284,7 +291,7 @@ impl Stored for SafetyCounts {
 
 impl Stored for SafetyStage {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        // Without `..`, so that a new field must be stored or, like these five, follow from the settings.
+        // All fields are listed, so the compiler asks for each new one. Those with `_` follow from the settings.
         let Self {
             acts: _,
             force,

@@ -9,8 +9,7 @@ const PULL_N: f64 = 1.0;
 /// Accepted ratio of the integral of the velocity to the motion, as in a recording.
 const RATIO: (f64, f64) = (0.5, 2.0);
 
-/// Number of samples after which the comparison of position and velocity starts anew, so that noise does not
-/// accumulate.
+/// Number of samples after which the comparison of position and velocity starts anew; otherwise noise would accumulate.
 const COMPARED_SAMPLES: u32 = 10_000;
 
 /// A sample of the slave.
@@ -111,7 +110,7 @@ impl Plausibility {
 
 impl Stored for Plausibility {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        // Without `..`, so that a new field must be stored or, like these four, follow from the settings.
+        // All fields are listed, so the compiler asks for each new one. Those with `_` follow from the settings.
         let Self {
             stuck_travel_m: _,
             pull_travel_m: _,

@@ -15,7 +15,7 @@ crate::choice! {
     pub enum SafetyActs at "safety.acts" = OnRigs {
         /// The controller of a rig, in Rust, C, Python and exported units. Not the simulation.
         "on-rigs" => OnRigs,
-        /// The controller of a rig and the simulation, so that the limits' effect can be simulated.
+        /// The controller of a rig, and the simulation, which shows the effect of the limits.
         "everywhere" => Everywhere,
         /// No controller. Nothing bounds the commands.
         "nowhere" => Nowhere,

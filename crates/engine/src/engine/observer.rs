@@ -40,7 +40,7 @@ pub trait EventObserver<L: Lane> {
 }
 
 impl<L: Lane> EventObserver<L> for () {
-    fn observe(&mut self, _happening: &SelectedSignals<L>) {}
+    fn observe(&mut self, _selected: &SelectedSignals<L>) {}
 }
 
 /// An optional [`EventObserver`].

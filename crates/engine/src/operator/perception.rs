@@ -131,7 +131,7 @@ pub(super) struct Noticing<L: Lane> {
     integrated: L,
     memory: L,
     reference: L,
-    input: L,
+    evidence: L,
     cue: L,
     cue_is_used: L::Mask,
     is_first: L::Mask,
@@ -163,7 +163,7 @@ impl<L: Lane> Noticing<L> {
             integrated: L::zero(),
             memory: L::zero(),
             reference: L::zero(),
-            input: L::zero(),
+            evidence: L::zero(),
             cue: L::zero(),
             cue_is_used: L::Mask::splat(false),
             is_first: L::Mask::splat(true),
@@ -175,7 +175,7 @@ impl<L: Lane> Noticing<L> {
     #[inline(always)]
     pub(super) fn step(&mut self, now: L, felt: L, cue: L::Mask, withdraws: L::Mask) -> L::Mask {
         let (zero, one) = (L::zero(), L::splat(1.0));
-        let in_progress = self.input.gt(L::splat(IN_PROGRESS));
+        let in_progress = self.evidence.gt(L::splat(IN_PROGRESS));
         let draws = now.ge(self.next_draw) & !in_progress;
         if draws.any() {
             self.draw(draws, now);
@@ -186,13 +186,13 @@ impl<L: Lane> Noticing<L> {
         self.reference = L::select(in_progress, self.reference, self.memory);
         // Prevents a division by 0 at no force without an absolute threshold.
         let scale = (self.reference.abs() + self.absolute).max(L::splat(f64::MIN_POSITIVE));
-        self.input = L::select(withdraws, zero, self.gain * (self.memory - self.integrated) / scale);
+        self.evidence = L::select(withdraws, zero, self.gain * (self.memory - self.integrated) / scale);
         let aim = L::select(cue, one, zero);
         self.cue = aim + self.keep_integrated * (self.cue - aim);
         self.cue_is_used = self.cue_is_used & cue;
         let attends = self.criterion.lt(L::splat(f64::INFINITY));
         let feels_cue = cue & self.cue.ge(L::splat(CUE_TAKEN_UP)) & !self.cue_is_used;
-        (self.input.ge(self.criterion) & !withdraws) | (feels_cue & attends)
+        (self.evidence.ge(self.criterion) & !withdraws) | (feels_cue & attends)
     }
 
     /// Prevents a noticed cue from being noticed again.
@@ -206,7 +206,7 @@ impl<L: Lane> Noticing<L> {
     pub(super) fn restart(&mut self, lanes: L::Mask, now: L, felt: L) {
         self.integrated = L::select(lanes, felt, self.integrated);
         self.memory = L::select(lanes, felt, self.memory);
-        self.input = L::select(lanes, L::zero(), self.input);
+        self.evidence = L::select(lanes, L::zero(), self.evidence);
         self.next_draw = L::select(lanes, now, self.next_draw);
     }
 
@@ -224,7 +224,7 @@ impl<L: Lane> Noticing<L> {
 
 trocar_core::lane::gather!(Noticing {
     keep_integrated, keep_memory, gain, absolute, interval_ticks, criteria, drawn, criterion, next_draw, integrated, memory,
-    reference, input, cue,
+    reference, evidence, cue,
 } masks { cue_is_used, is_first });
 
 #[cfg(test)]
@@ -324,11 +324,11 @@ mod tests {
         for tick in 1000..1400 {
             force *= 0.9995;
             person.step(f64::from(tick), force, false, false);
-            if person.input > IN_PROGRESS {
+            if person.evidence > IN_PROGRESS {
                 assert_eq!(*kept.get_or_insert(person.criterion), person.criterion, "{tick}");
             }
         }
-        assert!(kept.is_some() && person.input > IN_PROGRESS, "{}", person.input);
+        assert!(kept.is_some() && person.evidence > IN_PROGRESS, "{}", person.evidence);
     }
 
     #[test]
@@ -339,13 +339,13 @@ mod tests {
             person.step(f64::from(tick), force, false, false);
             other.step(f64::from(tick), force, false, false);
         }
-        assert!(person.input > IN_PROGRESS);
+        assert!(person.evidence > IN_PROGRESS);
         person.restart(true, 300.0, 1.0);
         other.restart(false, 300.0, 1.0);
         person.step(300.0, 1.0, false, false);
         other.step(300.0, 1.0, false, false);
-        assert!(person.input == 0.0 && person.next_draw == 400.0, "{} {}", person.input, person.next_draw);
-        assert!(other.input > IN_PROGRESS, "in another lane");
+        assert!(person.evidence == 0.0 && person.next_draw == 400.0, "{} {}", person.evidence, person.next_draw);
+        assert!(other.evidence > IN_PROGRESS, "in another lane");
     }
 
     #[test]
@@ -354,7 +354,7 @@ mod tests {
         let mut person = person();
         let peak = (0..900).map(|tick| {
             person.step(f64::from(tick), if tick < 50 { 4.0 } else { 3.0 }, false, false);
-            person.input
+            person.evidence
         });
         let peak = peak.fold(0.0, f64::max);
         // The memory has lost a little of the force by the tick at which the change counts as begun.
@@ -366,6 +366,6 @@ mod tests {
         let mut person = person();
         let noticed =
             (0..900).any(|tick| person.step(f64::from(tick), if tick < 50 { 4.0 } else { 0.1 }, false, tick > 40));
-        assert!(!noticed && person.input == 0.0);
+        assert!(!noticed && person.evidence == 0.0);
     }
 }

@@ -185,7 +185,7 @@ impl<L: Lane> Receiver<L> {
         }
         self.has_begun = L::Mask::splat(true);
         self.silent = L::zero();
-        self.presence = (self.presence + self.fade_step).min(L::splat(1.0));
+        self.fade(L::Mask::splat(false));
         self.tick = self.tick + L::splat(1.0);
         self.last = match self.policy {
             Recovery::Hold => target + self.gap,

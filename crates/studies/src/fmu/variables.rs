@@ -131,10 +131,6 @@ const RIG_OUTPUTS: [Declared; 19] = [
 ];
 
 pub(super) fn rig_outputs(command: &rig::Command) -> [Scalar; RIG_OUTPUTS.len()] {
-    let (faults, limited) = (command.faults, command.limited);
-    let limits = [limited.force, limited.force_rate, limited.reference_speed, limited.lead];
-    let flags = [faults.master_position, faults.slave_position, faults.slave_velocity, faults.force];
-    let faults = flags.iter().enumerate().map(|(bit, is_faulty)| i64::from(*is_faulty) << bit).sum();
     [
         Scalar::Real(command.slave_reference_m),
         Scalar::Real(command.master_force_n),
@@ -149,12 +145,12 @@ pub(super) fn rig_outputs(command: &rig::Command) -> [Scalar; RIG_OUTPUTS.len()]
         Scalar::Integer(i64::from(command.mode.code())),
         Scalar::Boolean(command.alarm),
         Scalar::Boolean(command.alarm_taken),
-        Scalar::Integer(faults),
+        Scalar::Integer(i64::from(command.faults.bits())),
         Scalar::Integer(i64::from(command.faulty_samples)),
         Scalar::Integer(i64::from(command.detection.code())),
         Scalar::Integer(i64::from(command.state.code())),
         Scalar::Integer(command.fault.map_or(0, |cause| i64::from(cause.code()))),
-        Scalar::Integer(limits.iter().enumerate().map(|(bit, acted)| i64::from(*acted) << bit).sum()),
+        Scalar::Integer(i64::from(command.limited.bits())),
     ]
 }
 

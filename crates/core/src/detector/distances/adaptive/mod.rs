@@ -404,7 +404,7 @@ impl<L: Lane> Adaptive<L> {
         // Medians of three bins share bins with the next two medians, so their change over fewer than three bins is too
         // small.
         let windows = by_index!(WINDOWS_S.len(), 0, |i| self.times.windows[i].max(MEDIAN_BINS));
-        // The loops run array by array rather than window by window, so that the compiler can vectorise them.
+        // The loops run array by array, because the compiler vectorises them; it does not vectorise loops over windows.
         let rises = by_index!(WINDOWS_S.len(), |i| self.change(&self.force, windows[i]));
         let advances = by_index!(WINDOWS_S.len(), |i| self.change(&self.position, windows[i]));
         let unexplained =
