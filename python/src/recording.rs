@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use numpy::{PyArray1, PyReadonlyArray1};
-use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_core::error::positive;
@@ -125,7 +124,7 @@ pub(crate) fn read_recording<'py>(
             quantity.unit(),
             quantity.name()
         );
-        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(message)?, 1)?;
+        PyErr::warn(py, &py.import("trocar._warnings")?.getattr("UnitIgnoredWarning")?, &CString::new(message)?, 1)?;
     }
     let arrays = PyDict::new(py);
     put(&arrays, "time", recording.time_s().to_vec())?;

@@ -3,11 +3,15 @@
 //!
 //! The crate uses no other package of trocar. The crate `trocar` re-exports its public items.
 
+#[doc(hidden)]
+pub mod centred;
 pub mod interrupt;
 #[doc(hidden)]
 pub mod large_pages;
 #[doc(hidden)]
 pub mod moments;
+#[doc(hidden)]
+pub mod names;
 #[doc(hidden)]
 pub mod parallel;
 #[doc(hidden)]

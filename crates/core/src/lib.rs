@@ -24,5 +24,7 @@ pub mod lane;
 mod registry;
 pub mod rig;
 pub mod safety;
+#[doc(hidden)]
+pub mod set_back;
 pub mod settings;
 pub mod time;

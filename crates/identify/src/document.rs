@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use trocar_base::names::distinct;
 use trocar_document::figure::{
     Axis, COMPUTED, Figure, HAND, Panel, Row, Sample, Series, TISSUE, X_TICKS, Y_TICKS, extent,
 };
@@ -166,15 +167,11 @@ impl Identification {
 
     /// Returns a name for the files of each recording: the stem of its file, with a number if it repeats.
     fn names(&self) -> Vec<String> {
-        let mut names: Vec<String> = vec![];
-        for fit in &self.fits {
+        let stem = |fit: &Fit| {
             let stem = std::path::Path::new(&fit.measured.name).file_stem();
-            let stem = stem.map_or_else(|| "recording".into(), |stem| stem.to_string_lossy().into_owned());
-            let unused = |name: &String| !names.contains(name);
-            let name = std::iter::once(stem.clone()).chain((2..).map(|number| format!("{stem}-{number}"))).find(unused);
-            names.push(name.unwrap_or(stem));
-        }
-        names
+            stem.map_or_else(|| "recording".into(), |stem| stem.to_string_lossy().into_owned())
+        };
+        distinct(&self.fits.iter().map(stem).collect::<Vec<_>>(), &[])
     }
 
     fn file(&self) -> IdentificationFile<'_> {

@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use trocar_base::centred::Centred;
 
 /// The number of tested lags.
 const LAGS: usize = 20;
@@ -19,17 +20,10 @@ impl Whiteness {
     /// Tests residuals; `None` if they are constant or fewer than 100.
     #[must_use]
     pub fn of(residuals: &[f64]) -> Option<Self> {
-        let count = residuals.len();
-        let mean = residuals.iter().sum::<f64>() / count.max(1) as f64;
-        let centred: Vec<f64> = residuals.iter().map(|residual| residual - mean).collect();
-        let squares: f64 = centred.iter().map(|residual| residual * residual).sum();
-        if count < 100 || squares.is_nan() || squares <= 0.0 {
-            return None;
-        }
-        let correlation = |lag: usize| centred.iter().zip(&centred[lag..]).map(|(a, b)| a * b).sum::<f64>() / squares;
-        let bound = 1.96 / (count as f64).sqrt();
-        let lags_within_bounds = (1..=LAGS).filter(|lag| correlation(*lag).abs() <= bound).count();
-        Some(Self { lag_one_correlation: correlation(1), lags_within_bounds })
+        let centred = Centred::of(residuals).filter(|_| residuals.len() >= 5 * LAGS)?;
+        let bound = 1.96 / (residuals.len() as f64).sqrt();
+        let lags_within_bounds = (1..=LAGS).filter(|lag| centred.correlation(*lag).abs() <= bound).count();
+        Some(Self { lag_one_correlation: centred.correlation(1), lags_within_bounds })
     }
 
     /// Returns true if at least 17 of the 20 lags are within their bounds, as for 98 % of white residuals.

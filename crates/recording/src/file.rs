@@ -82,7 +82,7 @@ fn opened(path: &Path, limits: &Limits) -> Result<(String, Opened), RecordingErr
     };
     let opened = match format {
         Format::Csv => Opened::Text(text),
-        Format::JsonLines => Opened::Arrays(Box::new(containers::JsonLines::open(&name, &mut text, limits)?)),
+        Format::JsonLines => Opened::Arrays(Box::new(containers::open_json_lines(&name, &mut text, limits)?)),
         other => return Err(refuse(Problem::Gzipped(other))),
     };
     Ok((name, opened))

@@ -231,29 +231,30 @@ impl Roles {
             let is_in = |topic: &&&str| signal.name.strip_prefix(**topic).is_some_and(|rest| rest.starts_with('.'));
             topics.iter().find(is_in).copied()
         };
-        let is_of_clock =
-            |signal: &Signal, clock: &Signal| signal.samples == clock.samples && topic(signal) == topic(clock);
+        let topics_of: Vec<Option<&str>> = signals.iter().map(topic).collect();
+        let is_of_clock = |signal: usize, clock: usize| {
+            signals[signal].samples == signals[clock].samples && topics_of[signal] == topics_of[clock]
+        };
         // The first time with a position and a force of the same clock.
-        let serves = |clock: &Signal| {
+        let serves = |clock: &usize| {
             [Quantity::Position, Quantity::Force]
                 .into_iter()
-                .all(|quantity| with(quantity).any(|(_, signal)| is_of_clock(signal, clock)))
+                .all(|quantity| with(quantity).any(|(signal, _)| is_of_clock(signal, *clock)))
         };
-        let times = || with(Quantity::Time).map(|(_, time)| time);
-        let clock = times().find(|time| serves(time));
+        let times = || with(Quantity::Time).map(|(index, _)| index);
+        let clock = times().find(serves);
         let is_joined = clock.is_none() && topics.len() > 1;
         let clock = clock
-            .or_else(|| times().find(|time| !is_joined || time.name.ends_with(LOG_TIME)))
+            .or_else(|| times().find(|time| !is_joined || signals[*time].name.ends_with(LOG_TIME)))
             // Without a time, a rate is given.
-            .or_else(|| with(Quantity::Position).map(|(_, position)| position).find(|position| serves(position)));
+            .or_else(|| with(Quantity::Position).map(|(index, _)| index).find(serves));
         let Some(clock) = clock else { return roles };
         for quantity in Quantity::ALL {
-            let is_candidate = |signal: &Signal| match quantity {
-                Quantity::Time if is_joined => std::ptr::eq(signal, clock),
-                _ => is_joined || is_of_clock(signal, clock),
+            let is_candidate = |signal: &usize| match quantity {
+                Quantity::Time if is_joined => *signal == clock,
+                _ => is_joined || is_of_clock(*signal, clock),
             };
-            let mut found: Vec<usize> =
-                with(quantity).filter(|(_, signal)| is_candidate(signal)).map(|(index, _)| index).collect();
+            let mut found: Vec<usize> = with(quantity).map(|(index, _)| index).filter(is_candidate).collect();
             let varies = |index: &usize| signals[*index].range.is_some_and(|(low, high)| low < high);
             if found.iter().any(varies) {
                 found.retain(varies);

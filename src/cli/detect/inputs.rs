@@ -1,11 +1,11 @@
 //! The recordings named by the arguments, and their output folders.
 
-use std::collections::HashSet;
 use std::path::Path;
 
 use super::DetectArgs;
 use crate::cli::error::{CliError, DetectError};
 use crate::cli::recorded;
+use trocar_base::names::distinct;
 use trocar_base::warning::Warning;
 use trocar_recording::Format;
 use trocar_scenario::{ScenarioError, Source, Values};
@@ -72,7 +72,7 @@ pub(super) fn inputs(args: &DetectArgs) -> Result<Vec<Input>, CliError> {
             values.as_ref().map_or_else(|_| Source::parse(given).stem(), |values| values.name().to_owned())
         })
         .collect();
-    let folders = distinct(&names);
+    let folders = distinct(&names, &RESERVED);
     let one = |(((given, folder), values), guess)| Input { given, folder, values, guess };
     Ok(given.into_iter().zip(folders).zip(values).zip(guesses).map(one).collect())
 }
@@ -104,33 +104,4 @@ fn listed(folder: &str, labels: Option<&Path>) -> Result<Vec<String>, CliError> 
     }
     found.sort();
     Ok(found)
-}
-
-/// Returns unique names, ignoring case: the second `x` becomes `x-2`, and so on.
-fn distinct(names: &[String]) -> Vec<String> {
-    let given: HashSet<String> = names.iter().map(|name| name.to_lowercase()).collect();
-    let mut used: HashSet<String> = RESERVED.map(str::to_owned).into();
-    let mut unique = |name: &String| {
-        if used.insert(name.to_lowercase()) {
-            return name.clone();
-        }
-        let mut next = (2_u64..).map(|number| format!("{name}-{number}"));
-        let unused = next.find(|other| {
-            let other = other.to_lowercase();
-            !given.contains(&other) && used.insert(other)
-        });
-        unused.unwrap_or_else(|| name.clone())
-    };
-    names.iter().map(&mut unique).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn equal_names_become_unique() {
-        let names = ["x", "y", "x", "X", "x-2", "events.csv", "x"].map(str::to_owned);
-        assert_eq!(distinct(&names), ["x", "y", "x-3", "X-4", "x-2", "events.csv-2", "x-5"]);
-    }
 }

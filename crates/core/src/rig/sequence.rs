@@ -1,10 +1,7 @@
 //! The order of numbered samples.
 
 use crate::lane::Stored;
-
-/// The source's counter counts as restarted after this number of consecutive samples that ascend but are earlier than
-/// the newest one. It is the rule of a live stream.
-const RESTART_SAMPLES: u32 = 10;
+use crate::set_back::SetBack;
 
 /// The place of a sample in its sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,9 +21,7 @@ pub(super) enum Arrival {
 pub(super) struct Sequence {
     /// The number of the newest sample; 0 before the first one, so numbers start at 1.
     newest: u64,
-    /// The last late number, and the length of the ascending series of late numbers that it ends.
-    late: u64,
-    ascending: u32,
+    late: SetBack<u64>,
 }
 
 impl Sequence {
@@ -41,30 +36,26 @@ impl Sequence {
     pub(super) fn take(&mut self, number: u64) -> Arrival {
         if number > self.newest {
             self.newest = number;
-            self.ascending = 0;
+            self.late.clear();
             return Arrival::New;
         }
         if number == self.newest {
-            self.ascending = 0;
+            self.late.clear();
             return Arrival::Repeated;
         }
-        self.ascending = if self.ascending > 0 && number > self.late { self.ascending + 1 } else { 1 };
-        self.late = number;
-        if self.ascending < RESTART_SAMPLES {
+        if !self.late.note(number) {
             return Arrival::Late;
         }
         self.newest = number;
-        self.ascending = 0;
         Arrival::Restarted
     }
 }
 
 impl Stored for Sequence {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        let Self { newest, late, ascending } = self;
+        let Self { newest, late } = self;
         newest.numbers(with);
         late.numbers(with);
-        ascending.numbers(with);
     }
 }
 

@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use trocar_base::centred::Centred;
 
 /// Number of lags of the Ljung-Box test; even, so that the χ² distribution has a closed form.
 pub const LAGS: usize = 20;
@@ -40,27 +41,16 @@ impl Whiteness {
     #[must_use]
     pub fn of(residual: &[f64]) -> Option<Self> {
         let count = residual.len() as f64;
-        let mean = residual.iter().sum::<f64>() / count.max(1.0);
-        let centred: Vec<f64> = residual.iter().map(|e| e - mean).collect();
-        let moment = |power: i32| centred.iter().map(|e| e.powi(power)).sum::<f64>() / count;
-        let variance = moment(2);
-        // A constant minus its mean is rounding error.
-        let varies = variance > (1e-12 * mean).powi(2);
-        if residual.len() < 5 * LAGS || !varies {
-            return None;
-        }
-        let correlation = |lag: usize| {
-            let products = centred.iter().zip(&centred[lag..]).map(|(a, b)| a * b);
-            products.sum::<f64>() / (count * variance)
-        };
-        let ljung_box = (1..=LAGS).map(|lag| correlation(lag).powi(2) / (count - lag as f64)).sum::<f64>()
+        let centred = Centred::of(residual).filter(|_| residual.len() >= 5 * LAGS)?;
+        let variance = centred.moment(2);
+        let ljung_box = (1..=LAGS).map(|lag| centred.correlation(lag).powi(2) / (count - lag as f64)).sum::<f64>()
             * (count * (count + 2.0));
-        let skewness = moment(3) / variance.powf(1.5);
-        let excess_kurtosis = moment(4) / variance.powi(2) - 3.0;
+        let skewness = centred.moment(3) / variance.powf(1.5);
+        let excess_kurtosis = centred.moment(4) / variance.powi(2) - 3.0;
         let jarque_bera = count / 6.0 * (skewness.powi(2) + excess_kurtosis.powi(2) / 4.0);
         Some(Self {
             samples: residual.len(),
-            lag_one_correlation: correlation(1),
+            lag_one_correlation: centred.correlation(1),
             ljung_box,
             ljung_box_p: chi_square_tail(ljung_box, LAGS),
             skewness,

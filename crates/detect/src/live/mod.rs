@@ -7,11 +7,9 @@ use super::even::EVEN_SHARE;
 use trocar_base::moments::Moments;
 use trocar_core::chain::Measurement;
 use trocar_core::error::{InvalidValue, require};
+use trocar_core::set_back::SetBack;
 use trocar_recording::{Limits, LiveSample};
 use trocar_scenario::DetectionSettings;
-
-/// The clock counts as set back after this number of consecutive rows that ascend but are earlier than the last sample.
-const SET_BACK_ROWS: u32 = 10;
 
 /// Minimum step, in intervals, that counts as lost samples.
 const MAX_INTERVALS_OF_ONE_TICK: f64 = 1.5;
@@ -107,8 +105,8 @@ pub struct LiveDetector {
     interval_s: Option<f64>,
     chain: Option<DetectionChain>,
     last: Option<LiveSample>,
-    /// Time of the last row that was not later than the last sample, and number of such consecutive ascending rows.
-    behind: (f64, u32),
+    /// The rows that were not later than the last sample.
+    behind: SetBack<f64>,
     in_contact: u64,
     residual: ResidualSums,
     summary: LiveSummary,
@@ -130,7 +128,7 @@ impl LiveDetector {
             interval_s: None,
             chain: None,
             last: None,
-            behind: (f64::NEG_INFINITY, 0),
+            behind: SetBack::default(),
             in_contact: 0,
             residual: ResidualSums::default(),
             summary: LiveSummary::default(),
@@ -173,7 +171,7 @@ impl LiveDetector {
         if time_s <= last_s {
             return Ok(Some(self.not_later(sample, last_s, &mut emit)));
         }
-        self.behind.1 = 0;
+        self.behind.clear();
         self.last = Some(*sample);
         let interval_s = match self.interval_s {
             Some(interval_s) => interval_s,
@@ -233,14 +231,10 @@ impl LiveDetector {
 
     fn not_later(&mut self, sample: &LiveSample, last_s: f64, emit: &mut impl FnMut(&LiveStep)) -> TimestampAnomaly {
         let time_s = sample.time_s;
-        let (before_s, rows) = self.behind;
-        let ascends = rows > 0 && time_s > before_s;
-        self.behind = (time_s, if ascends { rows + 1 } else { 1 });
-        if self.behind.1 < SET_BACK_ROWS {
+        if !self.behind.note(time_s) {
             self.summary.not_later += 1;
             return TimestampAnomaly::NotLater { last_s, time_s };
         }
-        self.behind.1 = 0;
         self.last = Some(*sample);
         self.restart(sample, emit);
         TimestampAnomaly::SetBack { last_s, time_s }

@@ -15,56 +15,46 @@ use arrow_ipc::reader::FileReader;
 use arrow_schema::{ArrowError, DataType, TimeUnit};
 
 use super::bytes::Wide;
-use super::{Array, Container, Fault, Format};
+use super::{Array, Format, Loaded};
 use crate::Limits;
 use crate::error::Problem;
-
-pub(super) struct Arrow {
-    arrays: Vec<Array>,
-    values: Vec<Vec<f64>>,
-}
 
 fn damaged(error: ArrowError) -> Problem {
     Format::Arrow.damaged(error)
 }
 
-impl Arrow {
-    pub(super) fn open(bytes: Vec<u8>, limits: &Limits) -> Result<Self, Problem> {
-        check_blocks(&bytes, limits)?;
-        let reader = FileReader::try_new(Cursor::new(bytes), None).map_err(damaged)?;
-        let schema = reader.schema();
-        let mut columns: Vec<Column> = schema.fields().iter().map(|field| Column::new(field.data_type())).collect();
-        let (mut rows, mut size) = (0_usize, 0_u64);
-        for batch in reader {
-            let batch = batch.map_err(damaged)?;
-            rows += batch.num_rows();
-            if rows > limits.max_samples {
-                return Err(Problem::TooManySamples { limit: limits.max_samples });
-            }
-            for (column, array) in columns.iter_mut().zip(batch.columns()) {
-                let before = column.values.len();
-                column.push(array);
-                size += 8 * (column.values.len() - before) as u64;
-            }
-            if size > limits.max_bytes {
-                return Err(Problem::TooManyBytes { limit: limits.max_bytes });
-            }
+pub(super) fn open(bytes: Vec<u8>, limits: &Limits) -> Result<Loaded, Problem> {
+    check_blocks(&bytes, limits)?;
+    let reader = FileReader::try_new(Cursor::new(bytes), None).map_err(damaged)?;
+    let schema = reader.schema();
+    let mut columns: Vec<Column> = schema.fields().iter().map(|field| Column::new(field.data_type())).collect();
+    let (mut rows, mut size) = (0_usize, 0_u64);
+    for batch in reader {
+        let batch = batch.map_err(damaged)?;
+        rows += batch.num_rows();
+        if rows > limits.max_samples {
+            return Err(Problem::TooManySamples { limit: limits.max_samples });
         }
-        let (mut arrays, mut values, mut left_out) = (vec![], vec![], vec![]);
-        for (field, column) in schema.fields().iter().zip(columns) {
-            if let Some(reason) = column.left_out {
-                left_out.push(format!("{} {reason}", field.name()));
-                continue;
-            }
-            let dims = column.length.map_or(vec![rows], |length| vec![rows, length]);
-            arrays.push(Array { unit: column.unit.map(str::to_owned), ..Array::new(field.name().as_str(), dims) });
-            values.push(column.values);
+        for (column, array) in columns.iter_mut().zip(batch.columns()) {
+            let before = column.values.len();
+            column.push(array);
+            size += 8 * (column.values.len() - before) as u64;
         }
-        if super::vectors(&arrays).is_empty() {
-            return Err(Problem::no_signal(Format::Arrow, &left_out));
+        if size > limits.max_bytes {
+            return Err(Problem::TooManyBytes { limit: limits.max_bytes });
         }
-        Ok(Self { arrays, values })
     }
+    let (mut arrays, mut values, mut left_out) = (vec![], vec![], vec![]);
+    for (field, column) in schema.fields().iter().zip(columns) {
+        if let Some(reason) = column.left_out {
+            left_out.push(format!("{} {reason}", field.name()));
+            continue;
+        }
+        let dims = column.length.map_or(vec![rows], |length| vec![rows, length]);
+        arrays.push(Array { unit: column.unit.map(str::to_owned), ..Array::new(field.name().as_str(), dims) });
+        values.push(column.values);
+    }
+    Loaded::new(Format::Arrow, arrays, values, &left_out)
 }
 
 /// Checks that the stated sizes of the compressed buffers are within the limit, because the library allocates them. The
@@ -193,18 +183,9 @@ impl Column {
     }
 }
 
-impl Container for Arrow {
-    fn arrays(&self) -> &[Array] {
-        &self.arrays
-    }
-
-    fn values(&mut self, index: usize) -> Result<Vec<f64>, Fault> {
-        Ok(self.values[index].clone())
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::Container as _;
     use super::*;
 
     fn stored(name: &str) -> Vec<u8> {
@@ -214,11 +195,11 @@ mod tests {
 
     #[test]
     fn feather_and_arrow_are_read_with_their_lists_and_time_stamps() {
-        let mut table = Arrow::open(stored("table.feather"), &Limits::default()).expect("Feather");
+        let mut table = open(stored("table.feather"), &Limits::default()).expect("Feather");
         let names: Vec<&str> = table.arrays().iter().map(|array| array.name.as_str()).collect();
         assert_eq!(names, ["time_s", "position_m", "force_n"]);
         assert_eq!(table.values(0).expect("times")[700], 0.7);
-        let mut lists = Arrow::open(stored("lists.arrow"), &Limits::default()).expect("Arrow");
+        let mut lists = open(stored("lists.arrow"), &Limits::default()).expect("Arrow");
         let array = &lists.arrays()[1];
         assert_eq!((array.name.as_str(), &*array.dims), ("state", &[1000, 2][..]));
         assert_eq!(lists.arrays()[0].unit.as_deref(), Some("ns"));
@@ -227,7 +208,7 @@ mod tests {
     }
 
     /// The position and the force of a row.
-    fn table_row(table: &mut Arrow, row: usize) -> [f64; 2] {
+    fn table_row(table: &mut Loaded, row: usize) -> [f64; 2] {
         [1, 2].map(|column| table.values(column).expect("a column")[row])
     }
 
@@ -235,9 +216,9 @@ mod tests {
     fn damaged_files_and_too_many_bytes_are_refused() {
         let whole = stored("table.feather");
         let few = Limits { max_bytes: 10_000, ..Limits::default() };
-        assert!(matches!(Arrow::open(whole.clone(), &few), Err(Problem::TooManyBytes { .. })));
+        assert!(matches!(open(whole.clone(), &few), Err(Problem::TooManyBytes { .. })));
         for cut in [0, 8, 9, 100, whole.len() / 2, whole.len() - 1] {
-            assert!(Arrow::open(whole[..cut].to_vec(), &Limits::default()).is_err(), "cut to {cut} bytes");
+            assert!(open(whole[..cut].to_vec(), &Limits::default()).is_err(), "cut to {cut} bytes");
         }
     }
 }

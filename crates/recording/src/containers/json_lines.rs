@@ -3,66 +3,41 @@
 use std::io::{BufRead, BufReader, Read};
 
 use super::json::JsonColumns;
-use super::{Array, Container, Fault, Format};
-use crate::error::{Place, Problem, Row};
+use super::{Array, Format, Loaded};
+use crate::error::{Place, Problem};
 use crate::guard::{Guard, recover};
 use crate::{Limits, RecordingError};
 
-pub(crate) struct JsonLines {
-    arrays: Vec<Array>,
-    columns: Vec<Vec<f64>>,
-    /// The line of each sample.
-    lines: Vec<u64>,
-}
-
-impl JsonLines {
-    pub(crate) fn open(source: &str, reader: impl Read, limits: &Limits) -> Result<Self, RecordingError> {
-        let mut text = BufReader::new(Guard::new(source, reader, limits.max_bytes));
-        let (mut objects, mut lines, mut line) = (JsonColumns::default(), vec![], vec![]);
-        let mut count = 0;
-        for number in 1.. {
-            line.clear();
-            if text.read_until(b'\n', &mut line).map_err(|error| recover(source, error))? == 0 {
-                break;
-            }
-            if number <= limits.skip_lines || line.trim_ascii().is_empty() {
-                continue;
-            }
-            let place = || Place::file(source).at_line(number);
-            if lines.len() >= limits.max_samples {
-                return Err(place().error(Problem::TooManySamples { limit: limits.max_samples }));
-            }
-            let object = line.trim_ascii();
-            objects.push(object).map_err(|error| place().error(Format::JsonLines.damaged(error)))?;
-            lines.push(number);
-            count += 8 * (1 + objects.names.len() as u64);
-            if count > limits.max_bytes {
-                return Err(place().error(Problem::TooManyBytes { limit: limits.max_bytes }));
-            }
+pub(crate) fn open(source: &str, reader: impl Read, limits: &Limits) -> Result<Loaded, RecordingError> {
+    let mut text = BufReader::new(Guard::new(source, reader, limits.max_bytes));
+    let (mut objects, mut lines, mut line) = (JsonColumns::default(), vec![], vec![]);
+    let mut count = 0;
+    for number in 1.. {
+        line.clear();
+        if text.read_until(b'\n', &mut line).map_err(|error| recover(source, error))? == 0 {
+            break;
         }
-        let rows = lines.len();
-        let (mut arrays, mut columns) = (vec![], vec![]);
-        for (name, column, has_dates) in objects.finish() {
-            arrays.push(Array { unit: has_dates.then(|| "s".to_owned()), ..Array::new(name, vec![rows]) });
-            columns.push(column);
+        if number <= limits.skip_lines || line.trim_ascii().is_empty() {
+            continue;
         }
-        if super::vectors(&arrays).is_empty() {
-            return Err(Place::file(source).error(Problem::no_signal(Format::JsonLines, &[])));
+        let place = || Place::file(source).at_line(number);
+        if lines.len() >= limits.max_samples {
+            return Err(place().error(Problem::TooManySamples { limit: limits.max_samples }));
         }
-        Ok(Self { arrays, columns, lines })
+        let object = line.trim_ascii();
+        objects.push(object).map_err(|error| place().error(Format::JsonLines.damaged(error)))?;
+        lines.push(number);
+        count += 8 * (1 + objects.names.len() as u64);
+        if count > limits.max_bytes {
+            return Err(place().error(Problem::TooManyBytes { limit: limits.max_bytes }));
+        }
     }
-}
-
-impl Container for JsonLines {
-    fn arrays(&self) -> &[Array] {
-        &self.arrays
+    let rows = lines.len();
+    let (mut arrays, mut columns) = (vec![], vec![]);
+    for (name, column, has_dates) in objects.finish() {
+        arrays.push(Array { unit: has_dates.then(|| "s".to_owned()), ..Array::new(name, vec![rows]) });
+        columns.push(column);
     }
-
-    fn values(&mut self, index: usize) -> Result<Vec<f64>, Fault> {
-        Ok(self.columns[index].clone())
-    }
-
-    fn row(&self, _index: usize, sample: usize) -> Row {
-        Row::Line(self.lines.get(sample).copied().unwrap_or(0))
-    }
+    let loaded = Loaded::new(Format::JsonLines, arrays, columns, &[]);
+    Ok(loaded.map_err(|problem| Place::file(source).error(problem))?.with_lines(lines))
 }

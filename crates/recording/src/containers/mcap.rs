@@ -2,15 +2,15 @@
 
 use mcap::{McapError, Message, MessageStream};
 
-use super::Format;
 use super::json::JsonColumns;
 use super::mcap_chunks::decompressed;
 use super::ros::{Definition, Encoding};
-use super::topics::{Kind, Log, Topics};
+use super::topics::{Kind, Topics};
+use super::{Format, Loaded};
 use crate::Limits;
 use crate::error::Problem;
 
-pub(super) fn open(bytes: &[u8], limits: &Limits) -> Result<Log, Problem> {
+pub(super) fn open(bytes: &[u8], limits: &Limits) -> Result<Loaded, Problem> {
     let mut topics = Topics::new();
     for message in MessageStream::new(&decompressed(bytes, limits)?).map_err(damaged)? {
         let message = message.map_err(damaged)?;

@@ -8,6 +8,7 @@ mod foreign;
 mod join;
 mod json;
 mod json_lines;
+mod loaded;
 mod mat;
 mod mat4;
 mod mcap;
@@ -38,7 +39,8 @@ use super::error::{Problem, Row};
 use super::{Format, Limits};
 
 pub(super) use foreign::guarded;
-pub(crate) use json_lines::JsonLines;
+pub(crate) use json_lines::open as open_json_lines;
+use loaded::Loaded;
 pub(super) use name::vectors;
 pub(super) use read::{read, scan};
 
@@ -105,11 +107,11 @@ pub(super) fn open(format: Format, mut file: File, limits: &Limits) -> Result<Bo
         Format::Csv | Format::JsonLines | Format::Rosbag1 => return Err(Problem::Unsupported(format)),
         Format::Npy => {
             let bytes = whole()?;
-            guarded(format, || Ok(Box::new(npy::Numpy::of_array(&bytes, limits)?)))?
+            guarded(format, || Ok(Box::new(npy::open_array(&bytes, limits)?)))?
         }
         Format::Npz => {
             let bytes = whole()?;
-            guarded(format, || Ok(Box::new(npy::Numpy::of_archive(bytes, limits)?)))?
+            guarded(format, || Ok(Box::new(npy::open_archive(bytes, limits)?)))?
         }
         Format::Mat => mat::open(whole()?, limits)?,
         Format::Tdms => Box::new(tdms::Tdms::open(whole()?, limits)?),
@@ -131,7 +133,7 @@ pub(super) fn open(format: Format, mut file: File, limits: &Limits) -> Result<Bo
         #[cfg(feature = "arrow-formats")]
         Format::Arrow => {
             let bytes = whole()?;
-            guarded(format, || Ok(Box::new(arrow::Arrow::open(bytes, limits)?)))?
+            guarded(format, || Ok(Box::new(arrow::open(bytes, limits)?)))?
         }
         #[cfg(not(feature = "arrow-formats"))]
         Format::Arrow => return Err(Problem::Unsupported(format)),

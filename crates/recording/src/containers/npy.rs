@@ -7,14 +7,19 @@ use std::io::Cursor;
 use npyz::{DType, Endianness, NpyHeader, Order as Layout, TypeChar, TypeStr};
 
 use super::bytes::{Order, Scalar, Wide};
-use super::{Array, Container, Fault, Format, unpack};
+use super::{Array, Format, Loaded, unpack};
 use crate::Limits;
 use crate::error::Problem;
+
+/// Largest depth of brackets in a header. A structured array has a list of pairs in a dictionary. The parser of headers
+/// takes exponential time in the depth.
+const MAX_DEPTH: i32 = 16;
 
 /// A file without names for its arrays gives them this one.
 const UNNAMED: &str = "array";
 
-pub(super) struct Numpy {
+#[derive(Default)]
+struct Numpy {
     arrays: Vec<Array>,
     values: Vec<Vec<f64>>,
     left_out: Vec<String>,
@@ -22,32 +27,33 @@ pub(super) struct Numpy {
     size: u64,
 }
 
+/// Reads an array.
+pub(super) fn open_array(bytes: &[u8], limits: &Limits) -> Result<Loaded, Problem> {
+    let mut found = Numpy::default();
+    found.add(Format::Npy, UNNAMED, bytes, limits)?;
+    found.finish(Format::Npy)
+}
+
+/// Reads the arrays of an archive.
+pub(super) fn open_archive(bytes: Vec<u8>, limits: &Limits) -> Result<Loaded, Problem> {
+    let mut found = Numpy::default();
+    let damaged = |error: &dyn std::fmt::Display| Format::Npz.damaged(error);
+    let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|error| damaged(&error))?;
+    let mut left = limits.max_bytes;
+    for index in 0..archive.len() {
+        let entry = archive.by_index(index).map_err(|error| damaged(&error))?;
+        let file = entry.name().map_err(|error| damaged(&error))?.into_owned();
+        let Some(name) = npyz::npz::array_name_from_file_name(&file) else { continue };
+        let array = unpack::bounded(entry, left).map_err(|error| damaged(&error))?;
+        left = left.saturating_sub(array.len() as u64);
+        found.add(Format::Npz, name, &array, limits)?;
+    }
+    found.finish(Format::Npz)
+}
+
 impl Numpy {
-    /// Reads an array.
-    pub(super) fn of_array(bytes: &[u8], limits: &Limits) -> Result<Self, Problem> {
-        let mut found = Self { arrays: vec![], values: vec![], left_out: vec![], size: 0 };
-        found.add(Format::Npy, UNNAMED, bytes, limits)?;
-        found.finish(Format::Npy)
-    }
-
-    /// Reads the arrays of an archive.
-    pub(super) fn of_archive(bytes: Vec<u8>, limits: &Limits) -> Result<Self, Problem> {
-        let mut found = Self { arrays: vec![], values: vec![], left_out: vec![], size: 0 };
-        let damaged = |error: &dyn std::fmt::Display| Format::Npz.damaged(error);
-        let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|error| damaged(&error))?;
-        let mut left = limits.max_bytes;
-        for index in 0..archive.len() {
-            let entry = archive.by_index(index).map_err(|error| damaged(&error))?;
-            let file = entry.name().map_err(|error| damaged(&error))?.into_owned();
-            let Some(name) = npyz::npz::array_name_from_file_name(&file) else { continue };
-            let array = unpack::bounded(entry, left).map_err(|error| damaged(&error))?;
-            left = left.saturating_sub(array.len() as u64);
-            found.add(Format::Npz, name, &array, limits)?;
-        }
-        found.finish(Format::Npz)
-    }
-
     fn add(&mut self, format: Format, name: &str, bytes: &[u8], limits: &Limits) -> Result<(), Problem> {
+        check_header(bytes).map_err(|reason| format.damaged(reason))?;
         let mut data = bytes;
         let header = NpyHeader::from_reader(&mut data).map_err(|error| format.damaged(error))?;
         let dims = header.shape().iter().map(|dim| usize::try_from(*dim)).collect::<Result<Vec<_>, _>>();
@@ -93,9 +99,35 @@ impl Numpy {
         Ok(())
     }
 
-    fn finish(self, format: Format) -> Result<Self, Problem> {
-        if super::vectors(&self.arrays).is_empty() { Err(Problem::no_signal(format, &self.left_out)) } else { Ok(self) }
+    fn finish(self, format: Format) -> Result<Loaded, Problem> {
+        Loaded::new(format, self.arrays, self.values, &self.left_out)
     }
+}
+
+/// Checks that the header is in the file and not deeply nested.
+fn check_header(bytes: &[u8]) -> Result<(), &'static str> {
+    const CUT_OFF: &str = "its header is cut off";
+    // The magic text, the version, and the length of the header: two bytes in version 1, four later.
+    let version = *bytes.get(6).ok_or(CUT_OFF)?;
+    let (length, rest) = if version == 1 {
+        let (length, rest) = bytes.get(8..).and_then(<[u8]>::split_first_chunk).ok_or(CUT_OFF)?;
+        (usize::from(u16::from_le_bytes(*length)), rest)
+    } else {
+        let (length, rest) = bytes.get(8..).and_then(<[u8]>::split_first_chunk).ok_or(CUT_OFF)?;
+        (u32::from_le_bytes(*length) as usize, rest)
+    };
+    let mut depth = 0;
+    for byte in rest.get(..length).ok_or(CUT_OFF)? {
+        match byte {
+            b'[' | b'(' | b'{' => depth += 1,
+            b']' | b')' | b'}' => depth -= 1,
+            _ => {}
+        }
+        if depth > MAX_DEPTH {
+            return Err("its header is nested too deeply");
+        }
+    }
+    Ok(())
 }
 
 fn whole(bytes: &[u8], order: Order) -> Option<i64> {
@@ -128,12 +160,30 @@ fn unit(kind: &TypeStr) -> Option<&'static str> {
     ["s", "ms", "us", "ns"].into_iter().find(|unit| written.ends_with(&format!("[{unit}]")))
 }
 
-impl Container for Numpy {
-    fn arrays(&self) -> &[Array] {
-        &self.arrays
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn npy(version: u8, header: &[u8]) -> Vec<u8> {
+        let length = (header.len() as u32).to_le_bytes();
+        let length = if version == 1 { &length[..2] } else { &length[..] };
+        [b"\x93NUMPY", &[version, 0][..], length, header].concat()
     }
 
-    fn values(&mut self, index: usize) -> Result<Vec<f64>, Fault> {
-        Ok(self.values[index].clone())
+    #[test]
+    fn a_deeply_nested_header_and_one_that_is_cut_off_are_refused_at_once() {
+        let refused = |bytes: &[u8]| match open_array(bytes, &Limits::default()) {
+            Err(problem) => problem.to_string(),
+            Ok(_) => "read".to_owned(),
+        };
+        for version in [1, 2, 3] {
+            assert!(refused(&npy(version, &[b'['; 5000])).contains("nested too deeply"));
+            let closed = [[b'['; 40], [b']'; 40]].concat();
+            assert!(refused(&npy(version, &closed)).contains("nested too deeply"));
+        }
+        let far = [b"\x93NUMPY\x02\0", &u32::MAX.to_le_bytes()[..], b"{}"].concat();
+        for bytes in [&far[..], b"\x93NUMPY", b"\x93NUMPY\x01\0\x20"] {
+            assert!(refused(bytes).contains("header is cut off"), "{bytes:?}");
+        }
     }
 }

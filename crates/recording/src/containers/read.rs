@@ -5,6 +5,7 @@ use super::name::{Vector, find, vectors};
 use super::{Container, Fault};
 use crate::error::{Place, Problem, Row};
 use crate::read::{check_gaps, check_times};
+use crate::samples::intervals;
 use crate::signals::{Signal, Statistics};
 use crate::stamp::CALENDAR_S;
 use crate::table::not_increasing;
@@ -78,7 +79,8 @@ pub(crate) fn read(
             let row = |sample: usize| container.row(of_clock.array, sample);
             let of_clock = Column::new(&of_clock.name, 1.0).unwrap_or_else(|_| columns.time.clone());
             check_order(file, &of_clock, &time_s, row)?;
-            check_times(file, &of_clock, limits, &time_s, row)?;
+            let [_, median_s, _] = intervals(&time_s);
+            check_times(file, &of_clock, limits, (&time_s, median_s), row)?;
             let name = column.name().to_owned();
             timed.push(Timed { name, time_s, values: signals[*quantity as usize].take().unwrap_or_default() });
             debug_assert_eq!(vector.len, timed.last().map_or(0, |signal| signal.values.len()));

@@ -3,9 +3,9 @@
 
 use rusqlite::{Connection, OptionalExtension};
 
-use super::Format;
 use super::ros::{Definition, Encoding};
-use super::topics::{Kind, Log, Topics};
+use super::topics::{Kind, Topics};
+use super::{Format, Loaded};
 use crate::Limits;
 use crate::error::Problem;
 
@@ -14,7 +14,7 @@ fn damaged(error: rusqlite::Error) -> Problem {
 }
 
 /// Reads a log in memory, so that SQLite writes no file beside it.
-pub(super) fn open(bytes: &[u8], limits: &Limits) -> Result<Log, Problem> {
+pub(super) fn open(bytes: &[u8], limits: &Limits) -> Result<Loaded, Problem> {
     let mut log = Connection::open_in_memory().map_err(damaged)?;
     log.deserialize_read_exact("main", bytes, bytes.len(), true).map_err(damaged)?;
     if !has_table(&log, "topics")? || !has_table(&log, "messages")? {

@@ -5,7 +5,7 @@
 
 use super::json::JsonColumns;
 use super::ros::{Decoder, Definition};
-use super::{Array, Container, Fault, Format};
+use super::{Array, Format, Loaded};
 use crate::Limits;
 use crate::error::Problem;
 
@@ -14,12 +14,6 @@ pub(super) struct Topics {
     topics: Vec<Topic>,
     start_ns: Option<i128>,
     bytes: u64,
-}
-
-/// The signals of a log.
-pub(super) struct Log {
-    arrays: Vec<Array>,
-    columns: Vec<Vec<f64>>,
 }
 
 struct Topic {
@@ -127,7 +121,7 @@ impl Topics {
         Ok(())
     }
 
-    pub(super) fn finish(self, format: Format) -> Result<Log, Problem> {
+    pub(super) fn finish(self, format: Format) -> Result<Loaded, Problem> {
         let left_out = self.topics.iter().find_map(|topic| match &topic.kind {
             Kind::LeftOut(reason) => Some(format!("the topic {} cannot be read: {reason}", topic.name)),
             _ => None,
@@ -153,19 +147,8 @@ impl Topics {
             columns.push(log_time_s);
         }
         match left_out {
-            _ if !arrays.is_empty() => Ok(Log { arrays, columns }),
-            Some(reason) => Err(format.damaged(reason)),
-            None => Err(Problem::no_signal(format, &[])),
+            Some(reason) if arrays.is_empty() => Err(format.damaged(reason)),
+            _ => Loaded::new(format, arrays, columns, &[]),
         }
-    }
-}
-
-impl Container for Log {
-    fn arrays(&self) -> &[Array] {
-        &self.arrays
-    }
-
-    fn values(&mut self, index: usize) -> Result<Vec<f64>, Fault> {
-        Ok(self.columns[index].clone())
     }
 }

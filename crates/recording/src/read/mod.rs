@@ -5,7 +5,6 @@ use std::io::Read;
 use super::error::{Place, Problem, Row};
 use super::header::Layout;
 use super::labview::X_VALUE;
-use super::samples::intervals;
 use super::signals::{Signal, Statistics};
 use super::stamp::Stamps;
 use super::table::Rows;
@@ -190,19 +189,18 @@ pub(super) fn check_gaps(
     limits: &Limits,
     row: impl Fn(usize) -> Row,
 ) -> Result<Recording, RecordingError> {
-    check_times(source, &columns.time, limits, recording.time_s(), row)?;
+    check_times(source, &columns.time, limits, (recording.time_s(), recording.median_interval_s()), row)?;
     Ok(recording)
 }
 
-/// Checks that no gap of increasing times exceeds the limit.
+/// Checks that no gap of increasing times (s), with their median interval (s), exceeds the limit.
 pub(super) fn check_times(
     source: &str,
     column: &Column,
     limits: &Limits,
-    time_s: &[f64],
+    (time_s, median_s): (&[f64], f64),
     row: impl Fn(usize) -> Row,
 ) -> Result<(), RecordingError> {
-    let [_, median_s, _] = intervals(time_s);
     let limit_s = limits.max_gap_s.unwrap_or(Limits::GAP_IN_MEDIANS * median_s);
     let mut pairs = time_s.windows(2);
     // Gaps equal to the limit are allowed, up to the rounding of decimal times; a limit of NaN allows no gap.

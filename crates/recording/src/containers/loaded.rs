@@ -1,0 +1,48 @@
+//! Arrays whose values are in memory.
+
+use super::{Array, Container, Fault, Format};
+use crate::error::{Problem, Row};
+
+pub(crate) struct Loaded {
+    arrays: Vec<Array>,
+    values: Vec<Vec<f64>>,
+    /// The line of each sample, in a text.
+    lines: Option<Vec<u64>>,
+}
+
+impl Loaded {
+    /// Arrays with their values. The file is refused if none of them has signals; `left_out` says which parts were not
+    /// read.
+    pub(super) fn new(
+        format: Format,
+        arrays: Vec<Array>,
+        values: Vec<Vec<f64>>,
+        left_out: &[String],
+    ) -> Result<Self, Problem> {
+        if super::vectors(&arrays).is_empty() {
+            return Err(Problem::no_signal(format, left_out));
+        }
+        Ok(Self { arrays, values, lines: None })
+    }
+
+    pub(super) fn with_lines(self, lines: Vec<u64>) -> Self {
+        Self { lines: Some(lines), ..self }
+    }
+}
+
+impl Container for Loaded {
+    fn arrays(&self) -> &[Array] {
+        &self.arrays
+    }
+
+    fn values(&mut self, index: usize) -> Result<Vec<f64>, Fault> {
+        Ok(self.values[index].clone())
+    }
+
+    fn row(&self, _index: usize, sample: usize) -> Row {
+        match &self.lines {
+            Some(lines) => Row::Line(lines.get(sample).copied().unwrap_or(0)),
+            None => Row::Sample(sample as u64),
+        }
+    }
+}
