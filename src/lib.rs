@@ -40,7 +40,7 @@
 //!
 //! # Detect on samples
 //! ```
-//! use trocar::detect::{DetectionChain, Reading, VelocitySource};
+//! use trocar::detect::{DetectionChain, Measurement, VelocitySource};
 //! use trocar::scenario::{DetectionSettings, Scenario, Source, Values};
 //!
 //! let settings = DetectionSettings::resolve(&mut Values::from_settings("mine", &[])?)?;
@@ -48,7 +48,7 @@
 //! // Any samples, 1 ms apart; here those of a simulation.
 //! let trace = trocar::run::run(Scenario::load(&Source::parse("paper/classical"), &[])?)?.trace;
 //! let is_alarm = |k: &usize| {
-//!     let reading = Reading {
+//!     let reading = Measurement {
 //!         force_n: trace.measured_force_n[*k],
 //!         position_m: trace.slave_position_m[*k],
 //!         velocity_m_per_s: trace.slave_velocity_m_per_s[*k],

@@ -853,12 +853,12 @@ trocar_status trocar_rig_restore(struct trocar_rig *rig,
 const char *trocar_status_text(int32_t status);
 
 /**
- * Sets the settings from a scenario, a text in TOML, so that a rig behaves like the scenario's controller.
+ * Sets the settings from a scenario, a text in TOML. A rig with them behaves like the scenario's controller.
  *
  * `text` has `text_size` bytes in UTF-8, without a NUL. `base = "builtin:augmented"` in it names a shipped scenario;
  * other paths are relative to the working directory. The text needs only keys of the controller, `rig.` and `safety.`:
- * operator and tissue may be missing. `settings` has `size` bytes, `sizeof(trocar_rig_settings)`. `error` is null or a buffer of `error_size` bytes for an error
- * text. The function allocates while it reads.
+ * operator and tissue may be missing. `settings` has `size` bytes, `sizeof(trocar_rig_settings)`. `error` is null or a
+ * buffer of `error_size` bytes for an error text. The function allocates while it reads.
  *
  * @pre Each pointer is null or valid as described.
  */

@@ -22,12 +22,10 @@ pub(super) fn other_clock(arrays: &[Array], time: &Vector, signal: &Vector) -> O
         if clock == other {
             return None;
         }
-        // The log times of all topics count from the first message, and other times may not.
-        return Some(if time.array == clock {
-            Clock::Times(other)
-        } else {
-            Clock::NotShared(arrays[clock].name.clone())
-        });
+        let same =
+            |array: &Array| array.clock == Some(other) && array.is_shared_time && array.aliases == of_time.aliases;
+        let shared = arrays.iter().position(same).filter(|_| of_time.is_shared_time);
+        return Some(shared.map_or_else(|| Clock::NotShared(arrays[clock].name.clone()), Clock::Times));
     }
     let (folder, name) = split(&of_time.name);
     let (other, _) = split(&of_signal.name);

@@ -59,12 +59,23 @@ pub(super) struct Array {
     pub(super) unit: Option<String>,
     /// The index of the array with the times of the samples, in a log of several topics.
     pub(super) clock: Option<usize>,
+    /// True for times that count from one time in all topics of a log.
+    pub(super) is_shared_time: bool,
 }
 
 impl Array {
     /// Creates a row-major array without texts.
     pub(super) fn new(name: impl Into<String>, dims: Vec<usize>) -> Self {
-        Self { name: name.into(), aliases: vec![], dims, column_major: false, label: None, unit: None, clock: None }
+        Self {
+            name: name.into(),
+            aliases: vec![],
+            dims,
+            column_major: false,
+            label: None,
+            unit: None,
+            clock: None,
+            is_shared_time: false,
+        }
     }
 
     pub(super) fn len(&self) -> usize {

@@ -3,7 +3,7 @@
 //!
 //! ROS 2 serialises by the Common Data Representation of the Object Management Group (CDR, version 1), which aligns a
 //! number to its size. ROS 1 packs the numbers without gaps. A time stamp is one number, in seconds since the first
-//! message.
+//! stamp of the log with the same path, such as `header.stamp`: the stamps of all topics count from one time.
 
 use std::collections::HashMap;
 
@@ -142,9 +142,12 @@ pub(super) struct Decoder {
     /// The paths of the numbers in the first message.
     names: Option<Vec<String>>,
     lengths: Vec<usize>,
-    /// The time stamps of the first message, in nanoseconds.
-    stamps: Vec<i64>,
+    /// The index of each time stamp among the numbers, and the time from which it counts, in nanoseconds.
+    stamps: Vec<(usize, i64)>,
 }
+
+/// The first time stamp of a log at each path within a message, in nanoseconds.
+pub(super) type FirstStamps = HashMap<String, i64>;
 
 impl Decoder {
     pub(super) fn new(definition: Definition) -> Self {
@@ -156,8 +159,19 @@ impl Decoder {
         self.names.as_deref().unwrap_or_default()
     }
 
-    /// Appends the numbers of a message to `values`, one per name in [`Self::names`].
-    pub(super) fn decode(&mut self, bytes: &[u8], values: &mut Vec<f64>) -> Result<(), String> {
+    /// Returns true if a number is a time stamp.
+    pub(super) fn is_stamp(&self, index: usize) -> bool {
+        self.stamps.iter().any(|(stamp, _)| *stamp == index)
+    }
+
+    /// Replaces `values` by the numbers of a message, one per name in [`Self::names`].
+    pub(super) fn decode(
+        &mut self,
+        bytes: &[u8],
+        values: &mut Vec<f64>,
+        first_stamps: &mut FirstStamps,
+    ) -> Result<(), String> {
+        values.clear();
         let mut reader = Reader {
             definition: &self.definition,
             cursor: Cursor::new(bytes, Order::Little),
@@ -167,7 +181,7 @@ impl Decoder {
             names: self.names.is_none().then(Vec::new),
             lengths: vec![],
             stamps: vec![],
-            first_stamps: &self.stamps,
+            known_stamps: &self.stamps,
         };
         if self.definition.encoding == Encoding::Cdr {
             reader.header()?;
@@ -175,7 +189,14 @@ impl Decoder {
         reader.message(&self.definition.root, 0)?;
         let Reader { names, lengths, stamps, .. } = reader;
         match names {
-            Some(names) => (self.names, self.lengths, self.stamps) = (Some(names), lengths, stamps),
+            Some(names) => {
+                for (index, stamp) in stamps {
+                    let first = *first_stamps.entry(names[index].clone()).or_insert(stamp);
+                    values[index] = seconds_between(first, stamp);
+                    self.stamps.push((index, first));
+                }
+                (self.names, self.lengths) = (Some(names), lengths);
+            }
             None if lengths != self.lengths => return Err("the length of an array in it changes".to_owned()),
             None => {}
         }
@@ -193,8 +214,13 @@ struct Reader<'a> {
     /// The names of the numbers, while the first message is read.
     names: Option<Vec<String>>,
     lengths: Vec<usize>,
-    stamps: Vec<i64>,
-    first_stamps: &'a [i64],
+    /// As in [`Decoder`], of this message.
+    stamps: Vec<(usize, i64)>,
+    known_stamps: &'a [(usize, i64)],
+}
+
+fn seconds_between(from_ns: i64, to_ns: i64) -> f64 {
+    1e-9 * (i128::from(to_ns) - i128::from(from_ns)) as f64
 }
 
 fn cut_off() -> String {
@@ -307,9 +333,10 @@ impl Reader<'_> {
             Kind::Stamp(seconds) => {
                 let (seconds, fraction) = (self.number(*seconds)?, self.number(Scalar::U32)?);
                 let stamp = 1_000_000_000 * seconds as i64 + fraction as i64;
-                let first = self.first_stamps.get(self.stamps.len()).copied().unwrap_or(stamp);
-                self.stamps.push(stamp);
-                1e-9 * (stamp - first) as f64
+                // The first message sets what its stamps count from when it is complete.
+                let (_, first) = self.known_stamps.get(self.stamps.len()).copied().unwrap_or((0, stamp));
+                self.stamps.push((self.values.len(), stamp));
+                seconds_between(first, stamp)
             }
             Kind::Text => {
                 let length = self.length()?;
@@ -390,15 +417,21 @@ float64 y";
     fn numbers_of_nested_messages_are_aligned_and_named() {
         for order in [Order::Little, Order::Big] {
             let (mut decoder, mut values) = (decoder(), vec![]);
-            decoder.decode(&message(order, 1_700_000_000, &[7.0]), &mut values).expect("numbers");
+            decoder
+                .decode(&message(order, 1_700_000_000, &[7.0]), &mut values, &mut FirstStamps::new())
+                .expect("numbers");
             let names =
                 ["header.stamp", "wrench.force.x", "wrench.force.y", "joints[0]", "state[0]", "state[1]", "gain"];
             assert_eq!(decoder.names(), names);
             assert_eq!(values, [0.0, 1.5, -2.5, 7.0, 1.0, 2.0, 0.5]);
             values.clear();
-            decoder.decode(&message(order, 1_700_000_002, &[8.0]), &mut values).expect("numbers");
+            decoder
+                .decode(&message(order, 1_700_000_002, &[8.0]), &mut values, &mut FirstStamps::new())
+                .expect("numbers");
             assert_eq!(values[..4], [2.0, 1.5, -2.5, 8.0]);
-            let refused = decoder.decode(&message(order, 0, &[7.0, 8.0]), &mut values).expect_err("another length");
+            let refused = decoder
+                .decode(&message(order, 0, &[7.0, 8.0]), &mut values, &mut FirstStamps::new())
+                .expect_err("another length");
             assert_eq!(refused, "the length of an array in it changes");
         }
     }
@@ -414,7 +447,7 @@ float64 y";
         bytes.extend((-4_i16).to_le_bytes());
         // A byte of ROS 1 is signed.
         bytes.push(0xff);
-        decoder.decode(&bytes, &mut values).expect("numbers");
+        decoder.decode(&bytes, &mut values, &mut FirstStamps::new()).expect("numbers");
         assert_eq!((values, decoder.names().join(" ").as_str()), (vec![0.0, 3.0, 2.5, -4.0, -1.0], "t a b d e"));
     }
 
@@ -430,7 +463,7 @@ float64 y";
         bytes.extend([0; 100]);
         bytes.resize(4 + (bytes.len() - 4).next_multiple_of(8), 0);
         bytes.extend(6.5_f64.to_le_bytes());
-        decoder.decode(&bytes, &mut values).expect("numbers");
+        decoder.decode(&bytes, &mut values, &mut FirstStamps::new()).expect("numbers");
         assert_eq!((values, decoder.names()), (vec![6.5], &["after".to_owned()][..]));
     }
 
@@ -438,11 +471,12 @@ float64 y";
     fn damaged_messages_and_definitions_are_refused() {
         let whole = message(Order::Little, 3, &[7.0]);
         for len in 0..whole.len() {
-            assert!(decoder().decode(&whole[..len], &mut vec![]).is_err(), "{len}");
+            assert!(decoder().decode(&whole[..len], &mut vec![], &mut FirstStamps::new()).is_err(), "{len}");
         }
         let refused = |text: &str, bytes: &[u8]| {
             let definition = Definition::parse(Encoding::Cdr, "lab/A", text);
-            let numbers = definition.and_then(|definition| Decoder::new(definition).decode(bytes, &mut vec![]));
+            let numbers = definition
+                .and_then(|definition| Decoder::new(definition).decode(bytes, &mut vec![], &mut FirstStamps::new()));
             numbers.expect_err("refused")
         };
         assert_eq!(refused("A again", &[0, 1, 0, 0]), "messages are nested deeper than 16");

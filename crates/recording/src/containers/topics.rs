@@ -4,7 +4,7 @@
 //! Unreadable messages, such as Protocol Buffers, are omitted. The log is rejected if no signal remains.
 
 use super::json::JsonColumns;
-use super::ros::{Decoder, Definition};
+use super::ros::{Decoder, Definition, FirstStamps};
 use super::{Array, Format, Loaded};
 use crate::Limits;
 use crate::error::Problem;
@@ -13,6 +13,7 @@ use crate::error::Problem;
 pub(super) struct Topics {
     topics: Vec<Topic>,
     start_ns: Option<i128>,
+    first_stamps: FirstStamps,
     bytes: u64,
 }
 
@@ -42,12 +43,21 @@ impl Kind {
     }
 }
 
+/// The meaning of the numbers of a column.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Meaning {
+    Number,
+    /// Times in s that count from one time in all topics.
+    SharedTime,
+    /// Times in s that count from the first one of the column.
+    OwnTime,
+}
+
 impl Topic {
-    fn push(&mut self, data: &[u8]) -> Result<(), String> {
+    fn push(&mut self, data: &[u8], first_stamps: &mut FirstStamps) -> Result<(), String> {
         match &mut self.kind {
             Kind::Ros { decoder, row } => {
-                row.clear();
-                decoder.decode(data, row)?;
+                decoder.decode(data, row, first_stamps)?;
                 self.columns.resize_with(row.len(), Vec::new);
                 for (column, value) in self.columns.iter_mut().zip(row) {
                     column.push(*value);
@@ -67,14 +77,18 @@ impl Topic {
         }
     }
 
-    /// The names and the columns, and for each column true if it holds dates.
-    fn finish(self) -> Vec<(String, Vec<f64>, bool)> {
+    /// The names, the columns and their meanings.
+    fn finish(self) -> Vec<(String, Vec<f64>, Meaning)> {
         match self.kind {
             Kind::Ros { decoder, .. } => {
-                let columns = decoder.names().to_vec().into_iter().zip(self.columns);
-                columns.map(|(name, column)| (name, column, false)).collect()
+                let names = decoder.names().iter().cloned().zip(self.columns).enumerate();
+                let meaning = |index| if decoder.is_stamp(index) { Meaning::SharedTime } else { Meaning::Number };
+                names.map(|(index, (name, column))| (name, column, meaning(index))).collect()
             }
-            Kind::Json(columns) => columns.finish().collect(),
+            Kind::Json(columns) => {
+                let meaning = |has_dates| if has_dates { Meaning::OwnTime } else { Meaning::Number };
+                columns.finish().map(|(name, column, has_dates)| (name, column, meaning(has_dates))).collect()
+            }
             Kind::LeftOut(_) => vec![],
         }
     }
@@ -82,7 +96,7 @@ impl Topic {
 
 impl Topics {
     pub(super) fn new() -> Self {
-        Self { topics: vec![], start_ns: None, bytes: 0 }
+        Self { topics: vec![], start_ns: None, first_stamps: FirstStamps::new(), bytes: 0 }
     }
 
     /// Adds a message of a channel. `describe` gives the name and the encoding of a new channel.
@@ -108,7 +122,7 @@ impl Topics {
         if topic.log_time_s.len() >= limits.max_samples {
             return Err(Problem::TooManySamples { limit: limits.max_samples });
         }
-        if let Err(reason) = topic.push(data) {
+        if let Err(reason) = topic.push(data, &mut self.first_stamps) {
             topic.kind = Kind::LeftOut(reason);
             topic.columns = vec![];
             return Ok(());
@@ -135,20 +149,81 @@ impl Topics {
             let (topic_name, log_time_s) = (topic.name.clone(), topic.log_time_s.clone());
             let signals = topic.finish();
             let clock = Some(arrays.len() + signals.len());
-            for (name, mut column, has_dates) in signals {
+            let log_time = ("log_time".to_owned(), log_time_s, Meaning::SharedTime);
+            for (name, mut column, meaning) in signals.into_iter().chain([log_time]) {
                 column.resize(rows, f64::NAN);
                 let whole = format!("{topic_name}.{name}");
-                let unit = has_dates.then(|| "s".to_owned());
-                arrays.push(Array { aliases: vec![name], unit, clock, ..Array::new(whole, vec![rows]) });
+                let unit = (meaning != Meaning::Number).then(|| "s".to_owned());
+                let is_shared_time = meaning == Meaning::SharedTime;
+                arrays.push(Array {
+                    aliases: vec![name],
+                    unit,
+                    clock,
+                    is_shared_time,
+                    ..Array::new(whole, vec![rows])
+                });
                 columns.push(column);
             }
-            let name = format!("{topic_name}.log_time");
-            arrays.push(Array { unit: Some("s".to_owned()), clock, ..Array::new(name, vec![rows]) });
-            columns.push(log_time_s);
         }
         match left_out {
             Some(reason) if arrays.is_empty() => Err(format.damaged(reason)),
             _ => Loaded::new(format, arrays, columns, &[]),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::ros::Encoding;
+    use super::*;
+    use crate::{Columns, Recording, RecordingError};
+
+    /// A log of the topics `/a` and `/b`. Each value is the time of its stamp, in s since the first stamp of the log;
+    /// the messages of `/b` are logged 30 ms late.
+    fn log(stamp_of_b: &str) -> Loaded {
+        let mut topics = Topics::new();
+        let start_ns = 1_700_000_000_000_000_000_i128;
+        for k in 0..100 {
+            for (channel, name, due, late_ns) in [(1, "/a", k % 10 == 0, 0), (2, "/b", k > 2, 30_000_000)] {
+                let (since_ns, field) = (1_000_000 * i128::from(k), if channel == 1 { "stamp" } else { stamp_of_b });
+                let stamp_ns = start_ns + since_ns;
+                let seconds = u32::try_from(stamp_ns / 1_000_000_000).expect("seconds").to_le_bytes();
+                let rest = u32::try_from(stamp_ns % 1_000_000_000).expect("nanoseconds").to_le_bytes();
+                let data = [&seconds[..], &rest, &(1e-9 * since_ns as f64).to_le_bytes()].concat();
+                let definition =
+                    || Definition::parse(Encoding::Ros1, "lab/Sample", &format!("time {field}\nfloat64 value"));
+                let describe = || (name.to_owned(), Kind::ros(definition()));
+                if due {
+                    topics.push(channel, stamp_ns + late_ns, &data, &Limits::default(), describe).expect("a message");
+                }
+            }
+        }
+        topics.finish(Format::Mcap).expect("two topics")
+    }
+
+    fn joined_by(time: &str, mut log: Loaded) -> Result<Recording, RecordingError> {
+        let column = |name: &str| name.parse().expect("a column");
+        let columns =
+            Columns { time: column(time), position: column("/a.value"), velocity: None, force: column("/b.value") };
+        super::super::read("log.mcap", &mut log, &columns, &Limits::default())
+    }
+
+    #[test]
+    fn topics_are_joined_by_their_stamps_or_by_the_log_times() {
+        let largest = |recording: &Recording| {
+            let pairs = recording.position_m().iter().zip(recording.force_n());
+            pairs.map(|(position, force)| (position - force).abs()).fold(0.0, f64::max)
+        };
+        let by_stamp = joined_by("/a.stamp", log("stamp")).expect("joined");
+        assert!(largest(&by_stamp) < 1e-9, "{}", largest(&by_stamp));
+        // By the log times, the force is 30 ms late.
+        let by_log_time = joined_by("/a.log_time", log("stamp")).expect("joined");
+        assert!((largest(&by_log_time) - 0.03).abs() < 1e-9, "{}", largest(&by_log_time));
+    }
+
+    #[test]
+    fn a_stamp_that_the_other_topic_lacks_joins_nothing() {
+        let error = joined_by("/a.stamp", log("other")).expect_err("no shared time").to_string();
+        assert!(error.contains("give --time /a.log_time"), "{error}");
     }
 }

@@ -57,7 +57,7 @@ impl Signal {
     pub fn recorded(name: String, spec: &DetectionSpec, kinds: &[DistanceKind]) -> Result<Self, RocError> {
         let detection = detect::detect(spec)?;
         let samples = Samples {
-            tick_s: spec.recording.recording.median_interval_s(),
+            tick_s: detection.interval_s,
             force_n: detection.measured_force_n,
             position_m: detection.position_m,
             velocity_m_per_s: detection.velocity_m_per_s,
