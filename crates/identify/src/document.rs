@@ -130,6 +130,7 @@ impl Identification {
             ("recording", "recording"),
             ("role", "role"),
             ("fit", "fit"),
+            ("zero", "sensor zero"),
             ("error", "RMS error"),
             ("white", "white error"),
         ];
@@ -147,6 +148,7 @@ impl Identification {
                 name.into(),
                 role.into(),
                 fit.fit_percent.map_or(Cell::Undefined, percent),
+                Number::si(fit.sensor_zero_n, "N").into(),
                 Cell::of(rms_m, trocar_document::Unit::Metre),
                 Cell::flag(fit.whiteness.map(|whiteness| whiteness.is_white())),
             ]);
@@ -192,6 +194,7 @@ impl Identification {
                 .iter()
                 .map(|(structure, fit)| StructureEntry { structure: *structure, held_out_fit_percent: *fit })
                 .collect(),
+            force_scaled_up_to_n: self.machine.load.scaled_up_to_n,
             only_ratios: self.questions.only_ratios(),
             open: self.verdict().left_out,
         }
@@ -213,13 +216,17 @@ impl Identification {
             let (key, value, unit) = (parameter.key(), shortest(bounded.value), self.unit(*parameter));
             let _ = writeln!(text, "{key} = {value} # {unit}, {interval}");
         }
+        let largest_n = shortest(self.machine.load.scaled_up_to_n);
+        let _ =
+            writeln!(text, "force_scaled_up_to_n = {largest_n} # N, the largest reading in the training recordings");
         text
     }
 }
 
 fn fit_entry(fit: &Fit) -> FitEntry<'_> {
-    let Fit { measured, role, fit_percent, whiteness, .. } = fit;
-    FitEntry { recording: &measured.name, role: *role, fit_percent: *fit_percent, whiteness: *whiteness }
+    let Fit { measured, role, sensor_zero_n, fit_percent, whiteness, .. } = fit;
+    let (role, sensor_zero_n, fit_percent) = (*role, *sensor_zero_n, *fit_percent);
+    FitEntry { recording: &measured.name, role, sensor_zero_n, fit_percent, whiteness: *whiteness }
 }
 
 fn times(fit: &Fit) -> Vec<f64> {

@@ -6,14 +6,16 @@ use trocar_base::warning::Warning;
 
 use crate::IdentifyError;
 use crate::actuator::{Bounded, Controller};
-use crate::intervals::intervals;
+use crate::intervals::{Earlier, intervals};
 use crate::machine::{Load, Machine};
 use crate::measured::{Measured, deviation};
+use crate::model::{Model, Unknown};
 use crate::plausibility;
 use crate::problem::Problem;
 use crate::questions::Questions;
 use crate::structure::{Parameter, Structure};
 use crate::whiteness::Whiteness;
+use crate::zero::FreeMotion;
 
 /// Corner frequencies of the starts in rad/s: of a slow, a usual and a fast slave.
 const STARTS_RAD_PER_S: [f64; 3] = [30.0, 120.0, 500.0];
@@ -50,6 +52,8 @@ pub struct Fit {
     pub measured: Measured,
     /// Its part.
     pub role: Role,
+    /// What the force sensor reads without a load, in N; 0 without a training recording in free motion.
+    pub sensor_zero_n: f64,
     /// The simulated slave positions in m; `None` if the simulation diverges.
     pub simulated_m: Option<Vec<f64>>,
     /// `100 (1 - |simulated - slave| / |slave - mean|)` in %, with 2-norms.
@@ -111,44 +115,49 @@ pub fn identify(request: Request, progress: impl Fn()) -> Result<Identification,
     let controller = Controller::of(&training)?;
     let base = base_parameters(controller.as_ref());
     let starts = STARTS_RAD_PER_S.map(|corner| start(&training, controller.as_ref(), corner));
+    let free_motion = FreeMotion::of(&training);
+    let zeros = |coulomb_n: f64| zeros(&training, free_motion, coulomb_n);
+    let with_zeros = |machine: Machine| Model { zeros_n: zeros(f64::INFINITY), machine };
     let solved = starts.map(|start| {
-        let solved = Problem::new(&training, base.clone(), start).solve();
+        let free = base.iter().copied().map(Unknown::Of).collect();
+        let solved = Problem::new(&training, free, with_zeros(start), free_motion).solve();
         progress();
-        (solved.0, solved.1.machine())
+        (solved.0, solved.1.model())
     });
     let best = solved.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(cost, _)| cost.is_finite());
     let (_, mut plain) = best.ok_or(IdentifyError::Diverges)?;
-    if training.iter().all(|one| plain.simulate(one).is_none()) {
+    if training.iter().zip(&plain.zeros_n).all(|(one, zero_n)| plain.machine.simulate(one, *zero_n).is_none()) {
         return Err(IdentifyError::Diverges);
     }
     let questions = Questions::of(&training, &plain, controller.is_some());
-    let base = if questions.only_ratios() {
-        plain = per_mass(&plain);
-        base.into_iter().filter(|parameter| *parameter != Parameter::Mass).collect()
-    } else {
-        base
-    };
+    let mut base = base;
+    if questions.only_ratios() {
+        plain.machine = per_mass(&plain.machine);
+        base.retain(|parameter| *parameter != Parameter::Mass);
+    }
     // A start on a bound of 0 has no derivative by its logarithm.
-    let plain = lifted(plain, &starts[1], &base);
+    plain.machine = lifted(plain.machine, &starts[1], &base);
     let structures = if questions.has_contact { &Structure::ALL[..] } else { &Structure::ALL[..1] };
-    let free = |structure: Structure| -> Vec<Parameter> {
-        let sensor = structure.sensor().iter().copied();
-        let known = |parameter: &Parameter| questions.reverses || *parameter != Parameter::Offset;
-        base.iter().copied().chain(sensor.filter(known)).collect()
-    };
+    let stages = Stages { base, free_motion, questions };
     let candidates: Vec<(Structure, Option<f64>)> = structures
         .iter()
         .map(|structure| {
-            let fit = held_out(&training, free(*structure), plain);
+            let fit = held_out(&training, &stages, *structure, &plain);
             progress();
             (*structure, fit)
         })
         .collect();
     let structure = chosen(&candidates);
-    let (_, solved) = Problem::new(&training, free(structure), plain).solve();
-    let machine = without_traces(solved.machine(), &starts[1], solved.free());
-    let mut parameters: Vec<(Parameter, Bounded)> =
-        solved.free().iter().copied().zip(intervals(&solved, &machine, &starts[1])).collect();
+    let Solved { earlier, problem, mut model } = stages.solve(&training, structure, plain);
+    let unknowns: Vec<Parameter> = stages.base.iter().copied().chain(structure.sensor().iter().copied()).collect();
+    model.machine = without_traces(model.machine, &starts[1], &unknowns);
+    let start = Model { machine: starts[1], zeros_n: model.zeros_n.clone() };
+    let estimated = intervals(&problem, &model, &start, earlier.as_ref());
+    let of_machine = |(unknown, bounded): (Unknown, Bounded)| match unknown {
+        Unknown::Of(parameter) => Some((parameter, bounded)),
+        Unknown::Zero(_) => None,
+    };
+    let mut parameters: Vec<(Parameter, Bounded)> = estimated.into_iter().filter_map(of_machine).collect();
     if questions.only_ratios() {
         parameters.insert(0, (Parameter::Mass, Bounded { value: 1.0, low: 1.0, high: 1.0 }));
     }
@@ -156,11 +165,87 @@ pub fn identify(request: Request, progress: impl Fn()) -> Result<Identification,
         let Controller { position_gain, velocity_gain, delay } = *controller;
         [(Parameter::PositionGain, position_gain), (Parameter::VelocityGain, velocity_gain), (Parameter::Delay, delay)]
     }));
+    let Model { machine, zeros_n } = model;
     let warnings = training.iter().chain(&predictions).flat_map(plausibility::warnings).collect();
-    let of_role = |recordings: Vec<Measured>, role| recordings.into_iter().map(move |one| fit(one, role, &machine));
-    let fits = of_role(training, Role::Training).chain(of_role(predictions, Role::Prediction)).collect();
+    let predicted = predictions.into_iter().map(|one| {
+        let zero_n = free_motion.map_or(0.0, |free| free.predicted(&one, &machine, &zeros_n));
+        fit(one, Role::Prediction, &machine, zero_n)
+    });
+    let trained = training.into_iter().zip(&zeros_n).map(|(one, zero_n)| fit(one, Role::Training, &machine, *zero_n));
+    let fits = trained.chain(predicted).collect();
     progress();
     Ok(Identification { machine, structure, candidates, fits, warnings, parameters, questions })
+}
+
+/// Returns the expected zero of the force sensor in each training recording: 0 without a recording in free motion.
+fn zeros(training: &[Measured], free_motion: Option<FreeMotion>, coulomb_n: f64) -> Vec<f64> {
+    let zero_n = |(index, one): (usize, &Measured)| match free_motion {
+        None => 0.0,
+        Some(free) if free.recording == index => free.zero_n,
+        Some(free) => free.tare(one, coulomb_n).unwrap_or(free.zero_n),
+    };
+    training.iter().enumerate().map(zero_n).collect()
+}
+
+/// The order of the estimation. With a recording in free motion and a known controller, that recording alone determines
+/// mass and viscous friction: what a contact adds to them, such as the hysteresis of a foam, is no part of the machine.
+struct Stages {
+    /// The parameters of the machine without those of the sensor.
+    base: Vec<Parameter>,
+    free_motion: Option<FreeMotion>,
+    questions: Questions,
+}
+
+/// A solved problem with its model, and the problem that was solved before it.
+struct Solved<'a> {
+    earlier: Option<Earlier<'a>>,
+    problem: Problem<'a>,
+    model: Model,
+}
+
+impl Stages {
+    fn solve<'a>(&self, training: &'a [Measured], structure: Structure, mut start: Model) -> Solved<'a> {
+        let mut free: Vec<Unknown> = self.base.iter().chain(structure.sensor()).copied().map(Unknown::Of).collect();
+        let mut earlier = None;
+        if let Some(free_motion) = self.free_motion {
+            let offset = Unknown::Of(Parameter::Offset);
+            if !free.contains(&offset) {
+                free.push(offset);
+            }
+            if self.questions.has_actuator {
+                let alone = std::slice::from_ref(&training[free_motion.recording]);
+                let unknowns =
+                    [Parameter::Mass, Parameter::Viscous, Parameter::Coulomb, Parameter::Offset].map(Unknown::Of);
+                let zeros_n = vec![free_motion.zero_n];
+                let at_start = Model { machine: start.machine, zeros_n };
+                let (_, solved) = Problem::new(alone, self.known(&unknowns), at_start, self.free_motion).solve();
+                start.machine = solved.model().machine;
+                free.retain(|unknown| {
+                    ![Unknown::Of(Parameter::Mass), Unknown::Of(Parameter::Viscous)].contains(unknown)
+                });
+                earlier = Some(Earlier { problem: solved, recording: free_motion.recording });
+            }
+            start.zeros_n = zeros(training, self.free_motion, start.machine.coulomb_n);
+            if self.questions.has_contact {
+                let in_contact = (0..training.len()).filter(|index| *index != free_motion.recording);
+                free.extend(in_contact.map(Unknown::Zero));
+            }
+        }
+        let (_, problem) = Problem::new(training, self.known(&free), start, self.free_motion).solve();
+        let mut model = problem.model();
+        let readings_n = training
+            .iter()
+            .zip(&model.zeros_n)
+            .flat_map(|(one, zero_n)| one.force_n.iter().map(move |force_n| (force_n - zero_n).abs()));
+        model.machine.load.scaled_up_to_n = readings_n.fold(0.0, f64::max);
+        Solved { earlier, problem, model }
+    }
+
+    /// Leaves out the constant force if no reversal tells it from friction.
+    fn known(&self, unknowns: &[Unknown]) -> Vec<Unknown> {
+        let is_known = |unknown: &Unknown| self.questions.reverses || *unknown != Unknown::Of(Parameter::Offset);
+        unknowns.iter().copied().filter(is_known).collect()
+    }
 }
 
 fn base_parameters(controller: Option<&Controller>) -> Vec<Parameter> {
@@ -228,12 +313,12 @@ fn without_traces(mut machine: Machine, start: &Machine, free: &[Parameter]) -> 
 }
 
 /// Returns the mean fit on the last third of each recording after an estimation on the rest, in %.
-fn held_out(training: &[Measured], free: Vec<Parameter>, start: Machine) -> Option<f64> {
+fn held_out(training: &[Measured], stages: &Stages, structure: Structure, start: &Model) -> Option<f64> {
     let cut = |one: &Measured| (FITTED_SHARE * one.len() as f64) as usize;
     let fitted: Vec<Measured> = training.iter().map(|one| one.before(cut(one))).collect();
-    let machine = Problem::new(&fitted, free, start).solve().1.machine();
-    let fits = training.iter().map(|one| {
-        let (simulated, from) = (machine.simulate(one)?, cut(one));
+    let Model { machine, zeros_n } = stages.solve(&fitted, structure, start.clone()).model;
+    let fits = training.iter().zip(&zeros_n).map(|(one, zero_n)| {
+        let (simulated, from) = (machine.simulate(one, *zero_n)?, cut(one));
         let squares = simulated[from..].iter().zip(&one.slave_m[from..]).map(|(a, b)| (a - b).powi(2));
         // Relative to the motion of a third of the whole recording, because the end may be at rest.
         Some(100.0 * (1.0 - squares.sum::<f64>().sqrt() / (one.motion_m() * (1.0 - FITTED_SHARE).sqrt())))
@@ -250,12 +335,12 @@ fn chosen(candidates: &[(Structure, Option<f64>)]) -> Structure {
     candidates.iter().find(is_close).map_or(Structure::Plain, |candidate| candidate.0)
 }
 
-fn fit(measured: Measured, role: Role, machine: &Machine) -> Fit {
-    let simulated_m = machine.simulate(&measured);
+fn fit(measured: Measured, role: Role, machine: &Machine, sensor_zero_n: f64) -> Fit {
+    let simulated_m = machine.simulate(&measured, sensor_zero_n);
     let fit_percent = simulated_m.as_deref().map(|simulated| measured.fit_percent(simulated));
     let whiteness = simulated_m.as_deref().and_then(|simulated| {
         let errors: Vec<f64> = simulated.iter().zip(&measured.slave_m).map(|(a, b)| a - b).collect();
         Whiteness::of(&errors)
     });
-    Fit { measured, role, simulated_m, fit_percent, whiteness }
+    Fit { measured, role, sensor_zero_n, simulated_m, fit_percent, whiteness }
 }

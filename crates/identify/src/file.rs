@@ -27,6 +27,8 @@ pub struct IdentificationFile<'a> {
     pub(crate) structure: Structure,
     /// The compared structures.
     pub(crate) structures: Vec<StructureEntry>,
+    /// The largest reading of the force sensor to which `force_scale` applies, in N; beyond it the slope is 1.
+    pub(crate) force_scaled_up_to_n: f64,
     /// True if only ratios are known, so that all values are per kg of moving mass.
     pub(crate) only_ratios: bool,
     /// What the recordings leave open, in sentences.
@@ -53,6 +55,8 @@ pub(crate) struct FitEntry<'a> {
     pub(crate) recording: &'a str,
     /// Its part in the identification.
     pub(crate) role: Role,
+    /// What the force sensor reads without a load in this recording, in N.
+    pub(crate) sensor_zero_n: f64,
     /// `100 (1 - |simulated - slave| / |slave - mean|)` with 2-norms, in %; `None` if the simulation diverges.
     pub(crate) fit_percent: Option<f64>,
     /// The correlation of the error in time; `None` if it is undefined.

@@ -1,12 +1,12 @@
 //! 95 % intervals from residuals that are correlated in time.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::actuator::Bounded;
-use crate::machine::Machine;
-use crate::measured::Measured;
+use crate::model::{Model, Unknown};
 use crate::problem::Problem;
-use crate::structure::Parameter;
 
 /// The number of blocks of a recording. Residuals are correlated within a block, and blocks count as independent.
 pub(crate) const BLOCKS: usize = 12;
@@ -22,74 +22,137 @@ pub(crate) fn student(freedom: f64) -> f64 {
     z + (z.powi(3) + z) / (4.0 * n) + (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / (96.0 * n * n)
 }
 
-/// Returns the interval of each free parameter of a solved problem with its machine, in order. A parameter that the recordings do not
-/// determine has an infinite interval.
-///
-/// The covariance is the sandwich `H⁻¹ M H⁻¹`. H is the curvature `JᵀJ`, M the sum over blocks of the outer products of
-/// the block's gradient `Σ J_i r_i`. The priors of the sensor count as further observations.
-pub(crate) fn intervals(problem: &Problem<'_>, machine: &Machine, start: &Machine) -> Vec<Bounded> {
-    let free = problem.free();
-    let here = problem.errors(machine);
-    let steps: Vec<f64> = free.iter().map(|one| STEP * one.of(machine).abs().max(0.1 * one.of(start).abs())).collect();
-    let columns: Vec<Vec<f64>> = free
-        .iter()
-        .zip(&steps)
-        .map(|(parameter, step)| {
-            let mut moved = *machine;
-            parameter.set(&mut moved, parameter.of(machine) + step);
-            // Derivatives by steps, so that all columns have similar magnitudes.
-            problem.errors(&moved).iter().zip(&here).map(|(moved, here)| moved - here).collect()
-        })
-        .collect();
-    let count = free.len();
-    let mut curvature = DMatrix::from_fn(count, count, |i, j| dot(&columns[i], &columns[j]));
-    let mut meat = DMatrix::zeros(count, count);
-    for block in blocks(problem.recordings()) {
-        let score = DVector::from_iterator(
-            count,
-            columns.iter().map(|column| dot(&column[block.clone()], &here[block.clone()])),
-        );
-        meat += &score * score.transpose();
-    }
-    let number = (BLOCKS * problem.recordings().len()) as f64;
-    let freedom = number - count as f64;
-    meat *= number / freedom.max(1.0);
-    for (k, parameter) in free.iter().enumerate() {
-        let Some((_, sd)) = problem.prior(*parameter) else { continue };
-        let weight = (problem.prior_weight() * steps[k] / sd).powi(2);
-        curvature[(k, k)] += weight;
-        meat[(k, k)] += weight * problem.prior_weight().powi(2);
-    }
-    let half = half_widths(&curvature, &meat, student(freedom));
-    let bounded = |(k, parameter): (usize, &Parameter)| {
-        let (value, half) = (parameter.of(machine), half[k] * steps[k]);
-        let low = if parameter.is_positive() { (value - half).max(0.0) } else { value - half };
-        Bounded { value, low, high: value + half }
-    };
-    free.iter().enumerate().map(bounded).collect()
+/// A solved problem whose unknowns are fixed in a later one, with the index of its one recording there.
+pub(crate) struct Earlier<'a> {
+    pub(crate) problem: Problem<'a>,
+    pub(crate) recording: usize,
 }
 
-fn half_widths(curvature: &DMatrix<f64>, meat: &DMatrix<f64>, quantile: f64) -> Vec<f64> {
-    let count = curvature.nrows();
-    let scale = DVector::from_fn(count, |k, _| 1.0 / curvature[(k, k)].sqrt().max(1e-150));
-    let scaled = DMatrix::from_fn(count, count, |i, j| curvature[(i, j)] * scale[i] * scale[j]);
-    let Some(cholesky) = scaled.cholesky() else { return vec![f64::INFINITY; count] };
-    let inverse = cholesky.inverse();
-    let inverse = DMatrix::from_fn(count, count, |i, j| inverse[(i, j)] * scale[i] * scale[j]);
-    let covariance = &inverse * meat * &inverse;
-    let half = |k: usize| {
-        let half = quantile * covariance[(k, k)].max(0.0).sqrt();
-        // No sensitivity at all: the parameter is unknown.
-        if half.is_finite() && curvature[(k, k)] > 0.0 { half } else { f64::INFINITY }
+/// The errors of a solved problem in blocks, and their derivatives by unknowns.
+struct Linearised {
+    errors: Vec<f64>,
+    /// The derivative by each unknown, times its step, so that all have similar magnitudes.
+    columns: Vec<Vec<f64>>,
+}
+
+impl Linearised {
+    fn of(problem: &Problem<'_>, model: &Model, steps: &[(Unknown, f64)]) -> Self {
+        let errors = problem.errors(model);
+        let column = |(unknown, step): &(Unknown, f64)| {
+            let mut moved = model.clone();
+            unknown.set(&mut moved, unknown.of(model) + step);
+            problem.errors(&moved).iter().zip(&errors).map(|(moved, here)| moved - here).collect()
+        };
+        let columns = steps.iter().map(column).collect();
+        Self { errors, columns }
+    }
+
+    /// Returns the gradient `Σ J_i r_i` of each block, enlarged for the unknowns that were fitted.
+    fn scores(&self, problem: &Problem<'_>) -> Vec<DVector<f64>> {
+        let blocks = blocks(problem);
+        let share = (blocks.len() as f64 / freedom(problem)).sqrt();
+        let score = |block: Range<usize>| {
+            let gradient = self.columns.iter().map(|column| dot(&column[block.clone()], &self.errors[block.clone()]));
+            DVector::from_iterator(self.columns.len(), gradient) * share
+        };
+        blocks.into_iter().map(score).collect()
+    }
+}
+
+/// Returns the degrees of freedom of a solved problem: its blocks without its unknowns.
+fn freedom(problem: &Problem<'_>) -> f64 {
+    ((BLOCKS * problem.recordings().len()) as f64 - problem.free().len() as f64).max(1.0)
+}
+
+/// Returns the interval of each unknown of a solved problem with its model: those that an earlier problem fixed, then
+/// the free ones. An unknown that the recordings do not determine has an infinite interval.
+///
+/// The covariance is the sandwich `A⁻¹ M A⁻ᵀ`. A contains the derivatives of the gradients, M the sum over blocks of the
+/// outer products of the gradients of both problems. In a single problem A is its curvature `JᵀJ`. The gradient of a later
+/// problem also depends on the unknowns that the earlier one fixed, so that their errors enlarge the later intervals
+/// (Newey and McFadden 1994, section 6). The priors count as further observations.
+pub(crate) fn intervals(
+    problem: &Problem<'_>,
+    model: &Model,
+    start: &Model,
+    earlier: Option<&Earlier<'_>>,
+) -> Vec<(Unknown, Bounded)> {
+    let step = |unknown: &Unknown| {
+        let size = unknown.of(model).abs().max(0.1 * unknown.of(start).abs());
+        (*unknown, STEP * size.max(0.1 * problem.prior_sd(*unknown).unwrap_or(0.0)))
     };
-    (0..count).map(half).collect()
+    let free: Vec<(Unknown, f64)> = problem.free().iter().map(step).collect();
+    let later = Linearised::of(problem, model, &free);
+    let first: Vec<(Unknown, f64)> = earlier.map_or(vec![], |one| one.problem.free().iter().map(step).collect());
+    let (before, all) = (first.len(), first.len() + free.len());
+    let mut slopes = DMatrix::zeros(all, all);
+    let mut meat = DMatrix::zeros(all, all);
+    let mut scores: Vec<DVector<f64>> =
+        later.scores(problem).into_iter().map(|score| score.insert_rows(0, before, 0.0)).collect();
+    for (i, row) in later.columns.iter().enumerate() {
+        for (j, column) in later.columns.iter().enumerate() {
+            slopes[(before + i, before + j)] = dot(row, column);
+        }
+    }
+    if let Some(Earlier { problem: early, recording }) = earlier {
+        let early_model = early.model();
+        let alone = Linearised::of(early, &early_model, &first);
+        for (k, score) in alone.scores(early).into_iter().enumerate() {
+            scores[BLOCKS * recording + k].rows_mut(0, before).copy_from(&score);
+        }
+        let is_fixed = |(unknown, _): &(Unknown, f64)| !problem.free().contains(unknown);
+        let fixed: Vec<(Unknown, f64)> = first.iter().copied().filter(is_fixed).collect();
+        let mut by_fixed = Linearised::of(problem, model, &fixed).columns.into_iter();
+        for (j, unknown) in first.iter().enumerate() {
+            for (i, row) in alone.columns.iter().enumerate() {
+                slopes[(i, j)] = dot(row, &alone.columns[j]);
+            }
+            let Some(column) = is_fixed(unknown).then(|| by_fixed.next()).flatten() else { continue };
+            for (i, row) in later.columns.iter().enumerate() {
+                slopes[(before + i, j)] = dot(row, &column);
+            }
+        }
+    }
+    for score in scores {
+        meat += &score * score.transpose();
+    }
+    for (k, (unknown, step)) in free.iter().enumerate() {
+        let Some(sd) = problem.prior_sd(*unknown) else { continue };
+        let (at, weight) = (before + k, (problem.prior_weight() * step / sd).powi(2));
+        slopes[(at, at)] += weight;
+        meat[(at, at)] += weight * problem.prior_weight().powi(2);
+    }
+    let deviations = deviations(&slopes, &meat);
+    let bounded = |(k, (unknown, step)): (usize, (Unknown, f64))| {
+        let freedom = earlier.filter(|_| k < before).map_or(freedom(problem), |one| freedom(&one.problem));
+        let (value, half) = (unknown.of(model), student(freedom) * deviations[k] * step);
+        let low = if unknown.is_positive() { (value - half).max(0.0) } else { value - half };
+        (unknown, Bounded { value, low, high: value + half })
+    };
+    let is_reported = |(k, (unknown, _)): &(usize, (Unknown, f64))| *k >= before || !problem.free().contains(unknown);
+    first.into_iter().chain(free).enumerate().filter(is_reported).map(bounded).collect()
+}
+
+/// Returns the standard deviation of each unknown, in steps; infinite if one of them has no influence.
+fn deviations(slopes: &DMatrix<f64>, meat: &DMatrix<f64>) -> Vec<f64> {
+    let count = slopes.nrows();
+    let scale = DVector::from_fn(count, |k, _| 1.0 / slopes[(k, k)].sqrt().max(1e-150));
+    let scaled = DMatrix::from_fn(count, count, |i, j| slopes[(i, j)] * scale[i] * scale[j]);
+    let Some(inverse) = scaled.try_inverse() else { return vec![f64::INFINITY; count] };
+    let inverse = DMatrix::from_fn(count, count, |i, j| inverse[(i, j)] * scale[i] * scale[j]);
+    let covariance = &inverse * meat * inverse.transpose();
+    let deviation = |k: usize| {
+        let deviation = covariance[(k, k)].max(0.0).sqrt();
+        if deviation.is_finite() && slopes[(k, k)] > 0.0 { deviation } else { f64::INFINITY }
+    };
+    (0..count).map(deviation).collect()
 }
 
 /// Returns the ranges of the blocks among the errors of all recordings.
-fn blocks(recordings: &[Measured]) -> Vec<std::ops::Range<usize>> {
+fn blocks(problem: &Problem<'_>) -> Vec<Range<usize>> {
     let mut start = 0;
     let mut blocks = vec![];
-    for one in recordings {
+    for one in problem.recordings() {
         let at = |block: usize| start + block * one.len() / BLOCKS;
         blocks.extend((0..BLOCKS).map(|block| at(block)..at(block + 1)));
         start += one.len();
@@ -115,7 +178,7 @@ mod tests {
     #[test]
     fn a_parameter_without_influence_has_an_infinite_interval() {
         let curvature = DMatrix::from_row_slice(2, 2, &[4.0, 0.0, 0.0, 0.0]);
-        let half = half_widths(&curvature, &DMatrix::identity(2, 2), 2.0);
-        assert_eq!(half[1], f64::INFINITY);
+        let deviations = deviations(&curvature, &DMatrix::identity(2, 2));
+        assert_eq!(deviations[1], f64::INFINITY);
     }
 }

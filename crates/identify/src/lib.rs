@@ -18,11 +18,13 @@ mod filter;
 mod intervals;
 mod machine;
 mod measured;
+mod model;
 mod plausibility;
 mod problem;
 mod questions;
 mod structure;
 mod whiteness;
+mod zero;
 
 pub use error::IdentifyError;
 pub use estimate::{Fit, Identification, Request, Role, STEPS, identify};

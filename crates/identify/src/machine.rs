@@ -35,11 +35,17 @@ pub struct Machine {
     pub load: Load,
 }
 
-/// The load on the slave: `f(t) = scale · measured(t + lag) + offset`.
+/// The load on the slave: `f(t) = y + (scale - 1) min(max(y, -F), F) + offset` at the reading `y = measured(t + lag) -
+/// zero`.
+///
+/// Beyond F, the largest reading from which the scale was estimated, the sensor's slope is 1: the error of the scale in
+/// one contact is not extrapolated to larger forces in another one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Load {
     /// True force per measured force.
     pub scale: f64,
+    /// The largest reading to which the scale applies, F, in N.
+    pub scaled_up_to_n: f64,
     /// A constant force against the motion in N: an offset of the sensor, or gravity.
     pub offset_n: f64,
     /// Time by which the sensor lags behind the force in s.
@@ -47,14 +53,14 @@ pub struct Load {
 }
 
 impl Machine {
-    /// Returns the simulated slave positions in m, one per sample. The simulation starts at the measured position and
-    /// velocity. `None` if it diverges.
+    /// Returns the simulated slave positions in m, one per sample, with the force sensor's zero in N. The simulation
+    /// starts at the measured position and velocity. `None` if it diverges.
     ///
     /// A step of length h solves for the mean velocity w with the implicit midpoint rule:
     /// `(2 m/h + b + K_d + K_p h/2) w + F(w) = 2 m v/h + K_p (x_m - x) + K_d ẋ_m - f`. The slave rests during the
     /// step if the right side is within ±F_c, which is exact stiction without chatter.
     #[must_use]
-    pub fn simulate(&self, measured: &Measured) -> Option<Vec<f64>> {
+    pub fn simulate(&self, measured: &Measured, zero_n: f64) -> Option<Vec<f64>> {
         let interval_s = measured.interval_s;
         let steps = ((interval_s / LONGEST_STEP_S - 1e-9).ceil() as usize).clamp(1, MAX_STEPS);
         let step_s = interval_s / steps as f64;
@@ -68,7 +74,7 @@ impl Machine {
         if !(denominator.is_finite() && denominator > 0.0) {
             return None;
         }
-        let load_n = self.load.on(measured);
+        let load_n = self.load.on(measured, zero_n);
         let mut position_m = measured.slave_m[0];
         let mut velocity = measured.start_velocity_m_per_s;
         let mut positions_m = Vec::with_capacity(measured.len());
@@ -102,20 +108,34 @@ impl Machine {
 
 impl Load {
     /// A perfect sensor.
-    pub const EXACT: Self = Self { scale: 1.0, offset_n: 0.0, lag_s: 0.0 };
+    pub const EXACT: Self = Self { scale: 1.0, scaled_up_to_n: f64::INFINITY, offset_n: 0.0, lag_s: 0.0 };
 
-    /// Returns the load in N at each sample. Beyond the ends, the measured force is held.
-    fn on(&self, measured: &Measured) -> Vec<f64> {
-        let last = measured.len() - 1;
-        let ahead = self.lag_s / measured.interval_s;
-        let force_n = &measured.force_n;
-        let at = |sample: usize| {
-            let place = (sample as f64 + ahead).clamp(0.0, last as f64);
-            let (left, share) = (place as usize, place.fract());
-            let right = (left + 1).min(last);
-            self.scale * (force_n[left] + share * (force_n[right] - force_n[left])) + self.offset_n
+    /// Returns the load in N at each sample.
+    fn on(&self, measured: &Measured, zero_n: f64) -> Vec<f64> {
+        let load_n = |reading_n: f64| {
+            let scaled_n = reading_n.clamp(-self.scaled_up_to_n, self.scaled_up_to_n);
+            reading_n + (self.scale - 1.0) * scaled_n + self.offset_n
         };
-        (0..=last).map(at).collect()
+        (0..measured.len()).map(|sample| load_n(self.reading_n(measured, sample) - zero_n)).collect()
+    }
+
+    /// Returns the force in N that the sensor reads a lag after a sample. Beyond the ends, it is held.
+    pub(crate) fn reading_n(&self, measured: &Measured, sample: usize) -> f64 {
+        let (force_n, last) = (&measured.force_n, measured.len() - 1);
+        let place = (sample as f64 + self.lag_s / measured.interval_s).clamp(0.0, last as f64);
+        let (left, share) = (place as usize, place.fract());
+        let right = (left + 1).min(last);
+        force_n[left] + share * (force_n[right] - force_n[left])
+    }
+
+    /// Returns the reading above the zero, in N, at a load in N. The scale is above 0.
+    pub(crate) fn reading_of(&self, load_n: f64) -> f64 {
+        let scaled_n = (load_n - self.offset_n) / self.scale;
+        if scaled_n.abs() <= self.scaled_up_to_n {
+            scaled_n
+        } else {
+            load_n - self.offset_n - (self.scale - 1.0) * self.scaled_up_to_n.copysign(scaled_n)
+        }
     }
 }
 
@@ -140,7 +160,7 @@ mod tests {
         let velocity = 0.2;
         let mut free = measured(0.001, 1000, |_| (0.0, 0.0, 0.0));
         free.start_velocity_m_per_s = velocity;
-        let positions = FREE.simulate(&free).expect("finite");
+        let positions = FREE.simulate(&free, 0.0).expect("finite");
         let distance = FREE.mass_kg * velocity * velocity / (2.0 * FREE.coulomb_n);
         let stop_s = FREE.mass_kg * velocity / FREE.coulomb_n;
         let end = positions[999];
@@ -151,7 +171,11 @@ mod tests {
 
     #[test]
     fn friction_holds_a_loaded_mass_at_rest_up_to_its_limit() {
-        let loaded = |load_n: f64| FREE.simulate(&measured(0.001, 500, |_| (0.0, 0.0, load_n))).expect("finite");
+        // The sensor reads 0.1 N without a load.
+        let loaded = |load_n: f64| {
+            let one = measured(0.001, 500, |_| (0.0, 0.0, load_n + 0.1));
+            FREE.simulate(&one, 0.1).expect("finite")
+        };
         assert!(loaded(0.2999).iter().all(|x| *x == 0.0));
         // Beyond the limit: x(t) = -(f - F_c) t² / (2 m).
         let end = loaded(0.5)[499];
@@ -164,7 +188,7 @@ mod tests {
         // A step of the master by 1: x = 1 - e^{-ζωt} (cos ω_d t + ζω/ω_d sin ω_d t), without a jump of ẋ_m.
         let machine = Machine { viscous_n_s_per_m: 4.0, coulomb_n: 0.0, position_gain_n_per_m: 400.0, ..FREE };
         let step = measured(0.001, 600, |_| (1.0, 0.0, 0.0));
-        let positions = machine.simulate(&step).expect("finite");
+        let positions = machine.simulate(&step, 0.0).expect("finite");
         let (decay, omega) = (4.0 / 0.8, (400.0_f64 / 0.4 - 25.0).sqrt());
         for (k, x) in positions.iter().enumerate() {
             let t = k as f64 * 1e-3;
@@ -176,14 +200,20 @@ mod tests {
     #[test]
     fn a_lag_and_a_scale_act_on_the_load() {
         let ramp = measured(0.001, 100, |t_s| (0.0, 0.0, 10.0 * t_s));
-        let load = Load { scale: 2.0, offset_n: 1.0, lag_s: 0.0005 }.on(&ramp);
-        assert!((load[10] - (2.0 * 10.0 * 0.0105 + 1.0)).abs() < 1e-12, "{}", load[10]);
-        assert_eq!(load[99], 2.0 * 10.0 * 0.099 + 1.0);
+        let load = Load { scale: 2.0, scaled_up_to_n: 0.4, offset_n: 1.0, lag_s: 0.0005 };
+        let load_n = load.on(&ramp, 0.05);
+        assert!((load_n[10] - (2.0 * (10.0 * 0.0105 - 0.05) + 1.0)).abs() < 1e-12, "{}", load_n[10]);
+        // Beyond 0.4 N above the zero, the slope is 1.
+        assert!((load_n[99] - (0.99 - 0.05 + 0.4 + 1.0)).abs() < 1e-12, "{}", load_n[99]);
+        for sample in [10, 99] {
+            let reading_n = load.reading_n(&ramp, sample) - 0.05;
+            assert!((load.reading_of(load_n[sample]) - reading_n).abs() < 1e-12, "{sample}");
+        }
     }
 
     #[test]
     fn a_machine_that_diverges_has_no_positions() {
         let machine = Machine { viscous_n_s_per_m: -1e3, ..FREE };
-        assert_eq!(machine.simulate(&measured(0.001, 500, |_| (1.0, 0.0, -1.0))), None);
+        assert_eq!(machine.simulate(&measured(0.001, 500, |_| (1.0, 0.0, -1.0)), 0.0), None);
     }
 }

@@ -3,9 +3,10 @@
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector, Dyn, storage::Owned};
 
-use crate::machine::Machine;
 use crate::measured::{Measured, span};
+use crate::model::{Model, Unknown};
 use crate::structure::Parameter;
+use crate::zero::FreeMotion;
 
 /// The first weight of a prior: one standard deviation counts as much as an error of 1 % of the slave's motion.
 const FIRST_WEIGHT: f64 = 0.01;
@@ -28,32 +29,40 @@ const STEP: f64 = 1e-4;
 /// Coordinates are limited to this magnitude: a factor of e^25 from the start.
 const LARGEST: f64 = 25.0;
 
-/// The unknown parameters of a machine in coordinates of magnitude 1: the logarithm of the ratio to the start for
-/// positive parameters, and the deviation from the prior mean per standard deviation for those of the sensor.
+/// The unknowns of a model in coordinates of magnitude 1: the logarithm of the ratio to the start for positive
+/// parameters, and the deviation from the expected value per standard deviation for those of the sensor.
 #[derive(Clone)]
 pub(crate) struct Problem<'a> {
     recordings: &'a [Measured],
-    free: Vec<Parameter>,
-    start: Machine,
+    free: Vec<Unknown>,
+    start: Model,
+    free_motion: Option<FreeMotion>,
     offset_sd_n: f64,
     prior_weight: f64,
     coordinates: DVector<f64>,
 }
 
 impl<'a> Problem<'a> {
-    pub(crate) fn new(recordings: &'a [Measured], free: Vec<Parameter>, start: Machine) -> Self {
+    /// The zeros of the start are those that are expected.
+    pub(crate) fn new(
+        recordings: &'a [Measured],
+        free: Vec<Unknown>,
+        start: Model,
+        free_motion: Option<FreeMotion>,
+    ) -> Self {
         let range_n = recordings.iter().map(|one| span(&one.force_n)).fold(0.0, f64::max);
         let offset_sd_n = (OFFSET_SD_PER_RANGE * range_n).max(1e-9);
         let coordinates = DVector::zeros(free.len());
-        let mut problem = Self { recordings, free, start, offset_sd_n, prior_weight: FIRST_WEIGHT, coordinates };
-        let at_start = |parameter: &Parameter| {
-            problem.prior(*parameter).map_or(0.0, |(mean, sd)| (parameter.of(&start) - mean) / sd)
+        let mut problem =
+            Self { recordings, free, start, free_motion, offset_sd_n, prior_weight: FIRST_WEIGHT, coordinates };
+        let at_start = |unknown: &Unknown| {
+            problem.expected(*unknown).map_or(0.0, |(mean, sd)| (unknown.of(&problem.start) - mean) / sd)
         };
         problem.coordinates = DVector::from_iterator(problem.free.len(), problem.free.iter().map(at_start));
         problem
     }
 
-    pub(crate) fn free(&self) -> &[Parameter] {
+    pub(crate) fn free(&self) -> &[Unknown] {
         &self.free
     }
 
@@ -67,40 +76,52 @@ impl<'a> Problem<'a> {
         self.prior_weight
     }
 
-    /// Returns the prior mean and standard deviation of a parameter of the sensor.
-    pub(crate) fn prior(&self, parameter: Parameter) -> Option<(f64, f64)> {
-        match parameter {
-            Parameter::Scale => Some((1.0, SCALE_SD)),
-            Parameter::Offset => Some((0.0, self.offset_sd_n)),
-            Parameter::Lag => Some((0.0, LAG_SD_S)),
-            _ => None,
+    /// Returns the expected value and its standard deviation of an unknown that may be negative.
+    fn expected(&self, unknown: Unknown) -> Option<(f64, f64)> {
+        match unknown {
+            Unknown::Of(Parameter::Scale) => Some((1.0, SCALE_SD)),
+            Unknown::Of(Parameter::Offset) => Some((0.0, self.offset_sd_n)),
+            Unknown::Of(Parameter::Lag) => Some((0.0, LAG_SD_S)),
+            Unknown::Of(_) => None,
+            // The ripple of the sensor in free motion bounds how exactly its zero is known.
+            Unknown::Zero(recording) => {
+                let width_n = self.free_motion.map_or(0.0, |free| free.width_n);
+                Some((self.start.zeros_n[recording], width_n.max(1e-9)))
+            }
         }
     }
 
-    /// Returns the machine at the current coordinates.
-    pub(crate) fn machine(&self) -> Machine {
-        self.machine_at(&self.coordinates)
+    /// Returns the standard deviation of an unknown's prior; `None` without a prior. Free motion determines the constant
+    /// force.
+    pub(crate) fn prior_sd(&self, unknown: Unknown) -> Option<f64> {
+        let is_determined = unknown == Unknown::Of(Parameter::Offset) && self.free_motion.is_some();
+        self.expected(unknown).filter(|_| !is_determined).map(|(_, sd)| sd)
     }
 
-    fn machine_at(&self, coordinates: &DVector<f64>) -> Machine {
-        let mut machine = self.start;
-        for (parameter, coordinate) in self.free.iter().zip(coordinates.iter()) {
+    /// Returns the model at the current coordinates.
+    pub(crate) fn model(&self) -> Model {
+        self.model_at(&self.coordinates)
+    }
+
+    fn model_at(&self, coordinates: &DVector<f64>) -> Model {
+        let mut model = self.start.clone();
+        for (unknown, coordinate) in self.free.iter().zip(coordinates.iter()) {
             let coordinate = coordinate.clamp(-LARGEST, LARGEST);
-            let value = match self.prior(*parameter) {
+            let value = match self.expected(*unknown) {
                 Some((mean, sd)) => mean + sd * coordinate,
-                None => parameter.of(&self.start) * coordinate.exp(),
+                None => unknown.of(&self.start) * coordinate.exp(),
             };
-            parameter.set(&mut machine, value);
+            unknown.set(&mut model, value);
         }
-        machine
+        model
     }
 
-    /// Returns the errors of a machine relative to the motion of each recording. A simulation that diverges has errors
-    /// as large as the motion at every sample, so that the optimiser rejects the step.
-    pub(crate) fn errors(&self, machine: &Machine) -> Vec<f64> {
+    /// Returns the errors of a model relative to the motion of each recording. A simulation that diverges has errors as
+    /// large as the motion at every sample, so that the optimiser rejects the step.
+    pub(crate) fn errors(&self, model: &Model) -> Vec<f64> {
         let mut errors = Vec::with_capacity(self.recordings.iter().map(Measured::len).sum());
-        for one in self.recordings {
-            match machine.simulate(one) {
+        for (one, zero_n) in self.recordings.iter().zip(&model.zeros_n) {
+            match model.machine.simulate(one, *zero_n) {
                 Some(simulated) => {
                     let scale = 1.0 / one.motion_m();
                     errors.extend(
@@ -114,9 +135,8 @@ impl<'a> Problem<'a> {
     }
 
     fn residuals_at(&self, coordinates: &DVector<f64>) -> DVector<f64> {
-        let mut residuals = self.errors(&self.machine_at(coordinates));
-        let priors =
-            self.free.iter().zip(coordinates.iter()).filter(|(parameter, _)| self.prior(**parameter).is_some());
+        let mut residuals = self.errors(&self.model_at(coordinates));
+        let priors = self.free.iter().zip(coordinates.iter()).filter(|(unknown, _)| self.prior_sd(**unknown).is_some());
         residuals.extend(priors.map(|(_, coordinate)| self.prior_weight * coordinate));
         DVector::from_vec(residuals)
     }
@@ -127,10 +147,10 @@ impl<'a> Problem<'a> {
     /// observation, and the priors have the weight of such an observation. They decide little where simulation and
     /// measurement agree, and more where the structure does not explain the recordings.
     pub(crate) fn solve(self) -> (f64, Self) {
-        let has_priors = self.free.iter().any(|parameter| self.prior(*parameter).is_some());
+        let has_priors = self.free.iter().any(|unknown| self.prior_sd(*unknown).is_some());
         let mut solved = self.minimised();
         for _ in 0..if has_priors { REWEIGHTED } else { 0 } {
-            let squares: f64 = solved.errors(&solved.machine()).iter().map(|error| error * error).sum();
+            let squares: f64 = solved.errors(&solved.model()).iter().map(|error| error * error).sum();
             solved.prior_weight = (squares / solved.recordings.len() as f64).sqrt().min(FIRST_WEIGHT);
             solved = solved.minimised();
         }

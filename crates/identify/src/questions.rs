@@ -2,6 +2,7 @@
 
 use crate::machine::Machine;
 use crate::measured::{Measured, deviation, span};
+use crate::model::Model;
 
 /// A load that moves the slave by less than this multiple of the simulation's error is no contact.
 const LEAST_EFFECT: f64 = 1.5;
@@ -22,9 +23,12 @@ pub(crate) struct Questions {
 
 impl Questions {
     /// Asks the training recordings, with a machine that roughly follows them.
-    pub(crate) fn of(recordings: &[Measured], machine: &Machine, has_actuator: bool) -> Self {
+    pub(crate) fn of(recordings: &[Measured], model: &Model, has_actuator: bool) -> Self {
         Self {
-            has_contact: recordings.iter().any(|one| load_is_visible(one, machine)),
+            has_contact: recordings
+                .iter()
+                .zip(&model.zeros_n)
+                .any(|(one, zero_n)| load_is_visible(one, &model.machine, *zero_n)),
             reverses: recordings.iter().any(|one| reversals(&one.slave_m) > 0),
             has_actuator,
         }
@@ -73,10 +77,11 @@ impl Questions {
 }
 
 /// Compares the simulation with the measured load and that with its mean.
-fn load_is_visible(measured: &Measured, machine: &Machine) -> bool {
+fn load_is_visible(measured: &Measured, machine: &Machine, zero_n: f64) -> bool {
     let mean_n = measured.force_n.iter().sum::<f64>() / measured.len() as f64;
     let constant = Measured { force_n: vec![mean_n; measured.len()], ..measured.clone() };
-    let (Some(with), Some(without)) = (machine.simulate(measured), machine.simulate(&constant)) else { return false };
+    let simulate = |one| machine.simulate(one, zero_n);
+    let (Some(with), Some(without)) = (simulate(measured), simulate(&constant)) else { return false };
     let differences =
         |others: &[f64]| -> Vec<f64> { with.iter().zip(others).map(|(with, other)| with - other).collect() };
     deviation(&differences(&without)) > LEAST_EFFECT * deviation(&differences(&measured.slave_m))

@@ -21,7 +21,7 @@ const TRUTH: Machine = Machine {
     position_gain_n_per_m: 3000.0,
     velocity_gain_n_s_per_m: 20.0,
     delay_s: 0.0,
-    load: Load { scale: 0.9, offset_n: 0.1, lag_s: 0.0 },
+    load: Load { scale: 0.9, scaled_up_to_n: f64::INFINITY, offset_n: 0.1, lag_s: 0.0 },
 };
 
 /// Simulates a recording in free motion or against a spring of 300 N/m, with noise of the positions.
@@ -39,7 +39,7 @@ fn recording(name: &str, seed: u64, has_contact: bool, has_actuator: bool) -> Me
         Measured::new(name, INTERVAL_S, master, slave, force, actuator).expect("a recording")
     };
     let exact = new(master.clone(), master.clone(), force.clone(), None);
-    let slave = TRUTH.simulate(&exact).expect("finite");
+    let slave = TRUTH.simulate(&exact, 0.0).expect("finite");
     let difference = |k: usize| master[k] - slave[k];
     let rate = |k: usize| {
         let (from, to) = (k.saturating_sub(1), (k + 1).min(SAMPLES - 1));
@@ -82,6 +82,24 @@ fn the_truth_is_within_the_intervals_and_the_gains_are_within_3_percent() {
     }
     // With 95 % intervals, more than 3 of 15 are missed with a probability of 0.5 %.
     assert!(missed <= 3, "{missed} of 15 intervals miss the truth");
+}
+
+#[test]
+fn a_zero_that_drifts_from_recording_to_recording_is_found() {
+    let drifts_n = [0.2, 0.5, -0.3];
+    let mut request = request(5, true);
+    let recordings = request.training.iter_mut().chain(&mut request.predictions);
+    for (one, drift_n) in recordings.zip(drifts_n) {
+        // The sensor also has a ripple, whose range of 0.04 N is how exactly a zero is known.
+        let read = |(k, force_n): (usize, &mut f64)| *force_n += drift_n + 0.02 * (0.3 * k as f64).sin();
+        one.force_n.iter_mut().enumerate().for_each(read);
+    }
+    let found = identify(request, || ()).expect("a machine");
+    for (fit, drift_n) in found.fits.iter().zip(drifts_n) {
+        assert!((fit.sensor_zero_n - drift_n).abs() < 0.04, "{}: {}", fit.measured.name, fit.sensor_zero_n);
+    }
+    let predicted = found.mean_fit_percent(Role::Prediction).expect("a prediction");
+    assert!(predicted > 99.5, "{predicted}");
 }
 
 #[test]
