@@ -11,6 +11,12 @@ use crate::measured::{Measured, deviation};
 /// removes the encoder's noise, which would bias the gains towards 0.
 const HALF_WINDOW_S: f64 = 10e-3;
 
+/// How often the regression is repeated with the delay that it found.
+const REPEATED: usize = 3;
+
+/// The longest delay of a controller in s.
+const LONGEST_DELAY_S: f64 = 0.05;
+
 /// A controller that explains less of the actuator's force is refused.
 const LEAST_SHARE: f64 = 0.5;
 
@@ -33,8 +39,9 @@ pub(crate) struct Controller {
 impl Controller {
     /// Estimates the controller from the recordings with an actuator force; `None` if there are none.
     ///
-    /// The regression `u = c_0 e + c_1 ė + c_2 ë` gives `K_p = c_0`, and for a controller that acts δ later
-    /// `c_1 = K_d - K_p δ` and `c_2 = K_p δ²/2 - K_d δ`, of which δ is the positive root. The interval contains the
+    /// The regression `u(t + δ_0) = c_0 e + c_1 ė + c_2 ë` gives `K_p = c_0`, and for a controller that acts δ later than
+    /// that `c_1 = K_d - K_p δ` and `c_2 = K_p δ²/2 - K_d δ`. It is repeated with δ_0 increased by δ, so that the
+    /// expansion is exact in the end. The interval contains the
     /// sampling error from blocks of correlated residuals, and the changes of the value at half and at twice the
     /// smoothing, which show the bias by noise and by the expansion.
     pub(crate) fn of(recordings: &[Measured]) -> Result<Option<Self>, IdentifyError> {
@@ -54,15 +61,16 @@ impl Controller {
         if regression.share < LEAST_SHARE || gain <= 0.0 {
             return Err(refuse(regression.share, gain));
         }
-        let values = physical(&regression.coefficients);
-        let others = [rougher, smoother].map(|other| physical(&other.coefficients));
+        let values = regression.physical();
+        let others = [rougher, smoother].map(|other| other.physical());
         let bounded = |index: usize| {
             let mut gradient = Vector3::zeros();
             for (k, slope) in gradient.iter_mut().enumerate() {
                 let step = 1e-6 * regression.coefficients[k].abs();
                 let mut moved = regression.coefficients;
                 moved[k] += step;
-                *slope = if step > 0.0 { (physical(&moved)[index] - values[index]) / step } else { 0.0 };
+                let moved = physical(&moved)[index] - physical(&regression.coefficients)[index];
+                *slope = if step > 0.0 { moved / step } else { 0.0 };
             }
             let variance = gradient.dot(&(regression.covariance * gradient)).max(0.0);
             let freedom = (BLOCKS * with_actuator.len()) as f64 - 3.0;
@@ -75,18 +83,20 @@ impl Controller {
     }
 }
 
-/// Converts the coefficients of e, ė and ë to position gain, velocity gain and delay, none of them negative.
+/// Converts the coefficients of e, ė and ë to position gain, velocity gain and delay.
 fn physical(coefficients: &Vector3<f64>) -> [f64; 3] {
     let [gain, rate, second] = [coefficients[0], coefficients[1], coefficients[2]];
     let discriminant = rate * rate - 2.0 * gain * second;
-    if !(gain > 0.0 && second < 0.0 && discriminant >= 0.0) {
-        return [gain, rate.max(0.0), 0.0];
+    if !(gain > 0.0 && discriminant >= 0.0) {
+        return [gain, rate, 0.0];
     }
     let delay_s = (discriminant.sqrt() - rate) / gain;
-    [gain, (rate + gain * delay_s).max(0.0), delay_s]
+    [gain, rate + gain * delay_s, delay_s]
 }
 
 struct Regression {
+    /// The delay that the regression presupposes, in s.
+    delay_s: f64,
     coefficients: Vector3<f64>,
     covariance: Matrix3<f64>,
     /// The explained share of the actuator's force, as in a fit, 1 for a perfect one.
@@ -96,9 +106,24 @@ struct Regression {
 impl Regression {
     /// `None` if the error between master and slave does not vary.
     fn of(recordings: &[&Measured], half_s: f64) -> Option<Self> {
+        let mut regression = Self::with_delay(recordings, half_s, 0.0)?;
+        for _ in 0..REPEATED {
+            let [.., delay_s] = regression.physical();
+            regression = Self::with_delay(recordings, half_s, delay_s)?;
+        }
+        Some(regression)
+    }
+
+    /// Returns position gain, velocity gain and delay, none of the last two negative.
+    fn physical(&self) -> [f64; 3] {
+        let [gain, rate, delay_s] = physical(&self.coefficients);
+        [gain, rate.max(0.0), (self.delay_s + delay_s).clamp(0.0, LONGEST_DELAY_S)]
+    }
+
+    fn with_delay(recordings: &[&Measured], half_s: f64, delay_s: f64) -> Option<Self> {
         let mut normal = Matrix3::zeros();
         let mut right = Vector3::zeros();
-        let parts: Vec<Vec<(Vector3<f64>, f64)>> = recordings.iter().map(|one| rows(one, half_s)).collect();
+        let parts: Vec<Vec<(Vector3<f64>, f64)>> = recordings.iter().map(|one| rows(one, half_s, delay_s)).collect();
         for (row, target) in parts.iter().flatten() {
             normal += row * row.transpose();
             right += row * *target;
@@ -122,12 +147,18 @@ impl Regression {
             parts.iter().map(|part| deviation(&part.iter().map(|row| row.1).collect::<Vec<_>>()).powi(2)).sum();
         let covariance = inverse * meat * inverse;
         let is_finite = coefficients.iter().chain(covariance.iter()).all(|value| value.is_finite());
-        (is_finite && spread > 0.0).then(|| Self { coefficients, covariance, share: 1.0 - (squares / spread).sqrt() })
+        (is_finite && spread > 0.0).then(|| Self {
+            delay_s,
+            coefficients,
+            covariance,
+            share: 1.0 - (squares / spread).sqrt(),
+        })
     }
 }
 
-/// Returns the smoothed rows (e, ė, ë) of a recording with the smoothed force of the actuator, without the ends.
-fn rows(measured: &Measured, half_s: f64) -> Vec<(Vector3<f64>, f64)> {
+/// Returns the smoothed rows (e, ė, ë) of a recording with the smoothed force of the actuator a delay later, without the
+/// ends.
+fn rows(measured: &Measured, half_s: f64, delay_s: f64) -> Vec<(Vector3<f64>, f64)> {
     let Some(actuator_n) = &measured.actuator_n else { return vec![] };
     let half = ((half_s / measured.interval_s).round() as usize).clamp(1, measured.len() / 16);
     let error_m: Vec<f64> =
@@ -137,8 +168,10 @@ fn rows(measured: &Measured, half_s: f64) -> Vec<(Vector3<f64>, f64)> {
     let second = slope(&rate, 1, measured.interval_s);
     let force_n = smooth(actuator_n, half);
     let skipped = 2 * half + 2;
-    let inner = skipped..measured.len().saturating_sub(skipped);
-    inner.map(|k| (Vector3::new(error_m[k], rate[k], second[k]), force_n[k])).collect()
+    let (later, share) = ((delay_s / measured.interval_s) as usize, (delay_s / measured.interval_s).fract());
+    let inner = skipped..measured.len().saturating_sub(skipped + later);
+    let delayed_n = |k: usize| force_n[k + later] + share * (force_n[k + later + 1] - force_n[k + later]);
+    inner.map(|k| (Vector3::new(error_m[k], rate[k], second[k]), delayed_n(k))).collect()
 }
 
 /// Inverts a matrix whose rows have very different units; `None` if it is singular.
