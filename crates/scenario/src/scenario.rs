@@ -277,7 +277,7 @@ pub(super) const GROUPS: &[Group] = &[
         ..PLAIN
     },
     Group {
-        sections: &[("slave", "The slave (eq. 30) and its position controller (eq. 31).")],
+        sections: &[("slave", "The slave (eq. 30, or another machine) and its position controller (eq. 31, or PID).")],
         keys: SlaveParameters::KEYS,
         read: |of| {
             of.scenario.slave = SlaveParameters::read(of.values)?;
@@ -289,9 +289,9 @@ pub(super) const GROUPS: &[Group] = &[
     Group {
         sections: &[("actuator", "Limits of both motors; they need simulation.control = \"sampled\".")],
         keys: ActuatorLimits::KEYS,
-        also: &[ComplianceSettings::KEYS],
+        also: &[SlaveParameters::KEYS, ComplianceSettings::KEYS],
         read: |of| {
-            of.scenario.actuators = actuators(of.values, of.scenario.timing)?;
+            of.scenario.actuators = actuators(of.values, of.scenario.timing, &of.scenario.slave)?;
             Ok(())
         },
         ..PLAIN
@@ -500,9 +500,16 @@ pub(super) const GROUPS: &[Group] = &[
     },
     // The controllers that wait for the tick depend on the link.
     Group {
-        also: &[DelaySettings::KEYS, ComplianceSettings::KEYS, ControllerSettings::KEYS, PassivitySettings::KEYS],
+        also: &[
+            DelaySettings::KEYS,
+            SlaveParameters::KEYS,
+            ComplianceSettings::KEYS,
+            ControllerSettings::KEYS,
+            PassivitySettings::KEYS,
+        ],
         read: |of| {
-            let waits_for_tick = waits_for_tick(of.scenario.timing, &of.scenario.link);
+            let Scenario { timing, link, slave, .. } = &*of.scenario;
+            let waits_for_tick = waits_for_tick(*timing, link, slave);
             let (settings, forward, backward) = delays(of.values, &of.scenario.grid, waits_for_tick)?;
             (of.scenario.delays, of.scenario.forward, of.scenario.backward) = (settings, forward, backward);
             Ok(())
@@ -555,8 +562,8 @@ mod tests {
         assert_eq!(affected("scaling.force"), 2);
         assert_eq!(affected("detector.threshold"), 1);
         assert_eq!(affected("tissue.layer.skin.grip_n"), 1);
-        // The machine, the steps and the link.
-        assert_eq!(affected("slave.velocity_gain"), 3);
+        // The machine, the motors, the steps, the link and its delays.
+        assert_eq!(affected("slave.velocity_gain"), 5);
         assert!(GROUPS.iter().any(|group| group.is_whole(&find_key("operator.kind").expect("a key"))));
     }
 }

@@ -304,6 +304,9 @@ impl Scenarios {
             "tissue.fmu.parameters" => vec!["\"k = 200\"".into()],
             "tissue.spared_layer" => vec!["skin".into(), "muscle".into()],
             "slave.denominator" => vec!["[1.0, 90.0, 0.1, 0.0]".into()],
+            "slave.a" => vec!["[0.0, 1.0, 0.0, -5.0]".into()],
+            "slave.b" => vec!["[0.0, 0.0, 5.0, 5.0]".into()],
+            "slave.c" => vec!["[1.1, 0.0]".into()],
             _ => return None,
         })
     }
