@@ -12,6 +12,7 @@ use trocar_core::settings::Key;
 use super::engine_kind::EngineKind;
 use super::error::ScenarioError;
 use super::link::link_settings;
+use super::machine_file::{MachineFileSettings, read_machine};
 use super::replay::RecordingSpec;
 use super::resolve::{DelayTicks, delays, waits_for_tick};
 use super::run_settings::RunSettings;
@@ -283,6 +284,13 @@ pub(super) const GROUPS: &[Group] = &[
             of.scenario.slave = SlaveParameters::read(of.values)?;
             Ok(())
         },
+        ..PLAIN
+    },
+    Group {
+        keys: MachineFileSettings::KEYS,
+        also: &[SlaveParameters::KEYS],
+        whole: MachineFileSettings::KEYS,
+        read: |of| read_machine(of.values, &mut of.scenario.slave),
         ..PLAIN
     },
     Group { keys: ComplianceSettings::KEYS, ..PLAIN },
@@ -562,8 +570,8 @@ mod tests {
         assert_eq!(affected("scaling.force"), 2);
         assert_eq!(affected("detector.threshold"), 1);
         assert_eq!(affected("tissue.layer.skin.grip_n"), 1);
-        // The machine, the motors, the steps, the link and its delays.
-        assert_eq!(affected("slave.velocity_gain"), 5);
+        // The machine, its file, the motors, the steps, the link and its delays.
+        assert_eq!(affected("slave.velocity_gain"), 6);
         assert!(GROUPS.iter().any(|group| group.is_whole(&find_key("operator.kind").expect("a key"))));
     }
 }
