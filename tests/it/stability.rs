@@ -390,6 +390,35 @@ fn a_mass_damper_pair_has_the_hybrid_parameters_of_its_closed_form() {
 }
 
 #[test]
+fn a_loaded_slave_has_the_admittance_of_its_closed_form_at_the_needle() {
+    let slave = [
+        "slave.model=mass-damper",
+        "slave.mass_kg=0.3",
+        "slave.damping_n_s_per_m=2",
+        "slave.controller=pid",
+        "slave.derivative_gain=4",
+        "slave.integral_gain=100",
+        "slave.force_feed_forward=0.2",
+        "channel.delay_s=0",
+    ];
+    let ports = Ports::new(&settings(&slave)).expect("built");
+    for hz in [0.2, 1.0, 7.0, 40.0] {
+        let s = point(0.0, std::f64::consts::TAU * hz);
+        let h = ports.at(s.im).expect("computed").expect("there").h;
+        let late = (-s * 1e-3).exp();
+        let one = point(1.0, 0.0);
+        let hold = (one - late) / (s * 1e-3);
+        let on_error = one * 1300.0 + (one - late) * 4000.0 + late / (one - late) * 0.1;
+        let dynamics = s * (s * 0.3 + 2.0) + hold * (on_error + s * 15.0);
+        // (m s² + b s) x = hold (C (r - x) - K_v s x + K_f f - f)
+        let expected = s * hold * (1.0 - 0.2) / dynamics;
+        assert!((h[1][1] - expected).norm() < 1e-12 * expected.norm(), "{hz}: {} {expected}", h[1][1]);
+        let follows = -hold * on_error / dynamics;
+        assert!((h[1][0] - follows).norm() < 1e-12 * (1.0 + follows.norm()), "{hz}: {} {follows}", h[1][0]);
+    }
+}
+
+#[test]
 fn an_ideal_two_port_is_absolutely_stable_and_a_delayed_one_without_damping_is_not() {
     let zero = point(0.0, 0.0);
     let ideal = Hybrid { h: [[zero, point(1.0, 0.0)], [point(-1.0, 0.0), zero]] };
