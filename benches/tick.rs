@@ -10,7 +10,7 @@ mod shipped;
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use trocar::engine::{ExactPlants, IntegratedPlants, Plants, Wired};
+use trocar::engine::{ExactPlants, IntegratedPlants, Plants, TissueForce, Wired};
 use trocar::metrics::MetricsObserver;
 use trocar::plant::{
     ArmParameters, ControlTiming, MASTER_STATES, MasterParameters, MasterStep, SLAVE_STATES, SlaveParameters, SlaveStep,
@@ -116,7 +116,7 @@ fn plants(criterion: &mut Criterion) {
         for tick in 0..ticks {
             let (now, next) = (1e-5 * tick as f64, 1e-5 * (tick + 1) as f64);
             let (force, reference) = (100.0 * plants.slave().position_m, plants.master().position_m);
-            plants.step(now, next, force, reference, 0.0).expect("steps");
+            plants.step(now, next, force, reference, 0.0, TissueForce::zero()).expect("steps");
         }
         plants.slave().position_m
     }

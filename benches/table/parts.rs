@@ -2,7 +2,7 @@
 
 use trocar::augmentation::{Supervisor, SupervisorInput};
 use trocar::detector::{CusumDetector, Detector, DetectorInput, SquaredResidual};
-use trocar::engine::{ExactPlants, Observer, Plants, Signals};
+use trocar::engine::{ExactPlants, Observer, Plants, Signals, TissueForce};
 use trocar::estimation::{Estimator, Rls};
 use trocar::metrics::MetricsObserver;
 use trocar::sensor::ForceSensor;
@@ -40,7 +40,7 @@ part!(
 );
 part!(BothPlants(ExactPlants<f64>), [f64; 4], |plants, input| {
     let [desired_m, next_m, force_n, reference_m] = *input;
-    let stepped = plants.step(desired_m, next_m, force_n, reference_m, 0.0).is_ok();
+    let stepped = plants.step(desired_m, next_m, force_n, reference_m, 0.0, TissueForce::zero()).is_ok();
     plants.slave().position_m.to_bits() ^ u64::from(stepped)
 });
 part!(TissuePart(AnyTissue<f64>), (u64, f64, f64), |tissue, input| {

@@ -149,7 +149,11 @@ pub(crate) fn state_space(py: Python<'_>, scenario: &Scenario, side: &str) -> Py
         "slave" => of_side(
             slave_system(&scenario.slave, scenario.timing).map_err(error::value)?,
             "slave",
-            vec![if is_sampled { "motor_command" } else { "slave_reference_m" }],
+            match (scenario.slave.is_general(), is_sampled) {
+                (true, _) => vec!["motor_command", "external_force_n"],
+                (false, true) => vec!["motor_command"],
+                (false, false) => vec!["slave_reference_m"],
+            },
             vec!["slave_position_m", "slave_velocity_m_per_s"],
             &["slave_position_m", "slave_velocity_m_per_s"],
         ),

@@ -74,7 +74,7 @@ Method:
 The fit is 100 (1 - |simulated - slave| / |slave - mean|) %.
 
 Files, in a folder with the name of the first recording in --out: identification.json; machine.toml with the parameters; \
-measured and simulated positions of each recording as columns and figure.
+slave.toml, a scenario with this slave, if the recordings determine forces; measured and simulated positions of each recording as columns and figure.
 
 Examples:
   trocar identify free.csv foam.csv --predict spring.csv --time t_s \\

@@ -3,7 +3,7 @@
 
 use crate::support;
 use crate::support::pair::Pair;
-use trocar::engine::{ExactPlants, IntegratedPlants, LimitedPlants, Plants};
+use trocar::engine::{ExactPlants, IntegratedPlants, LimitedPlants, Plants, TissueForce};
 use trocar::lane::Lane;
 use trocar::metrics::RuptureMetrics;
 use trocar::plant::{
@@ -191,6 +191,7 @@ fn overdriven() -> SlaveParameters {
         proportional_gain: 1e6,
         velocity_gain: 0.0,
         damping: Damping::Velocity,
+        ..SlaveParameters::default()
     }
 }
 
@@ -313,7 +314,9 @@ fn lanes_are_identical_bit_for_bit_to_single_runs() {
         }
         let both = |pick: fn((f64, f64, f64)) -> f64, k: usize| Pair([pick(input(k)), pick(shifted(k))]);
         let (now, next) = (both(|row| row.0, k), both(|row| row.0, k + 1));
-        together.step(now, next, both(|row| row.1, k), both(|row| row.2, k), both(|_| 0.0, k)).expect("steps");
+        together
+            .step(now, next, both(|row| row.1, k), both(|row| row.2, k), both(|_| 0.0, k), TissueForce::zero())
+            .expect("steps");
     }
     let bits = |columns: &[Vec<f64>; 5]| columns.iter().flatten().map(|value| value.to_bits()).collect::<Vec<_>>();
     for (seen, alone) in seen.iter().zip(&alone) {

@@ -36,7 +36,7 @@ fn settings(settings: &[&str]) -> LinearLoop {
 }
 
 /// The loops of the tests: architecture, timing, delays and lags.
-const LOOPS: [&[&str]; 14] = [
+const LOOPS: [&[&str]; 17] = [
     &["channel.forward_delay_s=0", "channel.backward_delay_s=0"],
     &["channel.forward_delay_s=0.005", "channel.backward_delay_s=0.002", "tissue.damping_n_s_per_m=5"],
     &["channel.forward_delay_s=0.0037", "channel.backward_delay_s=0.0021"],
@@ -61,6 +61,37 @@ const LOOPS: [&[&str]; 14] = [
         "scaling.force=0.5",
     ],
     &["slave.compliance_m_per_n=0.0002", "channel.forward_delay_s=0.0037", "channel.backward_delay_s=0.0021"],
+    &[
+        "slave.model=mass-damper",
+        "slave.mass_kg=0.4",
+        "slave.damping_n_s_per_m=3",
+        "slave.controller=pid",
+        "slave.derivative_gain=6",
+        "slave.integral_gain=300",
+        "slave.force_feed_forward=0.3",
+        "sensor.force_bandwidth_hz=60",
+        "channel.forward_delay_s=0.0013",
+        "channel.backward_delay_s=0.002",
+    ],
+    &[
+        "slave.model=state-space",
+        "slave.a=[0.0, 1.0, 0.0, 0.0, -5.0, 2.5, 0.0, 0.0, -400.0]",
+        "slave.b=[0.0, 0.0, 0.0, 2.5, 400.0, 0.0]",
+        "slave.c=[1.0, 0.0, 0.0]",
+        "simulation.control=sampled",
+        "actuator.master_lag_s=0.002",
+        "controller.kind=local-force",
+        "controller.slave_force_gain=0.5",
+        "slave.compliance_m_per_n=0.0002",
+    ],
+    &[
+        "slave.model=transfer-function",
+        "slave.load=false",
+        "slave.controller=pid",
+        "slave.derivative_gain=2",
+        "controller.kind=position-position",
+        "channel.forward_delay_s=0.003",
+    ],
 ];
 
 fn softly(settings: &[&'static str]) -> Vec<&'static str> {
@@ -132,6 +163,92 @@ fn oracle_the_largest_stable_stiffness_agrees_with_the_reference() {
         assert!((found / expected - 1.0).abs() < 1e-8, "{delay_s}: {found} {expected}");
         assert_eq!(limit.stable.len(), 1);
     }
+}
+
+#[test]
+fn oracle_the_limits_of_ten_general_slaves_agree_with_python_control_in_every_description() {
+    let table = support::table("tests/reference/general_slave_limits.csv");
+    let rows = table["mass_kg"].len();
+    assert_eq!(rows, 10);
+    for row in 0..rows {
+        let column = |name: &str| table[name][row];
+        let (m, b, lag) = (column("mass_kg"), column("damping_n_s_per_m"), column("lag_s"));
+        let mut descriptions = vec![vec![
+            "slave.model=transfer-function".to_owned(),
+            "slave.numerator=[1.0]".to_owned(),
+            format!("slave.denominator=[{:?}, {:?}, {b:?}, 0.0]", m * lag, m + b * lag),
+        ]];
+        if lag == 0.0 {
+            descriptions[0][2] = format!("slave.denominator=[{m:?}, {b:?}, 0.0]");
+            descriptions.push(vec![
+                "slave.model=mass-damper".to_owned(),
+                format!("slave.mass_kg={m}"),
+                format!("slave.damping_n_s_per_m={b}"),
+            ]);
+            descriptions.push(vec![
+                "slave.model=state-space".to_owned(),
+                format!("slave.a=[0.0, 100.0, 0.0, {:?}]", -b / m),
+                format!("slave.b=[0.0, 0.0, {0:?}, {0:?}]", 0.01 / m),
+                "slave.c=[1.0, 0.0]".to_owned(),
+            ]);
+        } else {
+            descriptions.push(vec![
+                "slave.model=state-space".to_owned(),
+                format!("slave.a=[0.0, 1.0, 0.0, 0.0, {:?}, {:?}, 0.0, 0.0, {:?}]", -b / m, 1.0 / m, -1.0 / lag),
+                format!("slave.b=[0.0, 0.0, 0.0, 0.0, {0:?}, {0:?}]", 1.0 / lag),
+                "slave.c=[1.0, 0.0, 0.0]".to_owned(),
+            ]);
+        }
+        for mut description in descriptions {
+            description.push("slave.controller=pid".to_owned());
+            for name in ["proportional_gain", "derivative_gain", "integral_gain", "velocity_gain", "force_feed_forward"]
+            {
+                description.push(format!("slave.{name}={}", column(name)));
+            }
+            let keys: Vec<&str> = description.iter().map(String::as_str).collect();
+            let settings = settings(&keys).with(Parameter::Delay, 1e-3 * column("delay_ticks_each_way"));
+            let search = Search::of(Parameter::Stiffness);
+            let limit = largest_stable(&settings, Parameter::Stiffness, search).expect("found");
+            let (found, expected) = (limit.stable[0].1, column("largest_stable_stiffness_n_per_m"));
+            assert!((found / expected - 1.0).abs() < 1e-6, "{row} {description:?}: {found} {expected}");
+        }
+    }
+}
+
+#[test]
+fn a_run_with_a_general_slave_decays_below_its_limit_and_grows_above_it() {
+    for case in &LOOPS[14..] {
+        let limit = |settings: &LinearLoop| {
+            let limit = largest_stable(settings, Parameter::Stiffness, Search::of(Parameter::Stiffness));
+            limit.expect("found").stable[0].1
+        };
+        let limit = limit(&settings(case));
+        for (factor, is_stable) in [(0.95, true), (1.05, false)] {
+            let stiffness = format!("tissue.stiffness_n_per_m={}", factor * limit);
+            let keys = [*case, &[stiffness.as_str(), "simulation.duration_s=6"]].concat();
+            let trace = run(scenario(&keys)).expect("runs").trace;
+            // A tissue that is left pulls no more, so growth shows as a lasting oscillation.
+            let spread = |part: &[f64]| {
+                let (low, high) =
+                    part.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+                if part.iter().all(|v| v.is_finite()) { high - low } else { f64::INFINITY }
+            };
+            let positions = &trace.slave_position_m;
+            let (early, late) = (spread(&positions[1500..2500]), spread(&positions[5000..]));
+            assert_eq!(late < early, is_stable, "{case:?} {factor}: {early} {late}");
+        }
+    }
+}
+
+#[test]
+fn the_verdict_says_that_coulomb_friction_is_left_out() {
+    use trocar::stability::left_out;
+    let parts = |friction: &str| {
+        let scenario = scenario(&["slave.model=mass-damper", friction]);
+        left_out(&scenario, None).into_iter().map(|part| part.key).collect::<Vec<_>>()
+    };
+    assert!(parts("slave.coulomb_friction_n=0.3").contains(&"slave.coulomb_friction_n"));
+    assert!(parts("slave.coulomb_friction_n=0").is_empty());
 }
 
 #[test]
@@ -269,6 +386,35 @@ fn a_mass_damper_pair_has_the_hybrid_parameters_of_its_closed_form() {
         let hybrid = Hybrid { h };
         assert!((hybrid.llewellyn() + around.arg().cos()).abs() < 1e-12);
         assert!(!hybrid.is_absolutely_stable() && !hybrid.is_passive((0.7, 0.4)));
+    }
+}
+
+#[test]
+fn a_loaded_slave_has_the_admittance_of_its_closed_form_at_the_needle() {
+    let slave = [
+        "slave.model=mass-damper",
+        "slave.mass_kg=0.3",
+        "slave.damping_n_s_per_m=2",
+        "slave.controller=pid",
+        "slave.derivative_gain=4",
+        "slave.integral_gain=100",
+        "slave.force_feed_forward=0.2",
+        "channel.delay_s=0",
+    ];
+    let ports = Ports::new(&settings(&slave)).expect("built");
+    for hz in [0.2, 1.0, 7.0, 40.0] {
+        let s = point(0.0, std::f64::consts::TAU * hz);
+        let h = ports.at(s.im).expect("computed").expect("there").h;
+        let late = (-s * 1e-3).exp();
+        let one = point(1.0, 0.0);
+        let hold = (one - late) / (s * 1e-3);
+        let on_error = one * 1300.0 + (one - late) * 4000.0 + late / (one - late) * 0.1;
+        let dynamics = s * (s * 0.3 + 2.0) + hold * (on_error + s * 15.0);
+        // (m s² + b s) x = hold (C (r - x) - K_v s x + K_f f - f)
+        let expected = s * hold * (1.0 - 0.2) / dynamics;
+        assert!((h[1][1] - expected).norm() < 1e-12 * expected.norm(), "{hz}: {} {expected}", h[1][1]);
+        let follows = -hold * on_error / dynamics;
+        assert!((h[1][0] - follows).norm() < 1e-12 * (1.0 + follows.norm()), "{hz}: {} {follows}", h[1][0]);
     }
 }
 

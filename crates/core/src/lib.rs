@@ -20,6 +20,7 @@ pub mod chain;
 pub mod detector;
 pub mod error;
 pub mod estimation;
+pub mod friction;
 pub mod lane;
 mod registry;
 pub mod rig;

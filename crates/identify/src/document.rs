@@ -17,6 +17,10 @@ use crate::structure::Parameter;
 /// The identified machine, in files.
 const MACHINE: &str = "slave";
 
+/// The first line and the base of the scenario with the identified slave.
+const SCENARIO_QUESTION: &str = "What does the identified slave do at the ruptures of skin and muscle?";
+const SCENARIO_BASE: &str = "layers/skin-augmented";
+
 /// A prediction with at least this fit supports the machine.
 const GOOD_PERCENT: f64 = 90.0;
 
@@ -47,6 +51,7 @@ impl Study for Identification {
             document.data.push(data(fit, name));
         }
         document.files.push(TextFile { name: "machine.toml".into(), text: self.toml() });
+        document.files.extend(self.scenario().map(|text| TextFile { name: "slave.toml".into(), text }));
         document
     }
 }
@@ -220,6 +225,37 @@ impl Identification {
         let _ =
             writeln!(text, "force_scaled_up_to_n = {largest_n} # N, the largest reading in the training recordings");
         text
+    }
+
+    /// Returns a scenario with the identified slave; `None` if only ratios are known, which are no forces.
+    fn scenario(&self) -> Option<String> {
+        let value = |parameter: Parameter| {
+            let found = self.parameters.iter().find(|(own, _)| *own == parameter);
+            found.map_or(0.0, |(_, bounded)| bounded.value.max(0.0))
+        };
+        if self.questions.only_ratios() {
+            return None;
+        }
+        let mut text = format!("# {SCENARIO_QUESTION}\nbase = \"{SCENARIO_BASE}\"\n\n[slave]\n");
+        let delay_s = value(Parameter::Delay);
+        if delay_s > 0.0 {
+            let _ = writeln!(
+                text,
+                "# The controller computes on the tick; its identified delay of {delay_s:.3e} s is left out."
+            );
+        }
+        text.push_str("model = \"mass-damper\"\ncontroller = \"pid\"\n");
+        for (key, parameter) in [
+            ("mass_kg", Parameter::Mass),
+            ("damping_n_s_per_m", Parameter::Viscous),
+            ("coulomb_friction_n", Parameter::Coulomb),
+            ("proportional_gain", Parameter::PositionGain),
+            ("derivative_gain", Parameter::VelocityGain),
+        ] {
+            let _ = writeln!(text, "{key} = {}", shortest(value(parameter)));
+        }
+        text.push_str("velocity_gain = 0.0\n");
+        Some(text)
     }
 }
 

@@ -1,6 +1,7 @@
 //! The model of a slave that follows a master.
 
 use trocar_base::interrupt;
+use trocar_core::friction::CoulombFriction;
 
 use crate::measured::Measured;
 
@@ -74,6 +75,7 @@ impl Machine {
         if !(denominator.is_finite() && denominator > 0.0) {
             return None;
         }
+        let friction = CoulombFriction { limit_n: self.coulomb_n };
         let load_n = self.load.on(measured, zero_n);
         let mut position_m = measured.slave_m[0];
         let mut velocity = measured.start_velocity_m_per_s;
@@ -89,15 +91,15 @@ impl Machine {
                     - virtual_mass * between(&measured.master_acceleration_m_per_s2)
                     - between(&load_n);
                 let force_n = inertia * velocity + drive;
-                if force_n.abs() <= self.coulomb_n {
+                if friction.holds(force_n) {
                     velocity = 0.0;
                     continue;
                 }
-                let mean_velocity = (force_n - self.coulomb_n.copysign(force_n)) / denominator;
+                let mean_velocity = friction.remainder_n(force_n) / denominator;
                 position_m += step_s * mean_velocity;
                 let after = 2.0 * mean_velocity - velocity;
                 // A velocity that changes its sign within the step passes through rest, where friction can hold.
-                let rests = after * mean_velocity < 0.0 && drive.abs() <= self.coulomb_n;
+                let rests = after * mean_velocity < 0.0 && friction.holds(drive);
                 velocity = if rests { 0.0 } else { after };
             }
             positions_m.push(position_m);

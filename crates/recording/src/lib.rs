@@ -44,6 +44,7 @@ mod labels;
 mod labview;
 mod limits;
 mod live;
+mod matrices;
 mod memory;
 mod number;
 mod quantity;
@@ -68,6 +69,7 @@ pub use in_vivo_like::{InVivoLikeVariant, RUPTURES_S, in_vivo_like_csv, in_vivo_
 pub use labels::{LabelRow, read_labels};
 pub use limits::Limits;
 pub use live::{LiveLine, LiveSample, LiveTable};
+pub use matrices::{Matrix, read_matrices};
 pub use memory::{MEMORY, keep, kept};
 pub use quantity::Quantity;
 pub use read::{read_csv, scan_csv};

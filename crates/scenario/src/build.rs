@@ -13,11 +13,12 @@ use trocar_core::error::positive;
 use trocar_core::lane::Lane;
 use trocar_engine::channel::{Irregularity, MAX_DELAY_TICKS, Schedule};
 use trocar_engine::engine::{
-    Any, BuiltInOr, Engine, EngineError, ExactPlants, FractionalDelayPlants, IntegratedPlants, LimitedPlants,
-    MasterSide, Observer, Plants, SideEngine, SlaveSide, UserDefinedEngine, UserDefinedParts, Wired, Wiring,
+    Any, BuiltInOr, Engine, EngineError, ExactPlants, FractionalDelayPlants, GeneralPlants, GeneralSlave,
+    IntegratedPlants, LimitedPlants, MasterPlants, MasterSide, Observer, Plants, SideEngine, SlaveSide,
+    UserDefinedEngine, UserDefinedParts, Wired, Wiring,
 };
 use trocar_engine::operator::{Hand, Perception, Reflex, StiffeningSettings, StretchSettings};
-use trocar_engine::plant::{MasterStep, PlantError, SlaveStep};
+use trocar_engine::plant::{MasterStep, PlantError, SlaveParameters, SlaveStep};
 use trocar_engine::sensor::AnySensor;
 use trocar_engine::teleoperation::LinkReport;
 use trocar_engine::tissue::{AnyTissue, UnitTissue};
@@ -33,6 +34,8 @@ pub enum ScenarioEngine {
     Split(Box<Engine<FractionalDelayPlants<f64>, Any<f64>>>),
     /// Numerical integration.
     Integrated(Box<Engine<IntegratedPlants, Any<f64>>>),
+    /// A slave other than the appendix'.
+    General(Box<Engine<GeneralPlants, Any<f64>>>),
 }
 
 impl ScenarioEngine {
@@ -46,6 +49,7 @@ impl ScenarioEngine {
             Self::Limited(engine) => engine.run(&mut observer),
             Self::Split(engine) => engine.run(&mut observer),
             Self::Integrated(engine) => engine.run(&mut observer),
+            Self::General(engine) => engine.run(&mut observer),
         }
     }
 
@@ -57,7 +61,7 @@ impl ScenarioEngine {
     pub fn run_compiled<O: Observer<f64>>(&mut self, observer: &mut O) -> Result<(), EngineError> {
         match self {
             Self::Exact(engine) => engine.run_compiled(observer),
-            Self::Limited(_) | Self::Split(_) | Self::Integrated(_) => self.run(observer),
+            Self::Limited(_) | Self::Split(_) | Self::Integrated(_) | Self::General(_) => self.run(observer),
         }
     }
 
@@ -69,6 +73,7 @@ impl ScenarioEngine {
             Self::Limited(engine) => engine.parts.link_report(0),
             Self::Split(engine) => engine.parts.link_report(0),
             Self::Integrated(engine) => engine.parts.link_report(0),
+            Self::General(engine) => engine.parts.link_report(0),
         }
     }
 }
@@ -80,6 +85,9 @@ impl Scenario {
     /// [`ScenarioError`] if no plant can be computed from the parameters.
     pub fn build(&self) -> Result<ScenarioEngine, ScenarioError> {
         self.load_unit()?;
+        if self.slave.is_general() {
+            return Ok(ScenarioEngine::General(Box::new(self.general(self.general_plants()?, 0)?)));
+        }
         Ok(match self.engine {
             EngineKind::Exact if self.is_split() => ScenarioEngine::Split(Box::new(self.split_engine(0)?)),
             EngineKind::Exact if self.actuators.are_none() => ScenarioEngine::Exact(Box::new(self.exact_engine(0)?)),
@@ -94,7 +102,9 @@ impl Scenario {
         let reference_m = self.position_scale() * start_m;
         let invalid = |error| self.values().out_of_range(&error);
         self.whole_steps().map_err(|error| self.unbuildable(&error))?;
-        if self.is_split() {
+        if self.slave.is_general() {
+            self.general_plants()?;
+        } else if self.is_split() {
             self.split_plants::<f64>()?;
         } else if !self.actuators.are_none() {
             self.limited_plants::<f64>()?;
@@ -124,6 +134,7 @@ impl Scenario {
             return Err(ScenarioError::new(message).at(place).remedy(remedy));
         }
         let plants = match self.engine {
+            _ if self.slave.is_general() => BuiltInOr::UserDefined(Box::new(self.general_plants()?) as Box<_>),
             EngineKind::Exact if self.is_split() => BuiltInOr::UserDefined(Box::new(self.split_plants()?) as Box<_>),
             EngineKind::Exact if self.actuators.are_none() => BuiltInOr::BuiltIn(self.exact_plants()?),
             EngineKind::Exact => BuiltInOr::UserDefined(Box::new(self.limited_plants()?) as Box<_>),
@@ -183,9 +194,12 @@ impl Scenario {
         apart.irregularity = Irregularity::DEFAULT;
         let delayed = |ticks: u64| Schedule::new([ticks.min(MAX_DELAY_TICKS) as u32].into(), Arc::default());
         (apart.forward_schedule, apart.backward_schedule) = (delayed(forward), delayed(backward));
-        let plants: Box<dyn Plants<f64> + Send> = match self.actuators.are_none() {
-            true => Box::new(apart.exact_plants()?),
-            false => Box::new(apart.limited_plants()?),
+        let plants: Box<dyn Plants<f64> + Send> = if self.slave.is_general() {
+            Box::new(apart.general_plants()?)
+        } else if self.actuators.are_none() {
+            Box::new(apart.exact_plants()?)
+        } else {
+            Box::new(apart.limited_plants()?)
         };
         apart.general(plants, 0)
     }
@@ -255,6 +269,19 @@ impl Scenario {
     }
 
     fn exact_plants<L: Lane>(&self) -> Result<ExactPlants<L>, ScenarioError> {
+        self.require_appendix()?;
+        self.plants_of_appendix()
+    }
+
+    fn require_appendix(&self) -> Result<(), ScenarioError> {
+        if self.slave.is_general() {
+            let message = "this engine supports the appendix' slave only";
+            return Err(ScenarioError::new(message).at(self.values().section_place("slave")));
+        }
+        Ok(())
+    }
+
+    fn plants_of_appendix<L: Lane>(&self) -> Result<ExactPlants<L>, ScenarioError> {
         let start_m = self.start_m();
         let (master, slave) = self.whole_steps().map_err(|error| self.unbuildable(&error))?;
         Ok(ExactPlants::new(&master, &slave, start_m, self.position_scale() * start_m))
@@ -268,6 +295,7 @@ impl Scenario {
         &self,
         first_stream: u64,
     ) -> Result<Engine<LimitedPlants<L>, Any<L>>, ScenarioError> {
+        self.require_appendix()?;
         self.general(self.limited_plants()?, first_stream)
     }
 
@@ -277,6 +305,24 @@ impl Scenario {
         let reference_m = self.position_scale() * start_m;
         let plants = LimitedPlants::new(machines, &self.actuators, self.grid.tick_s(), start_m, reference_m);
         plants.map_err(|error| self.unbuildable(&error))
+    }
+
+    /// The master's side comes from plants with the appendix' slave, which is not used.
+    fn general_plants(&self) -> Result<GeneralPlants, ScenarioError> {
+        let plant = |error| self.unbuildable(&error);
+        let (tick_s, reference_m) = (self.grid.tick_s(), self.position_scale() * self.start_m());
+        let beside = Self { slave: SlaveParameters::default(), ..self.clone() };
+        let limits = &self.actuators;
+        let slave = match self.engine {
+            EngineKind::Exact => GeneralSlave::exact(&self.slave, limits, tick_s, reference_m),
+            EngineKind::Dop853 => GeneralSlave::integrated(&self.slave, limits, tick_s, reference_m),
+        };
+        let master = match self.engine {
+            EngineKind::Dop853 => MasterPlants::Integrated(Box::new(beside.integrated_plants())),
+            EngineKind::Exact if limits.are_none() => MasterPlants::Exact(Box::new(self.plants_of_appendix()?)),
+            EngineKind::Exact => MasterPlants::Limited(Box::new(beside.limited_plants()?)),
+        };
+        Ok(GeneralPlants::new(master, slave.map_err(plant)?))
     }
 
     fn integrated_plants(&self) -> IntegratedPlants {
@@ -289,11 +335,22 @@ impl Scenario {
     }
 
     pub(super) fn unbuildable(&self, error: &PlantError) -> ScenarioError {
+        if let Some((key, remedy)) = error.of_model() {
+            let place = self.values().place(key).or_else(|| self.values().section_place("slave"));
+            return ScenarioError::new(error.to_string()).at(place).remedy(remedy);
+        }
         match error {
             PlantError::Parameter(invalid) => self.values().out_of_range(invalid),
             PlantError::SlaveDegree { .. } => {
                 ScenarioError::new(error.to_string()).at(self.values().section_place("slave"))
             }
+            PlantError::Improper { .. }
+            | PlantError::VelocityJumps { .. }
+            | PlantError::TooManyStates { .. }
+            | PlantError::TooFewStates { .. }
+            | PlantError::Size { .. }
+            | PlantError::Unstable { .. }
+            | PlantError::NoRest { .. } => ScenarioError::new(error.to_string()),
             PlantError::Build { side, .. } => ScenarioError::new(error.to_string())
                 .at(self.values().section_place(side))
                 .remedy(format!("check the values of [{side}]")),

@@ -15,6 +15,7 @@ mod key_table;
 mod keys;
 mod layers;
 mod link;
+mod machine_file;
 mod parts;
 pub mod population;
 mod quantity;

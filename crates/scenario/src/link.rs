@@ -2,7 +2,9 @@
 
 use super::error::ScenarioError;
 use super::values::Values;
-use trocar_engine::plant::{Coupling, Damping, MasterParameters, PlantError, SlaveParameters};
+use trocar_engine::plant::{
+    Coupling, Damping, MasterParameters, PlantError, SlaveController, SlaveModel, SlaveParameters,
+};
 use trocar_engine::teleoperation::{
     ComplianceSettings, ControllerKind, ControllerSettings, LinkSettings, Machines, PassivitySettings,
     RecoverySettings, Scales, Scheme,
@@ -39,6 +41,28 @@ pub(super) fn link_settings(
         force_scale: scales.force,
     };
     Ok(LinkSettings { controller, machines, recovery: RecoverySettings::read(values)?, passivity })
+}
+
+fn check_general(
+    values: &Values,
+    (kind, scheme): (ControllerKind, Scheme),
+    slave: &SlaveParameters,
+) -> Result<(), ScenarioError> {
+    if !slave.is_general() {
+        return Ok(());
+    }
+    let (key, message) = if kind.models_slave() {
+        let message = format!("{} computes the slave's forces from the appendix' model", kind.word());
+        ("controller.kind", message)
+    } else if scheme != Scheme::None {
+        let message = format!("{} computes the braking of the slave from the appendix' model", scheme.word());
+        ("passivity.scheme", message)
+    } else {
+        return Ok(());
+    };
+    let (model, controller) = (SlaveModel::Appendix.word(), SlaveController::Appendix.word());
+    let remedy = format!("use slave.model = \"{model}\" with slave.controller = \"{controller}\", or change {key}");
+    Err(values.error(key, message).remedy(remedy))
 }
 
 fn check_damping(
@@ -80,6 +104,7 @@ fn check_compatible(
         let remedy = format!("use master.coupling = \"{coupling}\", or controller.kind = \"{kind}\"");
         return Err(values.error("master.coupling", message).remedy(remedy));
     }
+    check_general(values, (kind, scheme), slave)?;
     if kind.models_slave() && slave.damping == Damping::AsPrinted {
         let message = format!("{} needs velocity damping of the slave", kind.word());
         return Err(values

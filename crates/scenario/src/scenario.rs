@@ -12,6 +12,7 @@ use trocar_core::settings::Key;
 use super::engine_kind::EngineKind;
 use super::error::ScenarioError;
 use super::link::link_settings;
+use super::machine_file::{MachineFileSettings, read_machine};
 use super::replay::RecordingSpec;
 use super::resolve::{DelayTicks, delays, waits_for_tick};
 use super::run_settings::RunSettings;
@@ -277,7 +278,7 @@ pub(super) const GROUPS: &[Group] = &[
         ..PLAIN
     },
     Group {
-        sections: &[("slave", "The slave (eq. 30) and its position controller (eq. 31).")],
+        sections: &[("slave", "The slave (eq. 30, or another machine) and its position controller (eq. 31, or PID).")],
         keys: SlaveParameters::KEYS,
         read: |of| {
             of.scenario.slave = SlaveParameters::read(of.values)?;
@@ -285,13 +286,20 @@ pub(super) const GROUPS: &[Group] = &[
         },
         ..PLAIN
     },
+    Group {
+        keys: MachineFileSettings::KEYS,
+        also: &[SlaveParameters::KEYS],
+        whole: MachineFileSettings::KEYS,
+        read: |of| read_machine(of.values, &mut of.scenario.slave),
+        ..PLAIN
+    },
     Group { keys: ComplianceSettings::KEYS, ..PLAIN },
     Group {
         sections: &[("actuator", "Limits of both motors; they need simulation.control = \"sampled\".")],
         keys: ActuatorLimits::KEYS,
-        also: &[ComplianceSettings::KEYS],
+        also: &[SlaveParameters::KEYS, ComplianceSettings::KEYS],
         read: |of| {
-            of.scenario.actuators = actuators(of.values, of.scenario.timing)?;
+            of.scenario.actuators = actuators(of.values, of.scenario.timing, &of.scenario.slave)?;
             Ok(())
         },
         ..PLAIN
@@ -500,9 +508,16 @@ pub(super) const GROUPS: &[Group] = &[
     },
     // The controllers that wait for the tick depend on the link.
     Group {
-        also: &[DelaySettings::KEYS, ComplianceSettings::KEYS, ControllerSettings::KEYS, PassivitySettings::KEYS],
+        also: &[
+            DelaySettings::KEYS,
+            SlaveParameters::KEYS,
+            ComplianceSettings::KEYS,
+            ControllerSettings::KEYS,
+            PassivitySettings::KEYS,
+        ],
         read: |of| {
-            let waits_for_tick = waits_for_tick(of.scenario.timing, &of.scenario.link);
+            let Scenario { timing, link, slave, .. } = &*of.scenario;
+            let waits_for_tick = waits_for_tick(*timing, link, slave);
             let (settings, forward, backward) = delays(of.values, &of.scenario.grid, waits_for_tick)?;
             (of.scenario.delays, of.scenario.forward, of.scenario.backward) = (settings, forward, backward);
             Ok(())
@@ -555,8 +570,8 @@ mod tests {
         assert_eq!(affected("scaling.force"), 2);
         assert_eq!(affected("detector.threshold"), 1);
         assert_eq!(affected("tissue.layer.skin.grip_n"), 1);
-        // The machine, the steps and the link.
-        assert_eq!(affected("slave.velocity_gain"), 3);
+        // The machine, its file, the motors, the steps, the link and its delays.
+        assert_eq!(affected("slave.velocity_gain"), 6);
         assert!(GROUPS.iter().any(|group| group.is_whole(&find_key("operator.kind").expect("a key"))));
     }
 }

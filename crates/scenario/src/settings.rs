@@ -2,7 +2,9 @@
 
 use super::error::ScenarioError;
 use super::values::Values;
-use trocar_engine::plant::{ActuatorLimits, ArmParameters, ArmRoles, ControlTiming, Grip, MasterParameters};
+use trocar_engine::plant::{
+    ActuatorLimits, ArmParameters, ArmRoles, ControlTiming, Grip, MasterParameters, SlaveParameters,
+};
 use trocar_engine::teleoperation::{ComplianceSettings, ControllerKind};
 
 const MASTER_LIMIT: &str = "actuator.master_force_limit_n";
@@ -25,8 +27,17 @@ pub(super) fn arm(values: &mut Values) -> Result<ArmParameters, ScenarioError> {
     ArmParameters::read(values, grip, roles)
 }
 
-pub(super) fn actuators(values: &mut Values, timing: ControlTiming) -> Result<ActuatorLimits, ScenarioError> {
+pub(super) fn actuators(
+    values: &mut Values,
+    timing: ControlTiming,
+    slave: &SlaveParameters,
+) -> Result<ActuatorLimits, ScenarioError> {
     let limits = ActuatorLimits::read(values)?;
+    if slave.is_general() && limits.slave_lag_s > 0.0 {
+        let message = format!("{SLAVE_LAG} acts on the appendix' slave only");
+        let remedy = "remove it, and describe the lag in slave.denominator or slave.a";
+        return Err(values.error(SLAVE_LAG, message).remedy(remedy));
+    }
     let lags = [(MASTER_LAG, limits.master_lag_s), (SLAVE_LAG, limits.slave_lag_s)];
     let limiting = [MASTER_LIMIT, SLAVE_LIMIT, MASTER_RATE, SLAVE_RATE].into_iter().find(|key| values.is_given(key));
     let lagging = lags.into_iter().find(|(_, lag_s)| *lag_s > 0.0).map(|(key, _)| key);

@@ -29,7 +29,12 @@ impl Steps {
             timing,
             tick_s,
             master: MasterStep::new(master, arm, timing, tick_s)?,
-            slave: SlaveStep::new(slave, timing, tick_s)?,
+            // The link's schemes, which use this step, do not support a general slave.
+            slave: if slave.is_general() {
+                SlaveStep::new(&SlaveParameters::default(), timing, tick_s)?
+            } else {
+                SlaveStep::new(slave, timing, tick_s)?
+            },
         })
     }
 

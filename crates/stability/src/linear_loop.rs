@@ -78,7 +78,7 @@ impl LinearLoop {
     /// True if a sample that arrives within a tick takes effect at the next one.
     #[must_use]
     pub fn waits_for_tick(&self) -> bool {
-        waits_for_tick(self.timing, &self.link)
+        waits_for_tick(self.timing, &self.link, &self.slave)
     }
 
     fn places(&mut self, parameter: Parameter) -> Vec<&mut f64> {

@@ -2,8 +2,8 @@
 
 use super::{LinearLoop, StabilityError};
 use trocar_engine::plant::{
-    ArmParameters, ControlTiming, MASTER_STATES, MasterParameters, MasterStep, MotorStep, PlantError, SLAVE_STATES,
-    SlaveParameters, SlaveStep,
+    ArmParameters, ControlTiming, MASTER_STATES, MachineStep, MasterParameters, MasterStep, MotorStep, PlantError,
+    SLAVE_STATES, SampledGains, SlaveParameters, SlaveStep,
 };
 
 #[derive(Debug, Clone, PartialEq)]
@@ -42,19 +42,24 @@ pub(super) struct Machines {
     pub(super) motors: Option<(MotorStep<MASTER_STATES>, MotorStep<SLAVE_STATES>)>,
     pub(super) late_master: Option<MasterStep>,
     pub(super) late_slave: Option<SlaveStep>,
+    /// The machine and the controller of a general slave; `slave` and its motor are then not used.
+    pub(super) general: Option<(MachineStep, SampledGains)>,
 }
 
 impl Machines {
     pub(super) fn new(settings: &LinearLoop) -> Result<Self, StabilityError> {
         let parameters = StepParameters::of(settings);
         let StepParameters { tick_s, timing, master, arm, slave, lags_s, shares } = &parameters;
+        let general = slave.is_general().then(|| MachineStep::new(slave, *tick_s)).transpose()?;
+        let unused = SlaveParameters::default();
+        let of_appendix = if general.is_some() { &unused } else { slave };
         let of_machine = |tick_s| -> Result<(MasterStep, SlaveStep), PlantError> {
             Ok(match timing {
                 ControlTiming::Continuous => {
-                    (MasterStep::new(master, arm, *timing, tick_s)?, SlaveStep::new(slave, *timing, tick_s)?)
+                    (MasterStep::new(master, arm, *timing, tick_s)?, SlaveStep::new(of_appendix, *timing, tick_s)?)
                 }
                 ControlTiming::Sampled => {
-                    (MasterStep::of_machine(master, arm, tick_s)?, SlaveStep::of_machine(slave, tick_s)?)
+                    (MasterStep::of_machine(master, arm, tick_s)?, SlaveStep::of_machine(of_appendix, tick_s)?)
                 }
             })
         };
@@ -67,13 +72,14 @@ impl Machines {
                 ControlTiming::Continuous => None,
                 ControlTiming::Sampled => Some((
                     MasterStep::of_motor(master, arm, *tick_s, lags_s.0)?,
-                    SlaveStep::of_motor(slave, *tick_s, lags_s.1)?,
+                    SlaveStep::of_motor(of_appendix, *tick_s, lags_s.1)?,
                 )),
             },
             late_master: late(shares.1)?.map(|(master, _)| master),
             late_slave: late(shares.0)?.map(|(_, slave)| slave),
             master: master_step,
             slave: slave_step,
+            general: general.map(|step| (step, SampledGains::of(slave, *tick_s))),
             parameters,
         })
     }

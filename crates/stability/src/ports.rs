@@ -1,7 +1,7 @@
 //! The teleoperator as a two-port between hand and tissue.
 
 use super::{LinearLoop, StabilityError};
-use trocar_engine::plant::{ControlTiming, Coupling, slave_system};
+use trocar_engine::plant::{ControlTiming, Coupling, SampledGains, slave_system};
 use trocar_engine::teleoperation::{MasterGains, SlaveGains};
 use trocar_lti::{Complex64, Continuous, StateSpace};
 
@@ -87,7 +87,8 @@ impl Hybrid {
 ///
 /// The model is in continuous time; each signal of the link passes a hold `(1 - exp(-sT)) / (sT)`. Without sampling
 /// images, the results are valid well below half the sampling rate. `f_e` is the reading of the force sensor. The
-/// tissue moves the needle off its reference only by `slave.compliance_m_per_n`; without it `h22` is 0.
+/// tissue moves the needle off its reference by `slave.compliance_m_per_n` and by its force on a slave with a load;
+/// without both `h22` is 0.
 #[derive(Debug, Clone)]
 pub struct Ports {
     settings: LinearLoop,
@@ -158,22 +159,31 @@ impl Ports {
                 .exp_m1();
         let differentiate = (one - before) * (weight / tick_s) / (one - before * (1.0 - weight));
 
-        // The slave: x_e = follow · x_ref, with a held x_ref.
-        let response = self.slave.evaluate(s)?[(0, 0)];
-        let follow = match settings.timing {
-            ControlTiming::Continuous => response,
-            ControlTiming::Sampled => {
+        // The slave: x_e = follow · x_ref + loaded · f_e, with a held x_ref.
+        let response = self.slave.evaluate(s)?;
+        let (follow, loaded) = match (settings.slave.is_general(), settings.timing) {
+            (true, _) => {
+                let gains = SampledGains::of(&settings.slave, tick_s);
+                let motor = response[(0, 0)];
+                let sum = before / (one - before) * gains.sum;
+                let on_error = (one - before) * gains.difference + sum + gains.proportional;
+                let loop_gain = motor * hold * (on_error + s * gains.velocity + gains.position);
+                let from_force = hold * (motor * read * gains.force - response[(0, 1)]);
+                (motor * on_error / (one + loop_gain), from_force / (one + loop_gain))
+            }
+            (false, ControlTiming::Continuous) => (response[(0, 0)], Complex64::new(0.0, 0.0)),
+            (false, ControlTiming::Sampled) => {
                 let [to_reference, to_position, to_velocity] = settings.slave.control();
-                let motor = response / (one + s * settings.actuators.slave_lag_s);
+                let motor = response[(0, 0)] / (one + s * settings.actuators.slave_lag_s);
                 let loop_gain = motor * hold * (s * to_velocity + to_position);
-                motor * to_reference / (one - loop_gain)
+                (motor * to_reference / (one - loop_gain), Complex64::new(0.0, 0.0))
             }
         };
         // x_e = from_hand F_h + from_motion v_h + from_tissue f_e
         let from_motion =
             follow * to_slave * (s.inv() * scale + at_slave.velocity + differentiate * at_slave.acceleration);
         let from_hand = follow * to_slave * at_slave.hand_force;
-        let from_tissue = -follow * hold * (read * at_slave.local_force + machines.compliance_m_per_n);
+        let from_tissue = loaded - follow * hold * (read * at_slave.local_force + machines.compliance_m_per_n);
 
         // The held F_ed = force f_e + local v_h - hand F_h - of_slave x_e
         let force = to_master * read * (at_master.force * machines.force_scale);

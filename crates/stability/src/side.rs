@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::machines::Machines;
 use super::{LinearLoop, StabilityError};
+use trocar_engine::plant::{MachineColumn, MachineStep, SLAVE_STATES, SampledGains};
 
 /// `x_{k+1} = A x_k + b_now w_k + b_before w_{k-1}`, `y_k = c x_k`: `w` is the received signal and `y` the sent one,
 /// both at the tick.
@@ -53,9 +54,9 @@ impl States {
     }
 }
 
-/// Maximum number of states of a side: five or three of the machine, one of the motor, two of the acceleration, two of the force
-/// reading.
-const MAX_STATES: usize = 10;
+/// Maximum number of states of a side: up to eight of the machine, two of the motor or the controller, two of the
+/// acceleration, two of the force reading.
+const MAX_STATES: usize = 14;
 
 fn zero() -> DVector<f64> {
     DVector::zeros(MAX_STATES)
@@ -63,6 +64,13 @@ fn zero() -> DVector<f64> {
 
 fn unit(state: usize) -> DVector<f64> {
     DVector::from_fn(MAX_STATES, |i, _| f64::from(u8::from(i == state)))
+}
+
+/// A column of the first states.
+fn first(column: &[f64]) -> DVector<f64> {
+    let mut all = zero();
+    all.rows_mut(0, column.len()).copy_from_slice(column);
+    all
 }
 
 /// Adds the acceleration that a side sends: `a_k = a_{k-1} + w ((v_k - v_{k-1}) / T - a_{k-1})`.
@@ -88,6 +96,70 @@ fn measurement(states: &mut States, force: &DVector<f64>, settings: &LinearLoop)
     let now = unit(at) * keep + unit(at + 1) * (mean - keep) + force * (1.0 - mean);
     states.set(at, &now);
     states.set(at + 1, force);
+    now
+}
+
+/// Adds the appendix' slave with its controller, but without the deflection of its reference. Returns the effect of
+/// the reference.
+fn motion_of_appendix(states: &mut States, machines: &Machines, settings: &LinearLoop) -> DVector<f64> {
+    let step = &machines.slave;
+    states.add(SLAVE_STATES);
+    for (i, row) in step.transition.iter().enumerate() {
+        for (j, &value) in row.iter().enumerate() {
+            states.a[(i, j)] = value;
+        }
+    }
+    match &machines.motors {
+        None => first(&step.reference),
+        Some((_, motor)) => {
+            let mut command = first(&motor.from_command);
+            let lagging = (settings.actuators.slave_lag_s > 0.0).then(|| states.add(1));
+            if let Some(at) = lagging {
+                states.a.set_column(at, &first(&motor.from_actual));
+                states.a[(at, at)] = motor.kept;
+                command[at] = motor.gained;
+            }
+            let [to_reference, to_position, to_velocity] = settings.slave.control();
+            states.a += &command * (unit(0) * to_position + unit(1) * to_velocity).transpose();
+            command * to_reference
+        }
+    }
+}
+
+/// Completes a general slave, whose machine has the first states: the tissue's held `force` on it, and its controller
+/// on the tick. Coulomb friction is left out. Returns the effect of the received reference.
+fn motion_of_general(
+    states: &mut States,
+    (step, gains): (&MachineStep, &SampledGains),
+    [force, read, deflection]: [&DVector<f64>; 3],
+) -> DVector<f64> {
+    let place = |column: &MachineColumn| first(&column[..step.states]);
+    for (j, column) in step.transition[..step.states].iter().enumerate() {
+        states.a.set_column(j, &place(column));
+    }
+    if step.is_loaded {
+        states.a -= place(&step.external) * force.transpose();
+    }
+    // The error without the received reference, and the command.
+    let error = -unit(0) - deflection;
+    let mut command =
+        &error * (gains.proportional + gains.difference) - unit(1) * gains.velocity - unit(0) * gains.position
+            + read * gains.force;
+    let of_command = place(&step.command);
+    let mut now = &of_command * (gains.proportional + gains.difference);
+    if gains.difference != 0.0 {
+        let last = states.add(1);
+        command -= unit(last) * gains.difference;
+        states.set(last, &error);
+        now[last] = 1.0;
+    }
+    if gains.sum != 0.0 {
+        let integral = states.add(1);
+        command += unit(integral);
+        states.set(integral, &(unit(integral) + error * gains.sum));
+        now[integral] = gains.sum;
+    }
+    states.a += of_command * command.transpose();
     now
 }
 
@@ -181,50 +253,39 @@ impl Side {
     ) -> Result<Self, StabilityError> {
         let link = &settings.link;
         let (at_master, at_slave) = link.controller.gains(&link.machines)?;
-        let step = &machines.slave;
         let mut states = States::new(MAX_STATES);
-        let motion = states.add(3);
-        let place = |column: &[f64; 3]| -> DVector<f64> {
-            let mut all = zero();
-            all.rows_mut(motion, 3).copy_from_slice(column);
-            all
-        };
-        let (position, velocity) = (unit(motion), unit(motion + 1));
+        let (position, velocity) = (unit(0), unit(1));
         let force = &position * settings.stiffness_n_per_m + &velocity * settings.damping_n_s_per_m;
-        for (i, row) in step.transition.iter().enumerate() {
-            for (j, &value) in row.iter().enumerate() {
-                states.a[(motion + i, motion + j)] = value;
-            }
-        }
-        let now = match &machines.motors {
-            None => place(&step.reference),
-            Some((_, motor)) => {
-                let mut command = place(&motor.from_command);
-                let lagging = (settings.actuators.slave_lag_s > 0.0).then(|| states.add(1));
-                if let Some(at) = lagging {
-                    states.a.set_column(at, &place(&motor.from_actual));
-                    states.a[(at, at)] = motor.kept;
-                    command[at] = motor.gained;
+        let mut deflection = &force * link.machines.compliance_m_per_n;
+        let (read, local, now) = match &machines.general {
+            None => {
+                let now = motion_of_appendix(&mut states, machines, settings);
+                let read = measurement(&mut states, &force, settings);
+                let local = &read * -at_slave.local_force;
+                if local_command == LocalCommand::Closed {
+                    deflection -= &local;
                 }
-                let [to_reference, to_position, to_velocity] = settings.slave.control();
-                states.a += &command * (&position * to_position + &velocity * to_velocity).transpose();
-                command * to_reference
+                states.a -= &now * deflection.transpose();
+                (read, local, now)
+            }
+            Some((step, gains)) => {
+                states.add(step.states);
+                let read = measurement(&mut states, &force, settings);
+                let local = &read * -at_slave.local_force;
+                if local_command == LocalCommand::Closed {
+                    deflection -= &local;
+                }
+                let now = motion_of_general(&mut states, (step, gains), [&force, &read, &deflection]);
+                (read, local, now)
             }
         };
-        let read = measurement(&mut states, &force, settings);
-        let local = &read * -at_slave.local_force;
-        let mut deflection = &force * link.machines.compliance_m_per_n;
-        if local_command == LocalCommand::Closed {
-            deflection -= &local;
-        }
-        states.a -= &now * deflection.transpose();
         let mut sent = &read * (at_master.force * link.machines.force_scale)
             - &position * at_master.position
             - &velocity * (at_master.velocity + at_master.drag);
         if at_master.inertia != 0.0 {
             sent -= acceleration(&mut states, &velocity, settings) * at_master.inertia;
         }
-        let split = machines.late_slave.as_ref().map(|late| place(&late.reference));
+        let split = machines.late_slave.as_ref().map(|late| first(&late.reference));
         let measured = read * link.machines.force_scale;
         Ok(Self::of(states, now, split, [sent, local, measured], None))
     }

@@ -48,7 +48,26 @@ const REFUSED: &[(&str, &[Chosen])] = &[
         ],
     ),
     ("controller.kind", &[Chosen { key: "master.coupling", word: "as-printed" }]),
+    // Four channels and the passivity schemes compute with the appendix' slave.
+    ("slave.model", OF_APPENDIX),
+    ("slave.controller", OF_APPENDIX),
+    ("passivity.scheme", GENERAL),
+    ("actuator.slave_lag_s", GENERAL),
     ("slave.damping", &[Chosen { key: "controller.kind", word: "four-channel" }]),
+];
+
+const OF_APPENDIX: &[Chosen] = &[
+    Chosen { key: "controller.kind", word: "four-channel" },
+    Chosen { key: "passivity.scheme", word: "wave-variables" },
+    Chosen { key: "passivity.scheme", word: "time-domain" },
+    Chosen { key: "passivity.scheme", word: "energy-tank" },
+];
+
+const GENERAL: &[Chosen] = &[
+    Chosen { key: "slave.model", word: "mass-damper" },
+    Chosen { key: "slave.model", word: "transfer-function" },
+    Chosen { key: "slave.model", word: "state-space" },
+    Chosen { key: "slave.controller", word: "pid" },
 ];
 
 /// Keys that are accepted without effect. Some settings of the decision make no difference in such short runs. A

@@ -251,6 +251,7 @@ impl Scenarios {
         folder.file("base.toml", COMMON);
         folder.file("insertion.csv", insertion(1.0)).file("other.csv", insertion(1.1));
         folder.file("delays.csv", "time_s,forward_delay_s,backward_delay_s\n0,0.001,0.002\n0.3,0.004,0.001\n");
+        folder.file("machine.toml", "A = [[0, 1], [0, -9]]\nB = [[0], [4]]\nC = [[1, 0]]\n");
         let (plain, description) = (library(3, Fault::None), description(3));
         // The force of the other FMU is the shaft force of the first.
         let other = description.replace("\"f\"", "\"g\"").replace("reaction.shaft_force_n", "f");
@@ -304,6 +305,10 @@ impl Scenarios {
             "tissue.fmu.parameters" => vec!["\"k = 200\"".into()],
             "tissue.spared_layer" => vec!["skin".into(), "muscle".into()],
             "slave.denominator" => vec!["[1.0, 90.0, 0.1, 0.0]".into()],
+            "slave.file" => vec![file("machine.toml")],
+            "slave.a" => vec!["[0.0, 1.0, 0.0, -5.0]".into()],
+            "slave.b" => vec!["[0.0, 0.0, 5.0, 5.0]".into()],
+            "slave.c" => vec!["[1.1, 0.0]".into()],
             _ => return None,
         })
     }

@@ -14,7 +14,7 @@ use trocar::augmentation::{AugmentationSettings, Supervisor};
 use trocar::chain::Chain;
 use trocar::channel::Delay;
 use trocar::detector::{CusumDetector, DetectorSettings};
-use trocar::engine::{Any, Engine, Parts, Plants, ScheduledAlarms};
+use trocar::engine::{Any, Engine, Parts, Plants, ScheduledAlarms, TissueForce};
 use trocar::estimation::{AnyEstimator, RlsSettings};
 use trocar::operator::{HumanOperator, Motion, Ramp};
 use trocar::plant::{ControlTiming, SlaveParameters, SlaveStep};
@@ -79,7 +79,7 @@ pub fn drive(mut plants: impl Plants<f64>, ticks: usize, input: impl Fn(usize) -
             column.push(value);
         }
         let (desired, feedback, reference) = input(k);
-        plants.step(desired, input(k + 1).0, feedback, reference, 0.0).expect("steps");
+        plants.step(desired, input(k + 1).0, feedback, reference, 0.0, TissueForce::zero()).expect("steps");
     }
     columns
 }

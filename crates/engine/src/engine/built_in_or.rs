@@ -1,6 +1,6 @@
 //! A role that is filled by a built-in or a user-defined part.
 
-use super::{IntegrationError, MasterOutput, Plants, SlaveOutput};
+use super::{IntegrationError, MasterOutput, Plants, SlaveOutput, TissueForce};
 use crate::operator::Operator;
 use crate::teleoperation::{AtMaster, AtSlave, Connection, LinkReport};
 use crate::tissue::{Reaction, Tissue, TissueFailure};
@@ -86,5 +86,5 @@ by_the_part_that_is_there!(ForceLaw {
 by_the_part_that_is_there!(Plants {
     fn master(&self)() -> MasterOutput<f64>;
     fn slave(&self)() -> SlaveOutput<f64>;
-    fn step(&mut self)(desired: f64, desired_next: f64, feedback: f64, reference: f64, deflection: f64) -> Result<(), IntegrationError>;
+    fn step(&mut self)(desired: f64, desired_next: f64, feedback: f64, reference: f64, deflection: f64, force: TissueForce<f64>) -> Result<(), IntegrationError>;
 });

@@ -1,6 +1,6 @@
 //! The plants with an exact step, by the matrix exponentials of `plant`.
 
-use super::{IntegrationError, MasterOutput, Plants, SlaveOutput};
+use super::{IntegrationError, MasterOutput, Plants, SlaveOutput, TissueForce};
 use crate::plant::{MASTER_STATES, MasterStep, SLAVE_STATES, SlaveStep};
 use trocar_core::lane::{Gather, LANES, Lane, by_index, of_each};
 
@@ -161,6 +161,7 @@ impl<L: Lane, C: Coefficient<L>> Plants<L> for ExactPlants<L, C> {
         feedback: L,
         reference: L,
         deflection: L,
+        _: TissueForce<L>,
     ) -> Result<(), IntegrationError> {
         let ([x_h, v_h, x_a, v_a], [integral, _]) = (self.motion_state, self.force_state);
         let inputs = [x_h, v_h, x_a, v_a, integral, desired, desired_next, feedback];
@@ -243,10 +244,11 @@ impl<L: Lane> Plants<L> for GatheredPlants<L> {
         feedback: L,
         reference: L,
         deflection: L,
+        force: TissueForce<L>,
     ) -> Result<(), IntegrationError> {
         match self {
-            Self::Alike(plants) => plants.step(desired, desired_next, feedback, reference, deflection),
-            Self::Different(plants) => plants.step(desired, desired_next, feedback, reference, deflection),
+            Self::Alike(plants) => plants.step(desired, desired_next, feedback, reference, deflection, force),
+            Self::Different(plants) => plants.step(desired, desired_next, feedback, reference, deflection, force),
         }
     }
 }

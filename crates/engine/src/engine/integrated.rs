@@ -6,7 +6,7 @@
 use ode_solvers::dop_shared::OutputType;
 use ode_solvers::{Dop853, SVector, System};
 
-use super::{IntegrationError, MasterOutput, Plants, SlaveOutput};
+use super::{IntegrationError, MasterOutput, Plants, SlaveOutput, TissueForce};
 use crate::plant::{
     ActuatorLimits, ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, SlaveParameters,
 };
@@ -273,6 +273,7 @@ impl Plants<f64> for IntegratedPlants {
         feedback: f64,
         reference: f64,
         deflection: f64,
+        _: TissueForce<f64>,
     ) -> Result<(), IntegrationError> {
         self.state[8] = desired;
         self.equations.desired_velocity = (next - desired) / self.tick_s;

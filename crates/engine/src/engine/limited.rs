@@ -5,7 +5,7 @@
 
 use super::exact::combine;
 use super::motor::Motor;
-use super::{IntegrationError, MasterOutput, Plants, SlaveOutput};
+use super::{IntegrationError, MasterOutput, Plants, SlaveOutput, TissueForce};
 use crate::plant::{
     ActuatorLimits, ArmParameters, MASTER_STATES, MasterParameters, MasterStep, PlantError, SLAVE_STATES,
     SlaveParameters, SlaveStep,
@@ -115,6 +115,7 @@ impl<L: Lane> Plants<L> for LimitedPlants<L> {
         feedback: L,
         reference: L,
         deflection: L,
+        _: TissueForce<L>,
     ) -> Result<(), IntegrationError> {
         let wanted_n = feedback + self.integral_gain * self.integral;
         let motor_n = self.master_motor.command(wanted_n);

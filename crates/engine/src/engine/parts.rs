@@ -206,7 +206,8 @@ where
         // 7. both plants to the next tick
         let desired_next_m = self.next_desired_m(tick, arrived_mode, &master);
         let deflection_m = self.link.deflection_m(measured.reaction.force_n);
-        match plants.step(desired_m, desired_next_m, fed_back.force_n, command.slave_reference_m, deflection_m) {
+        let force = measured.tissue_force();
+        match plants.step(desired_m, desired_next_m, fed_back.force_n, command.slave_reference_m, deflection_m, force) {
             Ok(()) => ControlFlow::Continue(desired_next_m),
             Err(error) => ControlFlow::Break(Err(error.into())),
         }

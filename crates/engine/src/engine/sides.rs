@@ -5,7 +5,7 @@
 
 use super::parts::of_master;
 use super::signals::{AtMasterSide, AtSlaveSide, at_rest};
-use super::{Any, Engine, EngineError, Observer, Plants, Signals, Wiring};
+use super::{Any, Engine, EngineError, Observer, Plants, Signals, TissueForce, Wiring};
 use crate::teleoperation::{Connection as _, Received, ToMaster, ToSlave};
 
 /// The engine of a side.
@@ -65,7 +65,7 @@ impl MasterSide {
         let desired = parts.desired(self.desired_m);
         observer.observe(&Signals::of_both(self.tick, &(desired, master, fed_back), &self.at_rest));
         let next_m = parts.next_desired_m(self.tick, mode, &master);
-        plants.step(self.desired_m, next_m, fed_back.force_n, 0.0, 0.0)?;
+        plants.step(self.desired_m, next_m, fed_back.force_n, 0.0, 0.0, TissueForce::zero())?;
         (self.desired_m, self.tick) = (next_m, self.tick + 1);
         Ok(())
     }
@@ -134,8 +134,8 @@ impl SlaveSide {
         let sent = parts.link.slave_sends(command.mode, &measured.at_slave);
         observer.observe(&Signals::of_both(self.tick, &self.at_rest, &(slave, measured, command)));
         parts.tissue_outcome()?;
-        let deflection_m = parts.link.deflection_m(measured.reaction.force_n);
-        plants.step(0.0, 0.0, 0.0, command.slave_reference_m, deflection_m)?;
+        let (deflection_m, force) = (parts.link.deflection_m(measured.reaction.force_n), measured.tissue_force());
+        plants.step(0.0, 0.0, 0.0, command.slave_reference_m, deflection_m, force)?;
         self.tick += 1;
         Ok(sent)
     }

@@ -1,6 +1,6 @@
 //! The signals of a tick, for its observers.
 
-use super::{MasterOutput, SlaveOutput};
+use super::{MasterOutput, SlaveOutput, TissueForce};
 use crate::teleoperation::AtSlave;
 use crate::tissue::Reaction;
 use trocar_core::augmentation::{Mode, Modes, SlaveCommand};
@@ -122,6 +122,13 @@ pub(super) struct SlaveMeasurement<L: Lane> {
     pub(super) reaction: Reaction<L>,
     pub(super) output: ChainOutput<L>,
     pub(super) at_slave: AtSlave<L>,
+}
+
+impl<L: Lane> SlaveMeasurement<L> {
+    #[inline(always)]
+    pub(super) fn tissue_force(&self) -> TissueForce<L> {
+        TissueForce { on_needle_n: self.reaction.force_n, measured_n: self.at_slave.force_n }
+    }
 }
 
 pub(super) type AtMasterSide<L> = (Desired<L>, MasterOutput<L>, FedBack<L>);

@@ -1,7 +1,7 @@
 //! The plants with samples that arrive between ticks, with an exact step.
 
 use super::exact::ForceColumn;
-use super::{ExactPlants, IntegrationError, MasterOutput, Plants, SlaveOutput};
+use super::{ExactPlants, IntegrationError, MasterOutput, Plants, SlaveOutput, TissueForce};
 use crate::plant::{MasterStep, SLAVE_STATES, SlaveStep};
 use trocar_core::lane::Lane;
 
@@ -59,8 +59,9 @@ impl<L: Lane> Plants<L> for FractionalDelayPlants<L> {
         feedback: L,
         reference: L,
         deflection: L,
+        force: TissueForce<L>,
     ) -> Result<(), IntegrationError> {
-        self.exact.step(desired, desired_next, self.force_n, self.reference_m, deflection)?;
+        self.exact.step(desired, desired_next, self.force_n, self.reference_m, deflection, force)?;
         self.exact.add_force(&self.late_force, feedback - self.force_n);
         self.exact.add_reference(&self.late_reference, reference - self.reference_m);
         (self.force_n, self.reference_m) = (feedback, reference);

@@ -5,12 +5,20 @@
 //! selectable.
 
 mod actuator;
+mod control;
+mod machine_step;
 mod master;
+mod model;
 mod slave;
+mod sliding;
 
 pub use actuator::{ActuatorLimits, MotorStep};
+pub use control::{SampledController, SampledGains, SlaveController};
+pub use machine_step::{MachineColumn, MachineStep, Rest};
 pub use master::{ArmParameters, ArmRoles, Coupling, Grip, MasterParameters, MasterStep, master_system};
+pub use model::{MAX_MACHINE_STATES, Machine, SlaveModel};
 pub use slave::{Damping, SlaveParameters, SlaveStep, slave_system};
+pub use sliding::SlidingMass;
 
 use thiserror::Error;
 
@@ -59,6 +67,85 @@ pub enum PlantError {
         /// Degree of the denominator.
         denominator: usize,
     },
+    /// A transfer function from force to position without a velocity.
+    #[error(
+        "slave.denominator of degree {denominator} under slave.numerator of degree {numerator}: the denominator must be at \
+         least 2 above a numerator other than 0, so that a force changes the velocity gradually"
+    )]
+    Improper {
+        /// Degree of the numerator.
+        numerator: usize,
+        /// Degree of the denominator.
+        denominator: usize,
+    },
+    /// A state-space model in which a force changes the velocity at once.
+    #[error("{key} lets a force change the velocity at once: c b must be 0, so that the machine has a velocity")]
+    VelocityJumps {
+        /// Key of the input matrix.
+        key: &'static str,
+    },
+    /// A machine with too many states.
+    #[error("{key} describes a machine with {states} states, must be at most {MAX_MACHINE_STATES}")]
+    TooManyStates {
+        /// Key of the model.
+        key: &'static str,
+        /// Number of states.
+        states: usize,
+    },
+    /// A state-space model without position and velocity.
+    #[error("slave.c has {states} numbers, must have one per state and at least 2, for position and velocity")]
+    TooFewStates {
+        /// Number of states.
+        states: usize,
+    },
+    /// A matrix of the wrong size.
+    #[error("{key} has {found} numbers, must have {expected}, row by row, for the {states} states of slave.c")]
+    Size {
+        /// Key of the matrix.
+        key: &'static str,
+        /// Number of its entries.
+        found: usize,
+        /// Required number of entries.
+        expected: usize,
+        /// Number of states.
+        states: usize,
+    },
+    /// A machine that is unstable without its controller.
+    #[error("{key} describes an unstable machine: it has a pole at {re:.6} ± {im:.6}j 1/s, must be stable or marginal")]
+    Unstable {
+        /// Key of the model.
+        key: &'static str,
+        /// Real part of the pole in 1/s.
+        re: f64,
+        /// Magnitude of its imaginary part in 1/s.
+        im: f64,
+    },
+    /// A machine that cannot rest at the reference.
+    #[error("the slave cannot rest at its initial reference of {reference_m} m: no motor force holds it there")]
+    NoRest {
+        /// Reference in m.
+        reference_m: f64,
+    },
+}
+
+impl PlantError {
+    /// The key of a model that cannot be used, and the remedy; `None` for other errors.
+    #[must_use]
+    pub fn of_model(&self) -> Option<(&'static str, &'static str)> {
+        let of_function = "check the coefficients, highest power first, from force to position";
+        Some(match self {
+            Self::Improper { .. } => ("slave.numerator", of_function),
+            Self::VelocityJumps { key } => {
+                (*key, "describe a machine whose acceleration follows the force, with the force in N as the input")
+            }
+            Self::TooManyStates { key, .. } => (*key, "reduce the order of the model"),
+            Self::TooFewStates { .. } => ("slave.c", "give slave.a, slave.b and slave.c, row by row"),
+            Self::Size { key, .. } => (*key, "slave.a is n x n, slave.b n x 2 (motor, external force), slave.c 1 x n"),
+            Self::Unstable { key, .. } => (*key, "check the signs; the controller is not a part of the model"),
+            Self::NoRest { .. } => ("slave.model", "check the model, or let the operator start at 0"),
+            Self::Parameter(_) | Self::Build { .. } | Self::SlaveDegree { .. } => return None,
+        })
+    }
 }
 
 /// Adds the side to an error of the computation.

@@ -1,7 +1,8 @@
 //! The slave and its position controller (eq. 30, 31).
 
-use super::{ControlTiming, MotorStep, PlantError, SLAVE_STATES, on};
+use super::{ControlTiming, Machine, MotorStep, PlantError, SLAVE_STATES, SlaveController, SlaveModel, on};
 use trocar_core::error::{finite, require};
+use trocar_core::settings::ActsFor;
 use trocar_lti::{
     Continuous, InputHold, Interconnection, Signal, StateSpace, TransferFunction, exact_step, realise_with_derivative,
 };
@@ -17,24 +18,63 @@ trocar_core::choice! {
     }
 }
 
+const ACTS_WITH_FORCE: ActsFor = ActsFor::all_but(SlaveModel::KEY.path, SlaveModel::WORDS, "appendix");
+
 trocar_core::settings! {
-    /// The slave (eq. 30) and its controller (eq. 31).
+    /// The slave (eq. 30, or a general machine) and its controller (eq. 31, or PID on the tick).
     #[derive(Debug, Clone, PartialEq)]
     pub struct SlaveParameters in "slave." no const {
-        /// Numerator of X_e / U_s, highest power first.
-        numerator: Vec<f64> = [7.778, 656.0],
-        /// Denominator of X_e / U_s, highest power first; degree 2 or 3.
-        denominator: Vec<f64> = [1.0, 104.1, 1.131e-4, 0.0],
+        /// Model of the slave without its controller.
+        model: SlaveModel,
+        /// Numerator of X_e / U_s, highest power first; of a transfer function, from N to m.
+        numerator: Vec<f64> for SlaveModel::Appendix | TransferFunction = [7.778, 656.0],
+        /// Denominator of X_e / U_s, highest power first; degree 2 or 3, of a transfer function 2 to 8.
+        denominator: Vec<f64> for SlaveModel::Appendix | TransferFunction = [1.0, 104.1, 1.131e-4, 0.0],
+        /// Moving mass; the default is that of the appendix' slave in slow motion.
+        mass_kg: f64 [POSITIVE] for SlaveModel::MassDamper = 0.159,
+        /// Viscous friction of the mass.
+        damping_n_s_per_m: f64 [NON_NEGATIVE] for SlaveModel::MassDamper = 0.0,
+        /// Coulomb friction of the mass, which holds it at rest up to this force; 0: none.
+        coulomb_friction_n: f64 [NON_NEGATIVE] for SlaveModel::MassDamper = 0.0,
+        /// Matrix A of the state-space model, row by row: n x n.
+        a: Vec<f64> for SlaveModel::StateSpace = [0.0, 1.0, 0.0, 0.0],
+        /// Matrix B of the state-space model, row by row: n x 2, for the motor's force and an external force in N, both in the
+        /// direction of insertion.
+        b: Vec<f64> for SlaveModel::StateSpace = [0.0, 0.0, 6.3, 6.3],
+        /// Row C of the state-space model: n numbers, from the states to the position in m.
+        c: Vec<f64> for SlaveModel::StateSpace = [1.0, 0.0],
+        /// The tissue's force acts on the machine, held over a tick.
+        load: bool for (ACTS_WITH_FORCE) = true,
+        /// Controller of the slave.
+        controller: SlaveController,
         /// Proportional gain K_p.
         proportional_gain: f64 [NON_NEGATIVE] = 1300.0,
         /// Velocity gain K_v.
         velocity_gain: f64 [NON_NEGATIVE] = 15.0,
         /// Signal that `K_v` acts on.
-        damping: Damping,
+        damping: Damping for SlaveController::Appendix,
+        /// Derivative gain K_d on the error.
+        derivative_gain: f64 [NON_NEGATIVE] for SlaveController::Pid = 0.0,
+        /// Integral gain K_i on the error.
+        integral_gain: f64 [NON_NEGATIVE] for SlaveController::Pid = 0.0,
+        /// Part of the measured tissue force that the controller adds to its command.
+        force_feed_forward: f64 [ANY] for SlaveController::Pid = 0.0,
     }
 }
 
 impl SlaveParameters {
+    /// True for a mass with Coulomb friction.
+    #[must_use]
+    pub fn has_coulomb_friction(&self) -> bool {
+        self.model == SlaveModel::MassDamper && self.coulomb_friction_n > 0.0
+    }
+
+    /// True for a machine or a controller other than the appendix'. Its controller runs on the tick.
+    #[must_use]
+    pub fn is_general(&self) -> bool {
+        self.model != SlaveModel::Appendix || self.controller != SlaveController::Appendix
+    }
+
     /// The slave without its controller: input `U_s`, outputs and first states `x_e` (m) and `v_e` (m/s).
     fn machine(&self) -> Result<StateSpace<Continuous>, PlantError> {
         self.validate()?;
@@ -78,12 +118,15 @@ impl SlaveParameters {
 }
 
 /// The slave side in continuous time: input `x_ref` (m), or `U_s` with sampled control; outputs and first states `x_e`
-/// (m) and `v_e` (m/s).
+/// (m) and `v_e` (m/s). A [general](SlaveParameters::is_general) slave is the [`Machine`] alone.
 ///
 /// # Errors
 /// [`PlantError`] for a parameter out of range, a transfer function without position and velocity, or a computation
 /// that fails.
 pub fn slave_system(slave: &SlaveParameters, timing: ControlTiming) -> Result<StateSpace<Continuous>, PlantError> {
+    if slave.is_general() {
+        return Ok(Machine::of(slave)?.system().clone());
+    }
     let machine = slave.machine()?;
     if timing == ControlTiming::Sampled {
         return Ok(machine);

@@ -42,7 +42,7 @@ pub(super) struct Mat {
     limits: Limits,
 }
 
-pub(super) fn open(bytes: Vec<u8>, limits: &Limits) -> Result<Box<dyn Container>, Problem> {
+pub(crate) fn open(bytes: Vec<u8>, limits: &Limits) -> Result<Box<dyn Container>, Problem> {
     let order = match bytes.get(126..HEADER_BYTES) {
         Some(b"IM") => Order::Little,
         Some(b"MI") => Order::Big,

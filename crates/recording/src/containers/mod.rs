@@ -41,6 +41,7 @@ use super::{Format, Limits};
 pub(super) use foreign::guarded;
 pub(crate) use json_lines::open as open_json_lines;
 use loaded::Loaded;
+pub(super) use mat::open as open_mat;
 pub(super) use name::vectors;
 pub(super) use read::{read, scan};
 

@@ -160,7 +160,10 @@ impl Engines {
     fn exact(&self) -> Option<[&Wired<f64, ExactPlants<f64>>; LANES]> {
         Some(of_each!(self.lanes(), |engine| match engine {
             ScenarioEngine::Exact(engine) => &**engine,
-            ScenarioEngine::Limited(_) | ScenarioEngine::Split(_) | ScenarioEngine::Integrated(_) => return None,
+            ScenarioEngine::Limited(_)
+            | ScenarioEngine::Split(_)
+            | ScenarioEngine::Integrated(_)
+            | ScenarioEngine::General(_) => return None,
         }))
     }
 

@@ -1,6 +1,8 @@
 //! The exact steps against the numerical integration, which shares no code with them.
 
-use super::super::{ExactPlants, FractionalDelayPlants, GatheredPlants, IntegratedPlants, LimitedPlants, Plants};
+use super::super::{
+    ExactPlants, FractionalDelayPlants, GatheredPlants, IntegratedPlants, LimitedPlants, Plants, TissueForce,
+};
 use crate::plant::{
     ActuatorLimits, ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, MasterStep, SlaveParameters,
     SlaveStep,
@@ -45,8 +47,8 @@ fn differences(mut a: impl Plants<f64>, mut b: impl Plants<f64>, ticks: u32) -> 
         ];
         largest = std::array::from_fn(|i| if now[i].is_nan() { f64::INFINITY } else { largest[i].max(now[i].abs()) });
         let ([desired, force, reference], [next, ..]) = (inputs(tick), inputs(tick + 1));
-        a.step(desired, next, force, reference, deflection(tick)).expect("a step");
-        b.step(desired, next, force, reference, deflection(tick)).expect("a step");
+        a.step(desired, next, force, reference, deflection(tick), TissueForce::zero()).expect("a step");
+        b.step(desired, next, force, reference, deflection(tick), TissueForce::zero()).expect("a step");
     }
     largest
 }
@@ -112,7 +114,7 @@ fn at_the_start_the_machines_are_at_rest_at_the_given_positions() {
             assert!((master.position_m - START_M).abs() < 1e-12 && master.velocity_m_per_s.abs() < 1e-10, "{master:?}");
             assert!(master.hand_force_n.abs() < 1e-8, "{master:?}");
             assert!((slave.position_m - REFERENCE_M).abs() < 1e-10 && slave.velocity_m_per_s.abs() < 1e-8, "{slave:?}");
-            plants.step(START_M, START_M, 0.0, REFERENCE_M, 0.0).expect("a step");
+            plants.step(START_M, START_M, 0.0, REFERENCE_M, 0.0, TissueForce::zero()).expect("a step");
         }
     }
 }
@@ -224,12 +226,21 @@ fn eight_machines_side_by_side_move_like_each_alone() {
                     slave.velocity_m_per_s,
                 ];
                 assert_eq!(got.map(|value| value.lane(lane).to_bits()), expected.map(f64::to_bits), "{tick} {lane}");
-                plants.step(desired, next, force(lane), reference, deflection(tick)).expect("a step");
+                plants
+                    .step(desired, next, force(lane), reference, deflection(tick), TissueForce::zero())
+                    .expect("a step");
             }
             let wide = [desired, next].map(Avx2::splat);
             let wide_deflection = Avx2::splat(deflection(tick));
             together
-                .step(wide[0], wide[1], Avx2::from_lanes(force), Avx2::splat(reference), wide_deflection)
+                .step(
+                    wide[0],
+                    wide[1],
+                    Avx2::from_lanes(force),
+                    Avx2::splat(reference),
+                    wide_deflection,
+                    TissueForce::zero(),
+                )
                 .expect("a step");
         }
     }

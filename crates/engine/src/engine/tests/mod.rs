@@ -1,6 +1,7 @@
 //! The tick, the machines between ticks, and the observers.
 
 mod eight;
+mod general;
 mod machines;
 mod observers;
 mod runs;

@@ -4,7 +4,9 @@ use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::rc::Rc;
 
-use super::super::{IntegrationError, MasterOutput, Observer, Parts, Plants, Signals, SlaveOutput, Wiring};
+use super::super::{
+    IntegrationError, MasterOutput, Observer, Parts, Plants, Signals, SlaveOutput, TissueForce, Wiring,
+};
 use crate::operator::Operator;
 use crate::sensor::Sensor;
 use crate::teleoperation::{AtMaster, AtSlave, Connection, LinkReport};
@@ -136,6 +138,7 @@ impl Plants<f64> for Marking {
         feedback: f64,
         reference: f64,
         deflection: f64,
+        _: TissueForce<f64>,
     ) -> Result<(), IntegrationError> {
         self.call(format!("step {desired}, {next}, {feedback}, {}", reference - deflection));
         Ok(())

@@ -7,7 +7,7 @@ use super::super::{
     ControllerSettings, Lines, Link, LinkSettings, Machines, PassivitySettings, RecoverySettings, Scheme,
 };
 use crate::channel::{Delay, Irregularity, Schedule};
-use crate::engine::{ExactPlants, Plants as _};
+use crate::engine::{ExactPlants, Plants as _, TissueForce};
 use crate::plant::{ArmParameters, ControlTiming, MasterParameters, MasterStep, SlaveParameters, SlaveStep};
 use trocar_core::augmentation::{Mode, Modes};
 
@@ -84,7 +84,7 @@ fn run(run: &Run) -> (f64, Option<f64>, f64, f64) {
         let feedback = link.limit(feedback, &at_master);
         let aim = run.hand_m[tick * run.hand_m.len() / 2000];
         let next = desired + ((aim - desired) * 0.02).clamp(-1e-4, 1e-4);
-        plants.step(desired, next, feedback, reference, 0.0).expect("a step");
+        plants.step(desired, next, feedback, reference, 0.0, TissueForce::zero()).expect("a step");
         desired = next;
         largest = largest.max(s.position_m.abs());
     }

@@ -1,0 +1,185 @@
+//! A general slave integrated numerically (Dormand-Prince 8(5,3)) at a tenth of the tick, as an independent check of
+//! the exact step.
+//!
+//! The equations use the matrices and coefficients of the settings and no code of `lti` or of the sliding mass. Friction
+//! keeps its direction over a tenth of the tick; a mass whose velocity changes its sign within one stops there.
+
+use ode_solvers::dop_shared::OutputType;
+use ode_solvers::{DVector, Dop853, System};
+
+use super::IntegrationError;
+use crate::plant::{PlantError, SlaveModel, SlaveParameters};
+
+const PARTS: usize = 10;
+const RELATIVE_TOLERANCE: f64 = 1e-12;
+const ABSOLUTE_TOLERANCE: f64 = 1e-14;
+
+type State = DVector<f64>;
+
+/// `x' = A x + b_u u + b_w w`, with A row by row, and the position `c x`.
+#[derive(Debug, Clone)]
+struct Equations {
+    a: Vec<Vec<f64>>,
+    motor: Vec<f64>,
+    external: Vec<f64>,
+    position: Vec<f64>,
+}
+
+/// The equations with the forces (N) of a part of a tick.
+struct Driven<'a> {
+    equations: &'a Equations,
+    command: f64,
+    external_n: f64,
+}
+
+impl System<f64, State> for Driven<'_> {
+    fn system(&self, _time: f64, state: &State, derivative: &mut State) {
+        let Equations { a, motor, external, .. } = self.equations;
+        for (i, row) in a.iter().enumerate() {
+            let inner: f64 = row.iter().zip(state.iter()).map(|(entry, value)| entry * value).sum();
+            derivative[i] = inner + motor[i] * self.command + external[i] * self.external_n;
+        }
+    }
+}
+
+/// A slave's machine, integrated from tick to tick.
+#[derive(Debug, Clone)]
+pub struct IntegratedSlave {
+    equations: Equations,
+    friction_n: f64,
+    part_s: f64,
+    state: State,
+}
+
+impl IntegratedSlave {
+    /// Creates the machine at rest at a position in m under a motor force.
+    ///
+    /// # Errors
+    /// [`PlantError::NoRest`].
+    pub fn new(slave: &SlaveParameters, tick_s: f64, (position_m, command): (f64, f64)) -> Result<Self, PlantError> {
+        let mut equations = match slave.model {
+            SlaveModel::Appendix | SlaveModel::TransferFunction => of_function(&slave.numerator, &slave.denominator),
+            SlaveModel::MassDamper => {
+                let by_mass = 1.0 / slave.mass_kg;
+                Equations {
+                    a: vec![vec![0.0, 1.0], vec![0.0, -slave.damping_n_s_per_m * by_mass]],
+                    motor: vec![0.0, by_mass],
+                    external: vec![0.0, by_mass],
+                    position: vec![1.0, 0.0],
+                }
+            }
+            SlaveModel::StateSpace => {
+                let n = slave.c.len();
+                Equations {
+                    a: slave.a.chunks(n).map(<[f64]>::to_vec).collect(),
+                    motor: slave.b.iter().copied().step_by(2).collect(),
+                    external: slave.b.iter().copied().skip(1).step_by(2).collect(),
+                    position: slave.c.clone(),
+                }
+            }
+        };
+        if slave.model == SlaveModel::Appendix || !slave.load {
+            equations.external.fill(0.0);
+        }
+        let state = match slave.model {
+            SlaveModel::Appendix | SlaveModel::TransferFunction => {
+                Some(equations.rest_of_function(position_m, command))
+            }
+            SlaveModel::MassDamper => Some(State::from_vec(vec![position_m, 0.0])),
+            SlaveModel::StateSpace => equations.rest_of_matrices(position_m, command),
+        };
+        let state = state.ok_or(PlantError::NoRest { reference_m: position_m })?;
+        let friction_n = if slave.model == SlaveModel::MassDamper { slave.coulomb_friction_n } else { 0.0 };
+        Ok(Self { equations, friction_n, part_s: tick_s / PARTS as f64, state })
+    }
+
+    /// Returns the position in m and the velocity in m/s.
+    #[must_use]
+    pub fn output(&self) -> [f64; 2] {
+        let Equations { a, position, .. } = &self.equations;
+        let value = |row: &[f64]| -> f64 { row.iter().zip(self.state.iter()).map(|(c, x)| c * x).sum() };
+        // The forces do not change the position's derivative: c B = 0.
+        let velocity = position.iter().zip(a).map(|(c, row)| c * value(row)).sum();
+        [value(position), velocity]
+    }
+
+    /// Steps over a tick with a held motor force and external force in N.
+    ///
+    /// # Errors
+    /// [`IntegrationError`].
+    pub fn advance(&mut self, command: f64, external_n: f64) -> Result<(), IntegrationError> {
+        for _ in 0..PARTS {
+            if self.friction_n == 0.0 {
+                self.state = self.integrate(command, external_n)?;
+                continue;
+            }
+            // The loaded mass has the same column for both forces, the unloaded one none for the external force.
+            let force_n = if self.equations.external[1] == 0.0 { command } else { command + external_n };
+            let velocity = self.state[1];
+            if velocity == 0.0 && force_n.abs() <= self.friction_n {
+                continue;
+            }
+            let direction = if velocity == 0.0 { force_n.signum() } else { velocity.signum() };
+            let after = self.integrate(command - direction * self.friction_n, external_n)?;
+            let has_stopped = after[1] * direction <= 0.0;
+            self.state = after;
+            if has_stopped {
+                self.state[1] = 0.0;
+            }
+        }
+        Ok(())
+    }
+
+    fn integrate(&self, command: f64, external_n: f64) -> Result<State, IntegrationError> {
+        let driven = Driven { equations: &self.equations, command, external_n };
+        let (part_s, state) = (self.part_s, self.state.clone());
+        let mut solver = Dop853::new(driven, 0.0, part_s, part_s, state, RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE);
+        solver.set_output(OutputType::Sparse);
+        solver.integrate()?;
+        Ok(solver.y_out().last().unwrap_or(&self.state).clone())
+    }
+}
+
+impl Equations {
+    /// The rest of the observer form: `z_{i+1} = a_i z_1 - b_i u`.
+    fn rest_of_function(&self, position_m: f64, command: f64) -> State {
+        let at = |i: usize| -self.a[i - 1][0] * position_m - self.motor[i - 1] * command;
+        State::from_fn(self.position.len(), |i, _| if i == 0 { position_m } else { at(i) })
+    }
+
+    /// The state with `A x + b_u u = 0` and the given position.
+    fn rest_of_matrices(&self, position_m: f64, command: f64) -> Option<State> {
+        let n = self.position.len();
+        let entry = |i: usize, j: usize| if i < n { self.a[i][j] } else { self.position[j] };
+        let right = |i: usize| if i < n { -self.motor[i] * command } else { position_m };
+        // Rows of similar size, so that a small coefficient counts like a large one.
+        let scale: Vec<f64> =
+            (0..=n).map(|i| (0..n).map(|j| entry(i, j).abs()).fold(f64::MIN_POSITIVE, f64::max)).collect();
+        let matrix = nalgebra::DMatrix::from_fn(n + 1, n, |i, j| entry(i, j) / scale[i]);
+        let right = State::from_fn(n + 1, |i, _| right(i) / scale[i]);
+        let found = matrix.svd(true, true).solve(&right, 1e-14).ok()?;
+        found.iter().all(|value| value.is_finite()).then_some(found)
+    }
+}
+
+/// The observer form: `z_i' = z_{i+1} - a_i z_1 + b_i u`, with the position `z_1`.
+fn of_function(numerator: &[f64], denominator: &[f64]) -> Equations {
+    let n = denominator.len() - 1;
+    let leading = denominator[0];
+    // Leading zeros of the numerator have no effect.
+    let above = |power: usize| numerator.iter().rev().nth(power).map_or(0.0, |value| value / leading);
+    let a = (0..n)
+        .map(|i| {
+            let mut row = vec![0.0; n];
+            row[0] = -denominator[i + 1] / leading;
+            if i + 1 < n {
+                row[i + 1] = 1.0;
+            }
+            row
+        })
+        .collect();
+    let motor: Vec<f64> = (0..n).map(|i| above(n - 1 - i)).collect();
+    let mut position = vec![0.0; n];
+    position[0] = 1.0;
+    Equations { a, external: motor.clone(), motor, position }
+}

@@ -1,0 +1,104 @@
+//! The slave's controller on the tick, for machines other than the appendix'.
+
+use super::{Damping, SlaveParameters};
+
+trocar_core::choice! {
+    /// Controller of the slave.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum SlaveController at "slave.controller" = Appendix {
+        /// K_p on the error and K_v on the velocity (eq. 31).
+        "appendix" => Appendix,
+        /// PID on the error, damping of the velocity and feed-forward of the measured force, on the tick.
+        "pid" => Pid,
+    }
+}
+
+/// The gains of a controller on the tick, `T` long:
+///
+/// ```text
+/// e_k = x_ref - x_e
+/// u_k = K_p e_k + K_d (e_k - e_{k-1}) / T + I_k - K_v v_e - K_x x_e + K_f y_k
+/// I_{k+1} = I_k + K_i T e_k
+/// ```
+/// with the measured force `y`. `K_x` is the as-printed damping of eq. 31. `u` is held over the tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SampledGains {
+    /// `K_p` in N/m.
+    pub proportional: f64,
+    /// `K_d / T` in N/m.
+    pub difference: f64,
+    /// `K_i T` in N/m.
+    pub sum: f64,
+    /// `K_v` in N·s/m.
+    pub velocity: f64,
+    /// `K_x` in N/m.
+    pub position: f64,
+    /// `K_f`.
+    pub force: f64,
+}
+
+impl SampledGains {
+    /// Returns the gains of a slave on a tick in s.
+    #[must_use]
+    pub fn of(slave: &SlaveParameters, tick_s: f64) -> Self {
+        let proportional = slave.proportional_gain;
+        match slave.controller {
+            SlaveController::Appendix => {
+                let (velocity, position) = match slave.damping {
+                    Damping::Velocity => (slave.velocity_gain, 0.0),
+                    Damping::AsPrinted => (0.0, slave.velocity_gain),
+                };
+                Self { proportional, difference: 0.0, sum: 0.0, velocity, position, force: 0.0 }
+            }
+            SlaveController::Pid => Self {
+                proportional,
+                difference: slave.derivative_gain / tick_s,
+                sum: slave.integral_gain * tick_s,
+                velocity: slave.velocity_gain,
+                position: 0.0,
+                force: slave.force_feed_forward,
+            },
+        }
+    }
+}
+
+/// A controller with its state and the limits of its command.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SampledController {
+    gains: SampledGains,
+    /// Largest command and largest change per tick; infinite without a limit.
+    bounds: (f64, f64),
+    integral: f64,
+    last_error_m: f64,
+    command: f64,
+}
+
+impl SampledController {
+    /// Creates a controller at rest with an error in m and a command.
+    #[must_use]
+    pub fn at_rest(gains: SampledGains, bounds: (f64, f64), error_m: f64, position_m: f64, command: f64) -> Self {
+        let SampledGains { proportional, position, sum, .. } = gains;
+        let integral = if sum == 0.0 { 0.0 } else { command - proportional * error_m + position * position_m };
+        Self { gains, bounds, integral, last_error_m: error_m, command: command.clamp(-bounds.0, bounds.0) }
+    }
+
+    /// Returns the command of this tick from the error (m), position (m), velocity (m/s) and measured force (N). While
+    /// the command is limited, the integral may only change towards the limited command.
+    pub fn command(&mut self, error_m: f64, [position_m, velocity_m_per_s]: [f64; 2], measured_n: f64) -> f64 {
+        let gains = &self.gains;
+        let wanted = gains.proportional * error_m + gains.difference * (error_m - self.last_error_m) + self.integral
+            - gains.velocity * velocity_m_per_s
+            - gains.position * position_m
+            + gains.force * measured_n;
+        let (range, change) = self.bounds;
+        // Unlike `clamp`, `max` and `min` do not panic if a diverged command is NaN.
+        let within = wanted.max(-range).min(range);
+        let limited = within.max(self.command - change).min(self.command + change);
+        self.command = if wanted.is_nan() { wanted } else { limited };
+        if (wanted - self.command) * error_m <= 0.0 {
+            self.integral += gains.sum * error_m;
+        }
+        self.last_error_m = error_m;
+        self.command
+    }
+}
