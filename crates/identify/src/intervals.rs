@@ -123,9 +123,15 @@ pub(crate) fn intervals(
         meat[(at, at)] += weight * problem.prior_weight().powi(2);
     }
     let deviations = deviations(&slopes, &meat);
+    // An unknown that both problems estimate changes by what the structure does not explain in contact.
+    let change = |unknown: Unknown, value: f64| {
+        let earlier = earlier.filter(|one| one.problem.free().contains(&unknown));
+        earlier.map_or(0.0, |one| (unknown.of(&one.problem.model()) - value).abs())
+    };
     let bounded = |(k, (unknown, step)): (usize, (Unknown, f64))| {
         let freedom = earlier.filter(|_| k < before).map_or(freedom(problem), |one| freedom(&one.problem));
-        let (value, half) = (unknown.of(model), student(freedom) * deviations[k] * step);
+        let value = unknown.of(model);
+        let half = student(freedom) * deviations[k] * step + change(unknown, value);
         let low = if unknown.is_positive() { (value - half).max(0.0) } else { value - half };
         (unknown, Bounded { value, low, high: value + half })
     };
