@@ -168,11 +168,10 @@ fn oracle_the_largest_stable_stiffness_agrees_with_the_reference() {
 #[test]
 fn oracle_the_limits_of_ten_general_slaves_agree_with_python_control_in_every_description() {
     let table = support::table("tests/reference/general_slave_limits.csv");
-    let rows = table["mass_kg"].len();
-    assert_eq!(rows, 10);
-    for row in 0..rows {
+    assert_eq!(table["mass_kg"].len(), 10);
+    for (row, &m) in table["mass_kg"].iter().enumerate() {
         let column = |name: &str| table[name][row];
-        let (m, b, lag) = (column("mass_kg"), column("damping_n_s_per_m"), column("lag_s"));
+        let (b, lag) = (column("damping_n_s_per_m"), column("lag_s"));
         let mut descriptions = vec![vec![
             "slave.model=transfer-function".to_owned(),
             "slave.numerator=[1.0]".to_owned(),

@@ -135,7 +135,10 @@ fn motion_of_general(
 ) -> DVector<f64> {
     let place = |column: &MachineColumn| first(&column[..step.states]);
     for (j, column) in step.transition[..step.states].iter().enumerate() {
-        states.a.set_column(j, &place(column));
+        // The other rows of the column belong to the force reading.
+        for (i, &value) in column[..step.states].iter().enumerate() {
+            states.a[(i, j)] = value;
+        }
     }
     if step.is_loaded {
         states.a -= place(&step.external) * force.transpose();
