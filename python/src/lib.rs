@@ -13,6 +13,7 @@ mod detector;
 mod document;
 mod error;
 mod figures;
+mod fmu;
 mod interrupt;
 mod recording;
 mod rig;
@@ -51,6 +52,8 @@ mod _core {
     use crate::error::in_python;
     #[pymodule_export]
     use crate::figures::{comparison_figures, detection_figures, figure_names, run_figure, run_figures};
+    #[pymodule_export]
+    use crate::fmu::{fmu_files, licences};
     #[pymodule_export]
     use crate::recording::{Recording, list_signals, read_recording};
     #[pymodule_export]

@@ -18,7 +18,7 @@ pub(crate) struct Scenario {
     /// The settings of each call; the first ones are those of loading the scenario.
     pub(crate) settings: Vec<Vec<String>>,
     /// The recordings in memory that the settings name, held so that their names stay valid.
-    recordings: Vec<Recording>,
+    pub(crate) recordings: Vec<Recording>,
 }
 
 impl Scenario {

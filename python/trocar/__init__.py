@@ -46,6 +46,7 @@ from ._warnings import (
     NoRupturesWarning,
     OscillatingWarning,
     OutsideMeasuredWarning,
+    PeerRestartedWarning,
     PeerSilentWarning,
     PositionMagnitudeWarning,
     PromiseBrokenWarning,
@@ -65,6 +66,7 @@ from ._warnings import (
 from .comparing import Comparison, compare
 from .detection import Calibration, Detection, Detector, calibrate, detect, record, score
 from .documents import Document, Figure, Table
+from .exporting import export_fmu
 from .judging import Roc, Trial, roc, trials
 from .linear import Stability, StateSpace, stability, state_space
 from .parts import Compiled, Simulation
@@ -108,6 +110,7 @@ __all__ = [
     "NoRupturesWarning",
     "OscillatingWarning",
     "OutsideMeasuredWarning",
+    "PeerRestartedWarning",
     "PeerSilentWarning",
     "PositionMagnitudeWarning",
     "PromiseBrokenWarning",
@@ -139,6 +142,7 @@ __all__ = [
     "calibrate",
     "compare",
     "detect",
+    "export_fmu",
     "keys",
     "list_signals",
     "load",

@@ -60,6 +60,12 @@ class LimitActsWarning(TrocarWarning):
     code = "limit-acts"
 
 
+class PeerRestartedWarning(TrocarWarning):
+    """A side of a link was started anew while the link ran."""
+
+    code = "peer-restarted"
+
+
 class PeerSilentWarning(TrocarWarning):
     """Nothing came from the other side of a link for longer than three outages."""
 

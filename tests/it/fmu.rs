@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use trocar::rig::{HapticController, Sample, Settings};
 use trocar::run::run;
 use trocar::scenario::{Scenario, Source};
-use trocar_studies::fmu::{Causality, Instance, InstanceError, Model, Scalar, Type, Unit, Variable, Version};
+use trocar_fmu::{Instance, InstanceError};
+use trocar_studies::fmu::{Causality, Model, Scalar, Type, Unit, Variable, Version};
 
 use crate::support::{file, table, test_folder::TestFolder};
 

@@ -31,6 +31,7 @@ mod layers_paper;
 mod link_delays;
 mod link_parts;
 mod link_random;
+mod link_restart;
 mod link_schedule;
 mod link_sides;
 mod lti;

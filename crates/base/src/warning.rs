@@ -85,6 +85,11 @@ codes! {
         "The other process has ended or stands still, or the network has failed. The slave's reference holds after channel.outage_s, \
          and the master's force decays to 0 after channel.dead_s within channel.dead_decay_s. If messages come again, reference \
          and force return at their recovery rates. If the other side is silent at the end, the exit code is 1.";
+    PeerRestarted "peer-restarted":
+        "A side of a link was started anew while the link ran.",
+        "The new process has joined the link of the other one: after a new greeting, from the present tick to the end. Its machine \
+         began at its start, and it computed the ticks before without messages. Reference and force return at their recovery \
+         rates. The exit code of both sides is 1, and a replay refuses the logs.";
     PromiseBroken "promise-broken":
         "A passivity scheme has generated more energy than it promises.",
         "A scheme promises that the ports at the hand and at the needle never deliver more than they have received and \

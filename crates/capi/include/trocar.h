@@ -518,11 +518,11 @@ enum trocar_status
      */
     TROCAR_STATUS_STRUCT_SIZE = 2,
     /**
-     * The memory is smaller than trocar_rig_size().
+     * The memory is smaller than trocar_rig_size(), or trocar_detector_size().
      */
     TROCAR_STATUS_MEMORY_SIZE = 3,
     /**
-     * The memory is not aligned to trocar_rig_alignment().
+     * The memory is not aligned to trocar_rig_alignment(), or trocar_detector_alignment().
      */
     TROCAR_STATUS_ALIGNMENT = 4,
     /**
@@ -534,11 +534,11 @@ enum trocar_status
      */
     TROCAR_STATUS_SCENARIO = 6,
     /**
-     * The rig is not initialised.
+     * The rig or the detector is not initialised.
      */
     TROCAR_STATUS_NOT_INITIALISED = 7,
     /**
-     * A defect of the library. The rig must not be used any more.
+     * A defect of the library. The rig or the detector must not be used any more.
      */
     TROCAR_STATUS_PANIC = 8,
     /**
@@ -555,9 +555,98 @@ typedef int32_t trocar_status;
 #endif // __cplusplus
 
 /**
+ * Estimator and detector of a rig, in memory of the caller.
+ */
+typedef struct trocar_detector trocar_detector;
+
+/**
  * The controller of a rig, in memory of the caller.
  */
 typedef struct trocar_rig trocar_rig;
+
+/**
+ * A needle's measurements at one tick. A number that is not finite or exceeds its limit is a fault of its channel.
+ */
+typedef struct trocar_detector_sample {
+    /**
+     * sizeof(trocar_detector_sample).
+     */
+    uint64_t struct_size;
+    /**
+     * Position of the needle, growing into the tissue, in m.
+     */
+    double position_m;
+    /**
+     * Velocity of the needle in m/s; not read if sensor_position_resolution_m is above 0.
+     */
+    double velocity_m_per_s;
+    /**
+     * Force on the needle in N, positive if it resists insertion.
+     */
+    double force_n;
+} trocar_detector_sample;
+
+/**
+ * The results of the detector at one tick. Every number is finite.
+ */
+typedef struct trocar_detection {
+    /**
+     * sizeof(trocar_detection), set by the caller.
+     */
+    uint64_t struct_size;
+    /**
+     * Estimated stiffness of the tissue in N/m.
+     */
+    double stiffness_n_per_m;
+    /**
+     * Estimated damping of the tissue in N·s/m.
+     */
+    double damping_n_s_per_m;
+    /**
+     * Predicted force in N; 0 if there is no prediction.
+     */
+    double predicted_force_n;
+    /**
+     * Measured minus predicted force in N; 0 at a bad sample and at the next one.
+     */
+    double residual_n;
+    /**
+     * Distance from the hypothesis of no rupture, in the unit of the distance.
+     */
+    double distance;
+    /**
+     * Decision function g, in the unit of the distance.
+     */
+    double decision;
+    /**
+     * Velocity of the needle that the estimator uses, in m/s.
+     */
+    double velocity_m_per_s;
+    /**
+     * 1 if the detector raises an alarm at this sample, otherwise 0.
+     */
+    uint32_t alarm;
+    /**
+     * 0: armed, a drop of the force raises an alarm; 1: settling, the detector waits; 2: blind, samples are missing.
+     */
+    uint32_t state;
+    /**
+     * Number of ticks since state has this value.
+     */
+    uint32_t state_ticks;
+    /**
+     * Faults of the sample as a sum: 2 position, 4 velocity, 8 force, as in trocar_command.
+     */
+    uint32_t faults;
+    /**
+     * Number of consecutive bad samples, including this one; 0 if it is good.
+     */
+    uint32_t faulty_samples;
+    /**
+     * 0.
+     */
+    uint32_t reserved;
+} trocar_detection;
 
 /**
  * A rig's measurements at one tick. A number that is not finite or exceeds its limit is a fault of its channel.
@@ -735,6 +824,58 @@ extern "C" {
 #endif // __cplusplus
 
 /**
+ * Returns the size of a detector in bytes.
+ */
+size_t trocar_detector_size(void);
+
+/**
+ * Returns the alignment of a detector's memory in bytes. Memory from malloc has it.
+ */
+size_t trocar_detector_alignment(void);
+
+/**
+ * Initialises a detector in the given memory, before the first sample. Another call restarts it.
+ *
+ * It uses the settings of estimator, detector, sensor, tick and samples (`rig_...`); the others must be valid, too.
+ * `memory` has `size` bytes, at least trocar_detector_size(), aligned to trocar_detector_alignment(). `detector` is set
+ * to the detector in it, or to null if the call fails. `error` is null or a buffer of `error_size` bytes for an error
+ * text.
+ *
+ * @pre Each pointer is null or valid as described, and no other thread uses the memory at the same time.
+ */
+trocar_status trocar_detector_init(void *memory,
+                                   size_t size,
+                                   const trocar_rig_settings *settings,
+                                   struct trocar_detector **detector,
+                                   char *error,
+                                   size_t error_size);
+
+/**
+ * Processes the sample of a tick. Samples are simulation_tick_s apart; for a tick without a sample pass NaN in every
+ * field.
+ *
+ * On the same samples, alarms, decisions and estimates are those of trocar_rig_step, bit for bit. It neither allocates
+ * nor blocks.
+ *
+ * @pre `detector` is null or from trocar_detector_init; `sample` and `detection` are null or valid; no other thread uses the
+ * detector at the same time.
+ */
+trocar_status trocar_detector_step(struct trocar_detector *detector,
+                                   const struct trocar_detector_sample *sample,
+                                   struct trocar_detection *detection);
+
+/**
+ * Like trocar_detector_step, for a sample that its source has numbered from 1, with one number per tick, as in
+ * trocar_rig_step_numbered.
+ *
+ * @pre As for trocar_detector_step.
+ */
+trocar_status trocar_detector_step_numbered(struct trocar_detector *detector,
+                                            const struct trocar_detector_sample *sample,
+                                            uint64_t number,
+                                            struct trocar_detection *detection);
+
+/**
  * Returns the version of the library, for example "1.2.3". The text is never freed.
  */
 const char *trocar_version(void);
@@ -881,6 +1022,19 @@ trocar_status trocar_rig_init_toml(void *memory,
                                    struct trocar_rig **rig,
                                    char *error,
                                    size_t error_size);
+
+/**
+ * Like trocar_detector_init, with the settings of a scenario, as trocar_rig_settings_from_toml reads them.
+ *
+ * @pre Each pointer is null or valid as described.
+ */
+trocar_status trocar_detector_init_toml(void *memory,
+                                        size_t size,
+                                        const char *text,
+                                        size_t text_size,
+                                        struct trocar_detector **detector,
+                                        char *error,
+                                        size_t error_size);
 
 #ifdef __cplusplus
 }  // extern "C"

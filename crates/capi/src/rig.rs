@@ -1,12 +1,13 @@
 //! A rig in memory of the caller.
 
 use core::ffi::{CStr, c_char, c_void};
-use core::fmt::Write as _;
-use core::mem::{align_of, needs_drop, size_of};
+use core::mem::{align_of, size_of};
 
+use trocar_core::error::InvalidValue;
 use trocar_core::rig::{self, HapticController};
 
 use crate::error_text::ErrorText;
+use crate::memory::{InMemory, clear, init, mark_of, settings_at};
 use crate::settings::Settings;
 use crate::status::{Status, guarded};
 
@@ -15,13 +16,6 @@ const VERSION: &CStr = match CStr::from_bytes_with_nul(concat!(env!("CARGO_PKG_V
     Err(_) => panic!("the version has no NUL inside"),
 };
 
-/// Marks memory that contains a rig: "trocar" and the size of the controller.
-const INITIALISED: u64 = 0x7472_6f63_6172_0000 | size_of::<HapticController>() as u64;
-
-// The caller's memory is never dropped.
-const _: () = assert!(!needs_drop::<Rig>());
-const _: () = assert!(size_of::<HapticController>() < 1 << 16);
-
 /// The controller of a rig, in memory of the caller.
 #[derive(Debug)]
 pub struct Rig {
@@ -29,6 +23,18 @@ pub struct Rig {
     /// Digest of the settings, by which a saved state belongs to them.
     pub(crate) settings: u64,
     pub(crate) controller: HapticController,
+}
+
+impl InMemory for Rig {
+    const MARK: u64 = mark_of::<Self>();
+
+    fn mark(&self) -> u64 {
+        self.initialised
+    }
+
+    fn create(settings: &rig::Settings, digest: u64) -> Result<Self, InvalidValue> {
+        Ok(Self { initialised: Self::MARK, settings: digest, controller: HapticController::new(settings)? })
+    }
 }
 
 /// A rig's measurements at one tick. A number that is not finite or exceeds its limit is a fault of its channel.
@@ -168,81 +174,14 @@ pub unsafe extern "C" fn trocar_rig_init(
     guarded(|| {
         // SAFETY: `rig` is null or valid.
         unsafe { clear(rig) };
-        // SAFETY: every version has the first field; the others are read only in a structure of this version.
-        let settings = unsafe {
-            if settings.is_null() {
-                return Status::Null;
-            }
-            let found = (&raw const (*settings).struct_size).read();
-            if found != size_of::<Settings>() as u64 {
-                let expected = size_of::<Settings>();
-                // An error text that does not fit is cut; writing it does not fail.
-                let _ =
-                    write!(error, "struct_size of the settings is {found}, must be {expected}: set the defaults first");
-                return Status::StructSize;
-            }
-            settings.read()
-        };
         // SAFETY: the same requirements as this function's.
-        unsafe { init(memory, size, &settings, rig, &mut error) }
-    })
-}
-
-/// Sets the caller's pointer to null: a failed call must not leave an old or invalid one.
-///
-/// # Safety
-/// `rig` is null or valid.
-#[allow(unsafe_code, reason = "the pointer is the caller's")]
-pub(crate) unsafe fn clear(rig: *mut *mut Rig) {
-    if !rig.is_null() {
-        // SAFETY: not null, so it is writable.
-        unsafe { rig.write(core::ptr::null_mut()) };
-    }
-}
-
-/// Initialises a rig in the given memory. The caller's pointer is null before.
-///
-/// # Safety
-/// As for [`trocar_rig_init`].
-#[allow(unsafe_code, reason = "the memory is the caller's")]
-pub(crate) unsafe fn init(
-    memory: *mut c_void,
-    size: usize,
-    settings: &Settings,
-    rig: *mut *mut Rig,
-    error: &mut ErrorText,
-) -> Status {
-    if memory.is_null() || rig.is_null() {
-        return Status::Null;
-    }
-    if size < size_of::<Rig>() {
-        return Status::MemorySize;
-    }
-    if !memory.cast::<Rig>().is_aligned() {
-        return Status::Alignment;
-    }
-    // An error text that does not fit is cut; writing it does not fail.
-    let read = match settings.read() {
-        Ok(read) => read,
-        Err(key) => {
-            let _ = write!(error, "{} must be {}", key.path, key.kind);
-            return Status::Setting;
-        }
-    };
-    match HapticController::new(&read) {
-        Ok(controller) => {
-            // SAFETY: the memory is large enough and aligned; `rig` is not null.
-            unsafe {
-                memory.cast::<Rig>().write(Rig { initialised: INITIALISED, settings: settings.digest(), controller });
-                rig.write(memory.cast());
+        unsafe {
+            match settings_at(settings, &mut error) {
+                Ok(settings) => init(memory, size, &settings, rig, &mut error),
+                Err(status) => status,
             }
-            Status::Ok
         }
-        Err(invalid) => {
-            let _ = write!(error, "{invalid}");
-            Status::Setting
-        }
-    }
+    })
 }
 
 /// Processes the sample of a tick and computes its command. Samples are simulation_tick_s apart; for a tick without a
@@ -312,20 +251,5 @@ unsafe fn step(
         Status::Ok
     };
     // SAFETY: the same requirements as this function's.
-    unsafe { with_rig(rig, run) }
-}
-
-/// Calls `with` with a rig.
-///
-/// # Safety
-/// `rig` is null or from trocar_rig_init, and no other thread uses it at the same time.
-#[allow(unsafe_code, reason = "the rig is the caller's")]
-#[inline(always)]
-pub(crate) unsafe fn with_rig(rig: *mut Rig, with: impl FnOnce(&mut Rig) -> Status) -> Status {
-    // SAFETY: null or valid.
-    let Some(rig) = (unsafe { rig.as_mut() }) else { return Status::Null };
-    if rig.initialised != INITIALISED {
-        return Status::NotInitialised;
-    }
-    guarded(|| with(rig))
+    unsafe { crate::memory::with(rig, run) }
 }

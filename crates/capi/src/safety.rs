@@ -2,7 +2,8 @@
 
 use core::mem::size_of;
 
-use crate::rig::{Rig, with_rig};
+use crate::memory::with;
+use crate::rig::Rig;
 use crate::status::Status;
 
 /// Counts since a rig was initialised.
@@ -45,7 +46,7 @@ pub struct Counts {
 pub unsafe extern "C" fn trocar_rig_stop(rig: *mut Rig) -> Status {
     // SAFETY: the same requirements as this function's.
     unsafe {
-        with_rig(rig, |rig| {
+        with(rig, |rig| {
             rig.controller.stop();
             Status::Ok
         })
@@ -62,7 +63,7 @@ pub unsafe extern "C" fn trocar_rig_stop(rig: *mut Rig) -> Status {
 pub unsafe extern "C" fn trocar_rig_enable(rig: *mut Rig) -> Status {
     // SAFETY: the same requirements as this function's.
     unsafe {
-        with_rig(rig, |rig| {
+        with(rig, |rig| {
             rig.controller.enable();
             Status::Ok
         })
@@ -85,7 +86,7 @@ pub unsafe extern "C" fn trocar_rig_counts(rig: *mut Rig, counts: *mut Counts) -
     }
     // SAFETY: the same requirements as this function's.
     unsafe {
-        with_rig(rig, |rig| {
+        with(rig, |rig| {
             let (samples, safety) = (rig.controller.counters(), rig.controller.safety_counts());
             counts.write(Counts {
                 struct_size: size_of::<Counts>() as u64,

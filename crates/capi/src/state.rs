@@ -5,7 +5,8 @@ use core::slice;
 use trocar_core::lane::Stored as _;
 
 use crate::digest::Digest;
-use crate::rig::{Rig, with_rig};
+use crate::memory::with;
+use crate::rig::Rig;
 use crate::status::Status;
 
 /// Number of words before the controller's numbers: the digest of the numbers.
@@ -24,7 +25,7 @@ fn digest(settings: u64) -> Digest {
 #[allow(unsafe_code, reason = "rig is the caller's")]
 unsafe fn with_words(rig: *mut Rig, words: usize, run: impl FnOnce(&mut Rig) -> Status) -> Status {
     // SAFETY: the same requirement as this function's.
-    unsafe { with_rig(rig, |rig| if words == HEAD + rig.controller.count() { run(rig) } else { Status::State }) }
+    unsafe { with(rig, |rig| if words == HEAD + rig.controller.count() { run(rig) } else { Status::State }) }
 }
 
 /// Sets `words` to the number of uint64_t that the state of a rig takes. It depends on the settings.
@@ -39,7 +40,7 @@ pub unsafe extern "C" fn trocar_rig_state_size(rig: *mut Rig, words: *mut usize)
     }
     // SAFETY: the same requirements as this function's; `words` is not null.
     unsafe {
-        with_rig(rig, |Rig { controller, .. }| {
+        with(rig, |Rig { controller, .. }| {
             words.write(HEAD + controller.count());
             Status::Ok
         })

@@ -12,17 +12,17 @@ pub enum Status {
     Null = 1,
     /// The struct_size of a structure differs from this version of the library.
     StructSize = 2,
-    /// The memory is smaller than trocar_rig_size().
+    /// The memory is smaller than trocar_rig_size(), or trocar_detector_size().
     MemorySize = 3,
-    /// The memory is not aligned to trocar_rig_alignment().
+    /// The memory is not aligned to trocar_rig_alignment(), or trocar_detector_alignment().
     Alignment = 4,
     /// A setting is out of range; the error text contains its key.
     Setting = 5,
     /// The scenario cannot be read; the error text contains the place and the remedy.
     Scenario = 6,
-    /// The rig is not initialised.
+    /// The rig or the detector is not initialised.
     NotInitialised = 7,
-    /// A defect of the library. The rig must not be used any more.
+    /// A defect of the library. The rig or the detector must not be used any more.
     Panic = 8,
     /// The state is damaged, or of a rig with other settings or of another version.
     State = 9,
@@ -36,12 +36,16 @@ impl Status {
             Self::StructSize => {
                 c"struct_size differs: set it with sizeof, and use the header of this version of the library"
             }
-            Self::MemorySize => c"the memory is too small: it needs trocar_rig_size() bytes",
-            Self::Alignment => c"the memory is not aligned to trocar_rig_alignment() bytes",
+            Self::MemorySize => c"the memory is too small: it needs trocar_rig_size() or trocar_detector_size() bytes",
+            Self::Alignment => {
+                c"the memory is not aligned to trocar_rig_alignment() or trocar_detector_alignment() bytes"
+            }
             Self::Setting => c"a setting is out of range",
             Self::Scenario => c"the scenario cannot be read",
-            Self::NotInitialised => c"the rig is not initialised: call trocar_rig_init first",
-            Self::Panic => c"a defect of the library: the rig must not be used any more",
+            Self::NotInitialised => {
+                c"the rig or the detector is not initialised: call trocar_rig_init or trocar_detector_init first"
+            }
+            Self::Panic => c"a defect of the library: the rig or the detector must not be used any more",
             Self::State => c"the state is damaged, or of a rig with other settings or of another version",
         }
     }

@@ -8,8 +8,10 @@ use core::slice;
 use trocar_core::settings::{Constant, Kind};
 use trocar_scenario::{Scenario, Source, Value};
 
+use crate::detector::Detector;
 use crate::error_text::ErrorText;
-use crate::rig::{Rig, clear, init};
+use crate::memory::{InMemory, clear, init};
+use crate::rig::Rig;
 use crate::settings::Settings;
 use crate::status::{Status, guarded};
 
@@ -115,14 +117,47 @@ pub unsafe extern "C" fn trocar_rig_init_toml(
     error: *mut c_char,
     error_size: usize,
 ) -> Status {
+    // SAFETY: the same requirements as this function's.
+    unsafe { init_toml(memory, size, (text, text_size), rig, (error, error_size)) }
+}
+
+/// Like trocar_detector_init, with the settings of a scenario, as trocar_rig_settings_from_toml reads them.
+///
+/// # Safety
+/// Each pointer is null or valid as described.
+#[allow(unsafe_code, reason = "memory and text are the caller's, and the name is exported to C")]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn trocar_detector_init_toml(
+    memory: *mut c_void,
+    size: usize,
+    text: *const c_char,
+    text_size: usize,
+    detector: *mut *mut Detector,
+    error: *mut c_char,
+    error_size: usize,
+) -> Status {
+    // SAFETY: the same requirements as this function's.
+    unsafe { init_toml(memory, size, (text, text_size), detector, (error, error_size)) }
+}
+
+/// # Safety
+/// As for [`trocar_rig_init_toml`].
+#[allow(unsafe_code, reason = "memory and text are the caller's")]
+unsafe fn init_toml<T: InMemory>(
+    memory: *mut c_void,
+    size: usize,
+    (text, text_size): (*const c_char, usize),
+    object: *mut *mut T,
+    (error, error_size): (*mut c_char, usize),
+) -> Status {
     // SAFETY: the caller's buffer, as described.
     let mut error = unsafe { ErrorText::new(error, error_size) };
     guarded(|| {
-        // SAFETY: `rig` is null or valid.
-        unsafe { clear(rig) };
+        // SAFETY: `object` is null or valid.
+        unsafe { clear(object) };
         // SAFETY: the caller's text and memory, as described.
         match unsafe { read(text, text_size, &mut error) } {
-            Ok(settings) => unsafe { init(memory, size, &settings, rig, &mut error) },
+            Ok(settings) => unsafe { init(memory, size, &settings, object, &mut error) },
             Err(status) => status,
         }
     })

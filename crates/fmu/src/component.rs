@@ -4,7 +4,9 @@ use std::ffi::{CStr, CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
-use trocar_studies::fmu::{Instance, InstanceError, SavedState, Scalar};
+use crate::instance::{Instance, InstanceError};
+use crate::state::SavedState;
+use trocar_studies::fmu::Scalar;
 
 /// The call has succeeded.
 pub const OK: i32 = 0;

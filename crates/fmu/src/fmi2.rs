@@ -3,7 +3,8 @@
 
 use std::ffi::{CStr, CString, c_char, c_void};
 
-use trocar_studies::fmu::{SavedState, Scalar};
+use crate::state::SavedState;
+use trocar_studies::fmu::Scalar;
 
 use crate::component::{Component, ERROR, OK, folder_of_uri, text};
 

@@ -4,7 +4,8 @@
 use std::ffi::{CStr, c_char, c_void};
 use std::path::PathBuf;
 
-use trocar_studies::fmu::{SavedState, Scalar};
+use crate::state::SavedState;
+use trocar_studies::fmu::Scalar;
 
 use crate::component::{Component, ERROR, OK, text};
 

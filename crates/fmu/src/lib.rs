@@ -1,5 +1,5 @@
 //! The library in the units that `trocar export fmu` writes: the functions of FMI 2.0 and 3.0 for co-simulation, around
-//! [`trocar_studies::fmu::Instance`].
+//! [`Instance`].
 //!
 //! The standard (<https://fmi-standard.org>) defines and documents names and arguments. No panic leaves a function; it
 //! becomes an error of the instance.
@@ -10,3 +10,8 @@
 mod component;
 mod fmi2;
 mod fmi3;
+mod instance;
+mod state;
+
+pub use instance::{Instance, InstanceError};
+pub use state::SavedState;

@@ -71,6 +71,13 @@ impl<const N: usize> Arrivals<N> {
         Fate::Taken
     }
 
+    /// Drops the held payload and the messages that wait. The last sample is held.
+    pub(super) fn forget_payload(&mut self) {
+        self.held.payload = [0.0; PAYLOAD];
+        self.latest = None;
+        self.early.clear();
+    }
+
     /// Returns the message for the next tick. Later messages are for the tick after it.
     pub fn at_next_tick(&mut self) -> Received<f64, N> {
         if let Some(place) = self.early.iter().position(|(sent, _)| *sent == self.next) {

@@ -46,23 +46,40 @@ impl Study for SideSummary {
     }
 }
 
-/// Warns of another side that is silent at the end, or was.
+/// Warns of a side that was started anew, and of another side that is silent at the end, or was.
 fn warnings(summary: &SideSummary) -> Vec<Warning> {
-    let other = summary.role.other().word();
-    let warning = match (summary.silent_since_s, summary.silences) {
+    let (this, other) = (summary.role.word(), summary.role.other().word());
+    let mut warnings = vec![];
+    if summary.restarts > 0 {
+        let message =
+            format!("the {other} was started anew and joined the {this}, {}", counted(summary.restarts, "time"));
+        warnings.push(Warning::new(Code::PeerRestarted, message).remedy(format!("look at the {other}'s message")));
+    }
+    if summary.first_tick > 0 {
+        let message = format!(
+            "the {this} joined the {other} at tick {}; it computed the ticks before without messages",
+            summary.first_tick
+        );
+        warnings.push(Warning::new(Code::PeerRestarted, message).remedy("start both sides again for a whole run"));
+    }
+    warnings.extend(silence(summary, other).map(|warning| warning.at("channel.outage_s")));
+    warnings
+}
+
+fn silence(summary: &SideSummary, other: &str) -> Option<Warning> {
+    Some(match (summary.silent_since_s, summary.silences) {
         (Some(since_s), _) => {
             let message = format!("nothing has come from the {other} since {}", show(Some(since_s), Unit::Second));
             Warning::new(Code::PeerSilent, message)
                 .remedy(format!("start both sides again; look at the {other}'s message"))
         }
-        (None, 0) => return vec![],
+        (None, 0) => return None,
         (None, count) => {
             let message = format!("the {other} was silent for a time and came back, {}", counted(count, "time"));
             Warning::new(Code::PeerSilent, message)
                 .remedy("look at delays.csv, the network and the other computer's load")
         }
-    };
-    vec![warning.at("channel.outage_s")]
+    })
 }
 
 fn promise(summary: &SideSummary) -> String {
@@ -168,6 +185,11 @@ pub struct LinkFile<'a> {
     silences: u64,
     /// Time of the other side's last message in s, if nothing has come since; `None` if it lives.
     silent_since_s: Option<f64>,
+    /// Number of times that the other side was started anew and joined this side.
+    restarts: u64,
+    /// First tick with messages. Above 0 if this side was started anew and joined the other side; the ticks before were
+    /// computed without messages.
+    first_tick: u64,
     /// The warnings.
     warnings: Vec<Warning>,
 }
@@ -256,6 +278,8 @@ fn json(summary: &SideSummary) -> Json {
         alarms_s: &summary.alarms_s,
         silences: summary.silences,
         silent_since_s: summary.silent_since_s,
+        restarts: summary.restarts,
+        first_tick: summary.first_tick,
         warnings: warnings(summary),
     })
 }

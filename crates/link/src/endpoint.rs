@@ -36,6 +36,8 @@ pub struct Endpoint<const N: usize> {
     echo: Option<(i64, i64)>,
     /// The last reported energy of the other port, with the tick that sent it.
     energy: Option<(u64, f64)>,
+    /// Energies of this port and of the other one in J at the last restart of the other side. A message counts from 0.
+    restart_j: (f64, f64),
     last_trip: Option<Trip>,
 }
 
@@ -52,6 +54,7 @@ impl<const N: usize> Endpoint<N> {
             arrivals: Arrivals::new(ticks, initial),
             echo: None,
             energy: None,
+            restart_j: (0.0, 0.0),
             last_trip: None,
         }
     }
@@ -71,7 +74,7 @@ impl<const N: usize> Endpoint<N> {
         let mut numbers = [0.0; NUMBERS];
         numbers[..M].copy_from_slice(&message.sample);
         numbers[MAX_SAMPLE..MAX_SAMPLE + PAYLOAD].copy_from_slice(&message.payload);
-        numbers[NUMBERS - 1] = energy_j;
+        numbers[NUMBERS - 1] = energy_j - self.restart_j.0;
         for (place, number) in body[VALUES..].chunks_exact_mut(8).zip(numbers) {
             place.copy_from_slice(&number.to_bits().to_le_bytes());
         }
@@ -79,6 +82,15 @@ impl<const N: usize> Endpoint<N> {
         self.number += 1;
         self.counters.sent += 1;
         self.session.0.seal(&packet)
+    }
+
+    /// Continues in another session, with a side that has started anew. Packets of the earlier session are foreign from
+    /// now on. `energy_j` is the energy of this side's port.
+    pub fn rejoin(&mut self, session: Session, energy_j: f64) {
+        self.session = session;
+        (self.number, self.window, self.echo) = (0, Window::default(), None);
+        self.restart_j = (energy_j, self.other_energy_j());
+        self.arrivals.forget_payload();
     }
 
     /// Receives a packet at a time (ns since tick 0). A packet that is not a new message of the other side only changes
@@ -125,7 +137,7 @@ impl<const N: usize> Endpoint<N> {
         self.counters.received += 1;
         self.note_times(&packet, now_ns);
         if self.energy.is_none_or(|(tick, _)| tick < packet.tick) {
-            self.energy = Some((packet.tick, numbers[NUMBERS - 1]));
+            self.energy = Some((packet.tick, self.restart_j.1 + numbers[NUMBERS - 1]));
         }
     }
 

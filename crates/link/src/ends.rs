@@ -4,6 +4,7 @@ use super::counters::Counters;
 use super::endpoint::{Endpoint, Trip};
 use super::packet::{PACKET_BYTES, Role};
 use super::seal::Session;
+use trocar_core::safety::SafetySettings;
 use trocar_engine::engine::{EngineError, MasterSide, Observer, Signals, SlaveSide, Trace};
 use trocar_scenario::{Scenario, ScenarioError, empty_trace};
 
@@ -32,6 +33,7 @@ pub struct MasterEnd {
     endpoint: Endpoint<5>,
     trace: Trace,
     meter: Meter,
+    safety: SafetySettings,
     received: [f64; 5],
 }
 
@@ -57,13 +59,27 @@ impl MasterEnd {
         let endpoint = Endpoint::new(Role::Master, session, scenario.grid.ticks(), side.initial());
         let meter = Meter { generated_j: 0.0, promised_j: side.promised_j() };
         let received = side.initial();
-        Ok(Self { side, endpoint, trace: empty_trace(scenario), meter, received })
+        Ok(Self { side, endpoint, trace: empty_trace(scenario), meter, safety: scenario.safety, received })
     }
 
     /// Runs the first half of a tick. Returns the packet for the slave at a time (ns since tick 0).
     pub fn send(&mut self, now_ns: i64) -> [u8; PACKET_BYTES] {
         let message = self.side.send();
         self.endpoint.seal((self.side.tick(), now_ns), &message, self.side.energy_j())
+    }
+
+    /// Computes the ticks before `tick` without messages, as after an outage from the start. For a side that joins a
+    /// link that runs. Afterwards `safety.*` bounds its commands, unless `safety.acts` is `nowhere`.
+    ///
+    /// # Errors
+    /// [`EngineError`].
+    pub fn skip_to(&mut self, tick: u64) -> Result<(), EngineError> {
+        while self.side.tick() < tick {
+            self.side.send();
+            self.step()?;
+        }
+        self.bound_if_joined();
+        Ok(())
     }
 
     /// Runs the second half of a tick with the received messages.
@@ -98,6 +114,7 @@ pub struct SlaveEnd {
     endpoint: Endpoint<4>,
     trace: Trace,
     meter: Meter,
+    safety: SafetySettings,
     events: Events,
 }
 
@@ -145,7 +162,28 @@ impl SlaveEnd {
         let side = scenario.slave_side()?;
         let endpoint = Endpoint::new(Role::Slave, session, scenario.grid.ticks(), side.initial());
         let meter = Meter { generated_j: 0.0, promised_j: side.promised_j() };
-        Ok(Self { side, endpoint, trace: empty_trace(scenario), meter, events: Events::default() })
+        Ok(Self {
+            side,
+            endpoint,
+            trace: empty_trace(scenario),
+            meter,
+            safety: scenario.safety,
+            events: Events::default(),
+        })
+    }
+
+    /// Computes the ticks before `tick` without messages, as after an outage from the start. For a side that joins a
+    /// link that runs. Afterwards `safety.*` bounds its commands, unless `safety.acts` is `nowhere`.
+    ///
+    /// # Errors
+    /// [`EngineError`].
+    pub fn skip_to(&mut self, tick: u64) -> Result<(), EngineError> {
+        while self.side.tick() < tick {
+            let received = self.endpoint.at_next_tick();
+            self.side.step(&received, &mut (&mut self.trace, &mut self.events))?;
+        }
+        self.bound_if_joined();
+        Ok(())
     }
 
     /// Runs a tick with the received messages. Returns the packet for the master at a time (ns since tick 0).
@@ -187,6 +225,24 @@ macro_rules! both {
             pub fn take(&mut self, bytes: &[u8], now_ns: i64) -> Option<Trip> {
                 self.endpoint.take(bytes, now_ns);
                 self.endpoint.last_trip()
+            }
+
+            /// Continues with the other side, which has started anew, in another session. From now on `safety.*` bounds
+            /// the commands, unless `safety.acts` is `nowhere`.
+            pub fn rejoin(&mut self, session: Session) {
+                self.endpoint.rejoin(session, self.side.energy_j());
+                self.side.peer_restarts();
+                self.side.bound(&self.safety);
+                // The other side brings its half of the scheme's initial energy again.
+                if let (Some(promised_j), Some(initial_j)) = (&mut self.meter.promised_j, self.side.promised_j()) {
+                    *promised_j += 0.5 * initial_j;
+                }
+            }
+
+            fn bound_if_joined(&mut self) {
+                if self.side.tick() > 0 {
+                    self.side.bound(&self.safety);
+                }
             }
 
             /// Returns the next tick.

@@ -2,12 +2,15 @@
 //!
 //! ```text
 //! master  Hello   its random number, its scenario
-//! slave   Reply   both random numbers, its scenario, the stamp of the Hello
+//! slave   Reply   both random numbers, its scenario, the stamp of the Hello, the time since tick 0 of a link that runs
 //! master  Start   both random numbers, the time to tick 0, half of the shortest round trip
 //! slave   Ready   both random numbers
 //! ```
 //! Hello and Reply are authenticated with the common key, Start and Ready with the session's key. An old packet
 //! therefore cannot start a session: it contains an old random number.
+//!
+//! A side that has started anew joins the link of the other side, which runs: tick 0 is then in the past, and the
+//! session is a new one.
 
 use sha2::{Digest as _, Sha256};
 
@@ -24,6 +27,8 @@ const SECOND_NS: usize = 72;
 
 /// Maximum time to tick 0 in a Start, in ns.
 const MAX_WAIT_NS: i64 = 60_000_000_000;
+/// Maximum time since tick 0 of a link that runs, in ns: one year.
+const MAX_SINCE_NS: i64 = 31_536_000_000_000_000;
 
 /// Returns a hash of a scenario and the program's version. Sides with different hashes cannot run together.
 ///
@@ -87,6 +92,8 @@ struct SlaveReply {
     of_slave: [u8; NONCE_BYTES],
     session: Session,
     round_ns: i64,
+    /// Tick 0 of the slave's link by this side's clock, if it runs.
+    begun_ns: Option<i64>,
 }
 
 impl Calling {
@@ -103,28 +110,42 @@ impl Calling {
         self.key.seal(&packet(Kind::Hello, Role::Master, body))
     }
 
-    /// Receives a packet at a time (ns).
-    pub fn take(&mut self, bytes: &[u8], now_ns: i64) {
-        let Some(Packet { kind, from: Role::Slave, body, .. }) = Packet::read(bytes) else { return };
+    /// Receives a packet at a time (ns). Returns true if it is an authentic packet of this greeting.
+    pub fn take(&mut self, bytes: &[u8], now_ns: i64) -> bool {
+        let Some(Packet { kind, from: Role::Slave, body, .. }) = Packet::read(bytes) else { return false };
+        if kind == Kind::Message {
+            // The slave has begun, and its Ready was lost. The message itself is for the endpoint.
+            self.is_ready |= self.reply.as_ref().is_some_and(|reply| reply.session.0.is_authentic(bytes));
+            return false;
+        }
         if part::<NONCE_BYTES>(&body, OF_MASTER) != self.own {
-            return;
+            return false;
         }
         let of_slave = part(&body, OF_SLAVE);
         match (kind, &mut self.reply) {
             (Kind::Reply, reply) if self.key.is_authentic(bytes) => {
                 if part::<32>(&body, SCENARIO) != self.scenario {
                     self.differs = true;
-                    return;
+                    return true;
                 }
                 let round_ns = now_ns.saturating_sub(word(&body, FIRST_NS).cast_signed()).max(0);
-                let known = reply.as_ref().filter(|reply| reply.of_slave == of_slave);
-                let shortest_ns = known.map_or(round_ns, |known| known.round_ns.min(round_ns));
-                let session = self.key.session(&self.own, &of_slave);
-                *reply = Some(SlaveReply { of_slave, session, round_ns: shortest_ns });
                 self.replies += 1;
+                if reply.as_ref().is_some_and(|known| known.of_slave == of_slave && known.round_ns <= round_ns) {
+                    return true;
+                }
+                let since_ns = word(&body, SECOND_NS).cast_signed();
+                let begun_ns = (1..=MAX_SINCE_NS)
+                    .contains(&since_ns)
+                    .then(|| now_ns.saturating_sub(round_ns / 2).saturating_sub(since_ns));
+                let session = self.key.session(&self.own, &of_slave);
+                *reply = Some(SlaveReply { of_slave, session, round_ns, begun_ns });
+                true
             }
-            (Kind::Ready, Some(reply)) => self.is_ready |= reply.session.0.is_authentic(bytes),
-            _ => {}
+            (Kind::Ready, Some(reply)) if reply.session.0.is_authentic(bytes) => {
+                self.is_ready = true;
+                true
+            }
+            _ => false,
         }
     }
 
@@ -138,6 +159,12 @@ impl Calling {
     #[must_use]
     pub fn differs(&self) -> bool {
         self.differs
+    }
+
+    /// Returns tick 0 of the slave's link by this side's clock (ns); `None` if the slave's link has not begun.
+    #[must_use]
+    pub fn begun_ns(&self) -> Option<i64> {
+        self.reply.as_ref()?.begun_ns
     }
 
     /// Returns a Start for tick 0 at `start_ns`, sent at `now_ns` (ns); `None` before a reply.
@@ -163,6 +190,8 @@ pub struct Waiting {
     key: Key,
     own: [u8; NONCE_BYTES],
     scenario: [u8; 32],
+    /// Tick 0 by this side's clock, if its link runs.
+    begun_ns: Option<i64>,
     greeted: Option<([u8; NONCE_BYTES], Greeted)>,
     differs: bool,
 }
@@ -171,7 +200,13 @@ impl Waiting {
     /// Creates a waiting slave with a random number, for a scenario with this [`fingerprint`].
     #[must_use]
     pub fn new(key: Key, own: [u8; NONCE_BYTES], scenario: [u8; 32]) -> Self {
-        Self { key, own, scenario, greeted: None, differs: false }
+        Self { key, own, scenario, begun_ns: None, greeted: None, differs: false }
+    }
+
+    /// Like [`Waiting::new`], for a slave whose link runs since tick 0 at `begun_ns` (ns): a master may join it.
+    #[must_use]
+    pub fn running(key: Key, own: [u8; NONCE_BYTES], scenario: [u8; 32], begun_ns: i64) -> Self {
+        Self { begun_ns: Some(begun_ns), ..Self::new(key, own, scenario) }
     }
 
     /// Receives a packet at a time (ns). Returns the answer to its sender.
@@ -182,18 +217,20 @@ impl Waiting {
         match kind {
             Kind::Hello if self.key.is_authentic(bytes) => {
                 self.differs |= part::<32>(&given, SCENARIO) != self.scenario;
-                let body = body(&of_master, &self.own, &self.scenario, [first_ns, 0]);
+                let since_ns = self.begun_ns.map_or(0, |begun_ns| now_ns.saturating_sub(begun_ns).max(1));
+                let body = body(&of_master, &self.own, &self.scenario, [first_ns, since_ns]);
                 Some(self.key.seal(&packet(Kind::Reply, Role::Slave, body)))
             }
             Kind::Start if part::<NONCE_BYTES>(&given, OF_SLAVE) == self.own => {
                 let session = self.key.session(&of_master, &self.own);
-                if !session.0.is_authentic(bytes) || !(0..=MAX_WAIT_NS).contains(&first_ns) {
+                if !session.0.is_authentic(bytes) || !(-MAX_SINCE_NS..=MAX_WAIT_NS).contains(&first_ns) {
                     return None;
                 }
                 let half_ns = word(&given, SECOND_NS).cast_signed().clamp(0, MAX_WAIT_NS);
                 let ready = packet(Kind::Ready, Role::Slave, body(&of_master, &self.own, &[0; 32], [0, 0]));
                 let answer = session.0.seal(&ready);
-                let start_ns = now_ns.saturating_add(first_ns).saturating_sub(half_ns);
+                let announced_ns = now_ns.saturating_add(first_ns).saturating_sub(half_ns);
+                let start_ns = self.begun_ns.unwrap_or(announced_ns);
                 match &self.greeted {
                     None => {
                         self.greeted = Some((of_master, Greeted { session, start_ns, round_ns: 2 * half_ns }));

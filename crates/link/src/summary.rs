@@ -88,6 +88,10 @@ pub struct SideSummary {
     pub silences: u64,
     /// Time of the other side's last message in s, if nothing has come since; `None` if it lives.
     pub silent_since_s: Option<f64>,
+    /// Number of times that the other side was started anew and joined this side.
+    pub restarts: u64,
+    /// First tick with messages: above 0 if this side was started anew and joined the other side.
+    pub first_tick: u64,
     /// Number of messages that a proxy in this process dropped, from the master and from the slave.
     pub proxy_lost: Option<[u64; 2]>,
 }

@@ -82,7 +82,11 @@ impl Values {
         Self::load_changed(source, &[settings])
     }
 
-    pub(super) fn load_changed(source: &Source, settings: &[&[String]]) -> Result<Self, ScenarioError> {
+    /// Like [`Values::load`], with lists of settings that apply one after another. A later list may change kinds.
+    ///
+    /// # Errors
+    /// As [`Values::load`].
+    pub fn load_changed(source: &Source, settings: &[&[String]]) -> Result<Self, ScenarioError> {
         Self::of_entries(source, gather(source, settings)?)
     }
 

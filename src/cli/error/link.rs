@@ -47,6 +47,24 @@ pub(in crate::cli) enum LinkError {
         /// The time of its last message, in s.
         since_s: f64,
     },
+    #[error("the {peer} was started anew during the run, {times}: its first process has ended early")]
+    PeerRestarted {
+        peer: &'static str,
+        /// How often, as `2 times`.
+        times: String,
+    },
+    #[error("joined the {peer} at tick {tick} of its run: the ticks before had no messages")]
+    Joined {
+        peer: &'static str,
+        /// The first tick with messages.
+        tick: u64,
+    },
+    #[error("the run of the {peer} ends too soon to join it: start both sides again")]
+    TooLate { peer: &'static str },
+    #[error(
+        "{path}: a side was started anew during this link, so one simulation cannot repeat it: start both sides again"
+    )]
+    NotWhole { path: String },
     #[error("{path}: {source}: give the folder of a link, which contains master and slave")]
     Log { path: String, source: std::io::Error },
     #[error(transparent)]
@@ -59,7 +77,15 @@ impl LinkError {
     pub(super) fn is_input(&self) -> bool {
         !matches!(
             self,
-            Self::NoReply { .. } | Self::Differs | Self::NotReady | Self::PeerLost { .. } | Self::NotReplayed
+            Self::NoReply { .. }
+                | Self::Differs
+                | Self::NotReady
+                | Self::PeerLost { .. }
+                | Self::PeerRestarted { .. }
+                | Self::Joined { .. }
+                | Self::TooLate { .. }
+                | Self::NotWhole { .. }
+                | Self::NotReplayed
         )
     }
 }

@@ -1,7 +1,9 @@
 //! `trocar link`.
 
 mod address;
+mod end;
 mod pace;
+mod peer;
 mod pointer;
 mod priority;
 mod proxy;

@@ -50,6 +50,9 @@ pub(super) fn run(args: &ReplayArgs) -> Result<(), CliError> {
     let of_link = |role: Role, name: &str| read(&args.folder.join(role.word()).join(name));
     // Report missing logs before anything is written.
     let traces = [of_link(Role::Master, "trace.csv")?, of_link(Role::Slave, "trace.csv")?];
+    for role in [Role::Master, Role::Slave] {
+        refuse_restarts(&args.folder.join(role.word()).join("summary.json"))?;
+    }
     let scenario = load("master/scenario.toml")?;
     let delays = |role: Role, direction| -> Result<Vec<u32>, LinkError> {
         let (name, text) = of_link(role, "delays.csv")?;
@@ -89,6 +92,16 @@ pub(super) fn run(args: &ReplayArgs) -> Result<(), CliError> {
         terminal::print(&text)?;
     }
     if is_same { Ok(()) } else { Err(LinkError::NotReplayed.into()) }
+}
+
+/// Refuses the log of a link with a side that was started anew. A log without a summary has no such restart.
+fn refuse_restarts(path: &Path) -> Result<(), LinkError> {
+    let summary = std::fs::read(path).ok().and_then(|text| serde_json::from_slice::<serde_json::Value>(&text).ok());
+    let is_above_0 = |key: &str| summary.as_ref().is_some_and(|summary| summary[key].as_u64().is_some_and(|n| n > 0));
+    if is_above_0("restarts") || is_above_0("first_tick") {
+        return Err(LinkError::NotWhole { path: path.display().to_string() });
+    }
+    Ok(())
 }
 
 fn told(difference: &Difference, trace: &Trace) -> String {

@@ -4,17 +4,18 @@ use std::net::{SocketAddr, UdpSocket};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::end::{End, either};
 use super::pace::{Clock, send, take_all};
+use super::peer::Peer;
 use super::pointer::Pointer;
 use super::proxy::Running;
 use super::{MasterArgs, SideArgs, SlaveArgs, address, priority};
 use crate::cli::error::{CliError, LinkError};
 use crate::cli::{interrupt, terminal};
 use trocar_document::{Study as _, TextFile, to_json};
-use trocar_engine::engine::EngineError;
 use trocar_link::{
-    Calling, Direction, Greeted, Key, Lateness, MasterEnd, PACKET_BYTES, Role, SideSummary, Silence, SilenceChange,
-    SlaveEnd, Trips, Waiting, delays_csv, fingerprint,
+    Calling, Direction, Greeted, Key, Lateness, MasterEnd, Role, SideSummary, Silence, SlaveEnd, Trips, Waiting,
+    delays_csv, fingerprint,
 };
 use trocar_report::{Folder, document_text, write_document};
 use trocar_scenario::{Scenario, Source};
@@ -24,54 +25,14 @@ use trocar_studies::run::{RunError, trace_table};
 const GREETING_NS: i64 = 20_000_000;
 /// Number of replies; the shortest round trip among them is used.
 const REPLIES: u32 = 10;
-/// Time from the last reply to tick 0, in ns.
+/// Time from the last reply to tick 0, or to the first tick of a side that joins, in ns.
 const LEAD_NS: i64 = 300_000_000;
 const SECOND_NS: i64 = 1_000_000_000;
-
-/// The end of the link on either side.
-enum End {
-    Master(Box<MasterEnd>),
-    Slave(Box<SlaveEnd>),
-}
-
-macro_rules! either {
-    ($end:expr, $one:ident => $result:expr) => {
-        match $end {
-            End::Master($one) => $result,
-            End::Slave($one) => $result,
-        }
-    };
-}
-
-impl End {
-    fn new(role: Role, scenario: &Scenario, greeted: &Greeted) -> Result<Self, CliError> {
-        let session = greeted.session.clone();
-        Ok(match role {
-            Role::Master => Self::Master(Box::new(MasterEnd::new(scenario, session)?)),
-            Role::Slave => Self::Slave(Box::new(SlaveEnd::new(scenario, session)?)),
-        })
-    }
-
-    /// Returns the packet for the beginning of a tick, from the side that sends before it receives.
-    fn send(&mut self, now_ns: i64) -> Option<[u8; PACKET_BYTES]> {
-        match self {
-            Self::Master(end) => Some(end.send(now_ns)),
-            Self::Slave(_) => None,
-        }
-    }
-
-    /// Computes the rest of a tick. Returns the packet of the side that sends after it has received.
-    fn step(&mut self, now_ns: i64) -> Result<Option<[u8; PACKET_BYTES]>, EngineError> {
-        match self {
-            Self::Master(end) => end.step().map(|()| None),
-            Self::Slave(end) => end.step(now_ns).map(Some),
-        }
-    }
-}
 
 struct Side<'a> {
     args: &'a SideArgs,
     role: Role,
+    key: Key,
     scenario: Scenario,
     socket: UdpSocket,
     clock: Clock,
@@ -105,8 +66,8 @@ pub(super) fn master(args: &MasterArgs) -> Result<(), CliError> {
     }
     let proxy = if args.proxy { Some(Running::start(&scenario, slave, args.side.realtime)?) } else { None };
     let to = proxy.as_ref().map_or(slave, |proxy| proxy.address);
-    let side = Side { args: &args.side, role: Role::Master, scenario, socket, clock: Clock::new(), stop, pointer };
-    let greeted = side.call(key, to, args)?;
+    let side = Side { args: &args.side, role: Role::Master, key, scenario, socket, clock: Clock::new(), stop, pointer };
+    let greeted = side.call(to, args)?;
     side.run(&greeted, to, proxy)
 }
 
@@ -123,13 +84,14 @@ pub(super) fn slave(args: &SlaveArgs) -> Result<(), CliError> {
     let side = Side {
         args: &args.side,
         role: Role::Slave,
+        key,
         scenario,
         socket,
         clock: Clock::new(),
         stop: interrupt::stop_flag(),
         pointer: None,
     };
-    let (greeted, master) = side.wait(key)?;
+    let (greeted, master) = side.wait()?;
     side.run(&greeted, master, None)
 }
 
@@ -146,7 +108,7 @@ fn has_channel(scenario: &Scenario) -> bool {
         || !scenario.backward_schedule.is_empty()
 }
 
-fn nonce() -> Result<[u8; 16], LinkError> {
+pub(super) fn nonce() -> Result<[u8; 16], LinkError> {
     let mut nonce = [0; 16];
     getrandom::fill(&mut nonce).map_err(|error| LinkError::Bind {
         address: "random numbers of the system".into(),
@@ -155,13 +117,19 @@ fn nonce() -> Result<[u8; 16], LinkError> {
     Ok(nonce)
 }
 
+/// Returns the time of the first tick: tick 0, or a later one of a link that runs.
+fn first_ns(start_ns: i64, now_ns: i64) -> i64 {
+    if start_ns >= now_ns { start_ns } else { now_ns + LEAD_NS }
+}
+
 fn interrupted() -> CliError {
     CliError::Interrupted { kept: None }
 }
 
 impl Side<'_> {
-    fn call(&self, key: Key, to: SocketAddr, args: &MasterArgs) -> Result<Greeted, CliError> {
-        let mut calling = Calling::new(key, nonce()?, fingerprint(&self.scenario));
+    /// Performs the master's greeting. Returns its result and the time of the first tick (ns).
+    fn call(&self, to: SocketAddr, args: &MasterArgs) -> Result<(Greeted, i64), CliError> {
+        let mut calling = Calling::new(self.key.clone(), nonce()?, fingerprint(&self.scenario));
         let give_up_ns = self.clock.now_ns() + i64::from(args.wait_s) * SECOND_NS;
         while calling.replies() < REPLIES {
             let now_ns = self.clock.now_ns();
@@ -175,10 +143,11 @@ impl Side<'_> {
             send(&self.socket, &calling.hello(now_ns), to);
             self.listen(now_ns + GREETING_NS, &mut calling);
         }
-        let start_ns = self.clock.now_ns() + LEAD_NS;
+        let first_ns = self.clock.now_ns() + LEAD_NS;
+        let start_ns = calling.begun_ns().unwrap_or(first_ns);
         while calling.greeted(start_ns).is_none() {
             let now_ns = self.clock.now_ns();
-            if now_ns > start_ns - GREETING_NS {
+            if now_ns > first_ns - GREETING_NS {
                 return Err(LinkError::NotReady.into());
             }
             self.check_interrupt()?;
@@ -187,29 +156,32 @@ impl Side<'_> {
             }
             self.listen(now_ns + GREETING_NS, &mut calling);
         }
-        calling.greeted(start_ns).ok_or_else(|| LinkError::NotReady.into())
+        let greeted = calling.greeted(start_ns).ok_or(LinkError::NotReady)?;
+        Ok((greeted, first_ns))
     }
 
     fn listen(&self, until_ns: i64, calling: &mut Calling) {
         self.clock.wait_until(until_ns, || {
-            take_all(&self.socket, |bytes, _| calling.take(bytes, self.clock.now_ns()));
+            take_all(&self.socket, |bytes, _| {
+                calling.take(bytes, self.clock.now_ns());
+            });
         });
     }
 
-    /// Performs the slave's greeting. Returns its result and the master's address.
-    fn wait(&self, key: Key) -> Result<(Greeted, SocketAddr), CliError> {
-        let mut waiting = Waiting::new(key, nonce()?, fingerprint(&self.scenario));
-        let (mut master, mut has_warned) = (None, false);
+    /// Performs the slave's greeting. Returns its result, the time of the first tick (ns) and the master's address.
+    fn wait(&self) -> Result<((Greeted, i64), SocketAddr), CliError> {
+        let mut waiting = Waiting::new(self.key.clone(), nonce()?, fingerprint(&self.scenario));
+        let (mut begins, mut has_warned) = (None::<(i64, SocketAddr)>, false);
         loop {
             let now_ns = self.clock.now_ns();
-            let until_ns = waiting.greeted().map_or(now_ns + GREETING_NS, |greeted| {
-                // Answer repetitions of the start until shortly before tick 0.
-                (greeted.start_ns - GREETING_NS).min(now_ns + GREETING_NS)
+            let until_ns = begins.map_or(now_ns + GREETING_NS, |(first_ns, _)| {
+                // Answer repetitions of the start until shortly before the first tick.
+                (first_ns - GREETING_NS).min(now_ns + GREETING_NS)
             });
-            if let (Some(greeted), Some(master)) = (waiting.greeted(), master)
+            if let (Some(greeted), Some((first_ns, master))) = (waiting.greeted(), begins)
                 && until_ns <= now_ns
             {
-                return Ok((greeted.clone(), master));
+                return Ok(((greeted.clone(), first_ns), master));
             }
             self.check_interrupt()?;
             self.clock.wait_until(until_ns, || {
@@ -217,10 +189,10 @@ impl Side<'_> {
                     if let Some(answer) = waiting.take(bytes, self.clock.now_ns()) {
                         send(&self.socket, &answer, from);
                     }
-                    if waiting.greeted().is_some() {
+                    if let Some(greeted) = waiting.greeted() {
                         // Keep the address that began the session, so that replayed packets from elsewhere change
                         // nothing.
-                        master.get_or_insert(from);
+                        begins.get_or_insert_with(|| (first_ns(greeted.start_ns, self.clock.now_ns()), from));
                     }
                 });
             });
@@ -237,51 +209,61 @@ impl Side<'_> {
         if self.stop.load(Ordering::Relaxed) { Err(interrupted()) } else { Ok(()) }
     }
 
-    fn run(mut self, greeted: &Greeted, to: SocketAddr, proxy: Option<Running>) -> Result<(), CliError> {
+    fn run(mut self, begins: &(Greeted, i64), to: SocketAddr, proxy: Option<Running>) -> Result<(), CliError> {
+        let (greeted, first_ns) = begins;
         let led = self.pointer.as_ref().map(|pointer| pointer.lead(&self.scenario));
         let mut end = End::new(self.role, led.as_ref().unwrap_or(&self.scenario), greeted)?;
         let grid = self.scenario.grid;
         let tick_ns = grid.tick_s() * 1e9;
+        let failed = |source| RunError::Engine { name: self.scenario.name.clone(), source };
+        let first_tick = ((first_ns - greeted.start_ns) as f64 / tick_ns).ceil() as u64;
+        if first_tick >= grid.ticks() {
+            return Err(LinkError::TooLate { peer: self.role.other().word() }.into());
+        }
+        either!(&mut end, one => one.skip_to(first_tick)).map_err(failed)?;
         // The slave's ticks are half a tick later, so that neither side races the other's packet.
         let offset_ns = if self.role == Role::Slave { 0.5 * tick_ns } else { 0.0 };
         let mut lateness = Lateness::new(grid.ticks());
-        let mut trips = Trips::new(grid.ticks());
-        let mut silence = Silence::new(&self.scenario, 0);
         let priority = priority::ask(self.args.realtime);
-        let (clock, socket) = (self.clock, &self.socket);
-        for tick in 0..grid.ticks() {
+        let clock = self.clock;
+        let mut peer = Peer {
+            socket: &self.socket,
+            clock,
+            key: &self.key,
+            scenario: fingerprint(&self.scenario),
+            recovery: self.scenario.link.recovery,
+            role: self.role,
+            start_ns: greeted.start_ns,
+            to,
+            trips: Trips::new(grid.ticks()),
+            silence: Silence::new(&self.scenario, (1e9 * grid.time_s(first_tick)) as i64),
+            rejoin: None,
+            restarts: 0,
+        };
+        for tick in first_tick..grid.ticks() {
             if self.has_stopped() {
                 break;
             }
-            let mut take = |end: &mut End| {
-                take_all(socket, |bytes, _| {
-                    let now_ns = clock.now_ns() - greeted.start_ns;
-                    if let Some(trip) = either!(end, one => one.take(bytes, now_ns)) {
-                        trips.add(&trip);
-                        self.report(silence.hear(now_ns));
-                    }
-                });
-            };
             let due_ns = greeted.start_ns + (offset_ns + tick as f64 * tick_ns).round() as i64;
-            let began_ns = clock.wait_until(due_ns, || take(&mut end));
+            let began_ns = clock.wait_until(due_ns, || peer.take(&mut end));
             lateness.add((began_ns - due_ns) as f64 * 1e-9);
-            if let Some(packet) = end.send(clock.now_ns() - greeted.start_ns) {
-                send(socket, &packet, to);
+            if let Some(packet) = end.send(peer.now_ns()) {
+                peer.send(&packet);
             }
-            take(&mut end);
-            self.report(silence.check(clock.now_ns() - greeted.start_ns));
+            peer.take(&mut end);
+            peer.check()?;
             if let Some(pointer) = &self.pointer {
                 pointer.step();
             }
-            let stepped = end.step(clock.now_ns() - greeted.start_ns);
-            let stepped = stepped.map_err(|source| RunError::Engine { name: self.scenario.name.clone(), source });
-            if let Some(packet) = stepped? {
-                send(socket, &packet, to);
+            if let Some(packet) = end.step(peer.now_ns()).map_err(failed)? {
+                peer.send(&packet);
             }
             if let (Some(pointer), End::Master(end)) = (&mut self.pointer, &end) {
                 pointer.show(end);
             }
         }
+        let outcome = peer.outcome(first_tick);
+        let Peer { trips, silence, restarts, .. } = peer;
         let (one_way_s, round_s) = SideSummary::times(trips);
         let (lost, delay_ticks) = SideSummary::delays(either!(&end, one => one.delays()));
         let times_s = |ticks: &[u64]| ticks.iter().map(|tick| grid.time_s(*tick)).collect();
@@ -307,6 +289,8 @@ impl Side<'_> {
             alarms_s,
             silences: silence.count(),
             silent_since_s: silence.since_ns().map(|ns| 1e-9 * ns as f64),
+            restarts,
+            first_tick,
             proxy_lost: proxy.and_then(Running::end),
         };
         let files = self.write(&end, &summary)?;
@@ -316,27 +300,7 @@ impl Side<'_> {
         if self.stop.load(Ordering::Relaxed) {
             return Err(CliError::Interrupted { kept: Some("the ticks so far were written".into()) });
         }
-        match summary.silent_since_s {
-            Some(since_s) => Err(LinkError::PeerLost { peer: self.role.other().word(), since_s }.into()),
-            None => Ok(()),
-        }
-    }
-
-    /// Prints that the other side is silent, and that it is back.
-    fn report(&self, change: Option<SilenceChange>) {
-        let peer = self.role.other().word();
-        let recovery = &self.scenario.link.recovery;
-        match (change, self.role) {
-            (None, _) => {}
-            (Some(SilenceChange::Silent(for_s)), Role::Master) => anstream::eprintln!(
-                "warning: nothing has come from the {peer} for {for_s:.3} s: the force decays to 0 from {} s on",
-                recovery.dead_s
-            ),
-            (Some(SilenceChange::Silent(for_s)), Role::Slave) => {
-                anstream::eprintln!("warning: nothing has come from the {peer} for {for_s:.3} s: the reference holds")
-            }
-            (Some(SilenceChange::Back(after_s)), _) => anstream::eprintln!("the {peer} is back after {after_s:.3} s"),
-        }
+        outcome
     }
 
     /// Returns true if Ctrl-C or the operator at the page has ended the link.

@@ -24,6 +24,9 @@ int main(void)
     trocar_command command;
     trocar_counts counts;
     trocar_rig *rig = NULL;
+    trocar_detector *detector = NULL;
+    trocar_detector_sample needle = {sizeof needle, NAN, NAN, NAN};
+    trocar_detection detection;
     trocar_rig *const invalid = (trocar_rig *)(uintptr_t)0xdead;
     uint64_t *state;
     size_t words = 0;
@@ -150,6 +153,42 @@ int main(void)
     CHECK(strstr(error, "scenario:2") != NULL);
     CHECK(trocar_rig_init_toml(memory, size, NULL, 0, &rig, error, sizeof error) == TROCAR_STATUS_NULL);
     CHECK(trocar_rig_init_toml(memory, size, "\xff", 1, &rig, error, sizeof error) == TROCAR_STATUS_SCENARIO);
+
+    /* The detector alone: the same rejections, and the same text. */
+    CHECK(trocar_detector_size() < size && trocar_detector_alignment() == 8);
+    CHECK(trocar_rig_settings_default(&settings, sizeof settings) == TROCAR_STATUS_OK);
+    detector = (trocar_detector *)invalid;
+    CHECK(trocar_detector_init(memory, trocar_detector_size() - 1, &settings, &detector, error, sizeof error) ==
+          TROCAR_STATUS_MEMORY_SIZE && detector == NULL);
+    CHECK(trocar_detector_init(memory + 1, size, &settings, &detector, error, sizeof error) == TROCAR_STATUS_ALIGNMENT);
+    CHECK(trocar_detector_init(memory, size, NULL, &detector, error, sizeof error) == TROCAR_STATUS_NULL);
+    settings.detector_quiet_std_n = -1.0;
+    CHECK(trocar_detector_init(memory, size, &settings, &detector, error, sizeof error) == TROCAR_STATUS_SETTING);
+    CHECK(strncmp(error, "detector.quiet_std_n is -1, must be", 35) == 0 && detector == NULL);
+    settings.detector_quiet_std_n = 0.02;
+    memset(memory, 0, size);
+    detection.struct_size = sizeof detection;
+    CHECK(trocar_detector_step((trocar_detector *)memory, &needle, &detection) == TROCAR_STATUS_NOT_INITIALISED);
+    CHECK(trocar_detector_init(memory, size, &settings, &detector, error, sizeof error) == TROCAR_STATUS_OK);
+    /* A detector is no rig. */
+    CHECK(trocar_rig_stop((trocar_rig *)memory) == TROCAR_STATUS_NOT_INITIALISED);
+    CHECK(trocar_detector_step(NULL, &needle, &detection) == TROCAR_STATUS_NULL);
+    CHECK(trocar_detector_step(detector, NULL, &detection) == TROCAR_STATUS_NULL);
+    CHECK(trocar_detector_step(detector, &needle, NULL) == TROCAR_STATUS_NULL);
+    needle.struct_size = 8;
+    CHECK(trocar_detector_step(detector, &needle, &detection) == TROCAR_STATUS_STRUCT_SIZE);
+    needle.struct_size = sizeof needle;
+    CHECK(trocar_detector_step(detector, &needle, &detection) == TROCAR_STATUS_OK);
+    CHECK(detection.faults == 14 && detection.faulty_samples == 1 && detection.alarm == 0 && detection.state == 1);
+    needle.position_m = needle.velocity_m_per_s = needle.force_n = 0.0;
+    CHECK(trocar_detector_step_numbered(detector, &needle, 2, &detection) == TROCAR_STATUS_OK && detection.faults == 0);
+    CHECK(trocar_detector_step_numbered(detector, &needle, 2, &detection) == TROCAR_STATUS_OK && detection.faults == 14);
+    scenario = "detector.threshold = 0.05\n[safety]\nforce_limit_n = 8.0\n";
+    CHECK(trocar_detector_init_toml(memory, size, scenario, strlen(scenario), &detector, error, sizeof error) ==
+          TROCAR_STATUS_OK);
+    detector = (trocar_detector *)invalid;
+    CHECK(trocar_detector_init_toml(memory, size, wrong, strlen(wrong), &detector, error, sizeof error) ==
+          TROCAR_STATUS_SCENARIO && detector == NULL);
     free(memory);
     return 0;
 }

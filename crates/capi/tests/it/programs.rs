@@ -227,6 +227,39 @@ fn a_program_in_c_gives_the_commands_of_rust_bit_for_bit() {
     }
 }
 
+#[test]
+fn the_detector_alone_in_c_gives_the_alarms_of_the_rig_bit_for_bit() {
+    let folder = TempDir::new().expect("a folder");
+    // Columns of the rig's commands: estimates, decision and velocity, then alarm and detection.
+    let of_rig = |command: &[u64; 18]| [3, 4, 5, 6, 7, 8, 9, 11, 15].map(|column: usize| command[column]);
+    for compiler in compilers(&["gcc", "clang"]) {
+        let program = compiled(compiler, "examples/detector.c", &folder);
+        for case in cases(&folder) {
+            let mut input = String::new();
+            for Sample { slave_position_m, slave_velocity_m_per_s, force_n, .. } in &case.samples {
+                let _ = writeln!(input, "{slave_position_m:?},{slave_velocity_m_per_s:?},{force_n:?}");
+            }
+            let text = run(Command::new(&program).args(&case.arguments), &input);
+            let row = |line: &str| -> [u64; 9] {
+                let cells: Vec<&str> = line.split(',').collect();
+                assert_eq!(cells.len(), 9, "{line}");
+                std::array::from_fn(|at| match at {
+                    0..7 => cells[at].parse::<f64>().expect("a number").to_bits(),
+                    _ => cells[at].parse().expect("a whole number"),
+                })
+            };
+            let found: Vec<_> = text.lines().skip(1).map(row).collect();
+            let expected: Vec<_> = case.commands().iter().map(of_rig).collect();
+            assert_eq!(found.len(), expected.len(), "{}", case.name);
+            for (k, (found, expected)) in found.iter().zip(&expected).enumerate() {
+                assert_eq!(found, expected, "{} with {compiler}, sample {k}", case.name);
+            }
+            let alarms: u64 = found.iter().map(|row| row[7]).sum();
+            assert!(alarms >= case.events, "{}: {alarms} alarms", case.name);
+        }
+    }
+}
+
 /// Runs Valgrind, which fails for every error and for memory without a pointer to it. The reader of scenarios keeps
 /// tables of names for the life of the process, which Valgrind calls possibly lost.
 fn valgrind(program: &Path) -> Command {

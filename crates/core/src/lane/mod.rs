@@ -14,6 +14,7 @@ pub use gather::same_list;
 pub use gather::{Gather, LANES, gather_mask};
 
 pub use stored::Stored;
+pub(crate) use stored::store_code;
 
 #[doc(hidden)]
 pub use crate::{by_index, gather, gather_nothing, gather_variants, of_each, of_one_variant};

@@ -41,6 +41,19 @@ pub trait Stored {
     }
 }
 
+/// Stores a value of a closed set by its code. A code that no value has becomes `otherwise`.
+pub(crate) fn store_code<T: Copy>(
+    value: &mut T,
+    all: impl IntoIterator<Item = T>,
+    code: impl Fn(T) -> u8,
+    otherwise: T,
+    with: &mut dyn FnMut(&mut u64),
+) {
+    let mut stored = u64::from(code(*value));
+    with(&mut stored);
+    *value = all.into_iter().find(|value| u64::from(code(*value)) == stored).unwrap_or(otherwise);
+}
+
 impl Stored for f64 {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
         let mut bits = self.to_bits();

@@ -1,5 +1,6 @@
 //! Counts of bad, stale and lost samples.
 
+use super::sequence::Arrival;
 use crate::lane::Stored;
 
 /// Counts of samples since the controller was created.
@@ -15,6 +16,16 @@ pub struct Counters {
     pub bridged: u64,
     /// Gaps too long to be bridged, and counters that were set back. The detector was blind.
     pub gaps: u64,
+}
+
+impl Counters {
+    pub(super) fn note(&mut self, arrival: Arrival) {
+        match arrival {
+            Arrival::New | Arrival::Restarted => {}
+            Arrival::Repeated => self.repeated += 1,
+            Arrival::Late => self.late += 1,
+        }
+    }
 }
 
 impl Stored for Counters {

@@ -1,9 +1,11 @@
 //! The detection chain of a rig: it bridges short gaps and starts anew after long ones.
 
+use super::{Settings, VelocitySource};
 use crate::chain::{Chain, ChainOutput, Measurement};
 use crate::detector::{CusumDetector, Decision, DetectorSettings};
+use crate::error::InvalidValue;
 use crate::estimation::{Estimate, Rls, VelocityFilter};
-use crate::lane::Stored;
+use crate::lane::{Stored, store_code};
 
 /// The state of the detection. Only an armed detector raises an alarm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -76,18 +78,26 @@ pub(super) struct DetectionChain {
 }
 
 impl DetectionChain {
-    pub(super) fn new(
-        chain: Chain<f64, Rls<f64>, CusumDetector<f64>>,
-        filter: Option<VelocityFilter<f64>>,
-        settings: DetectorSettings,
-        (tick_s, bridged_samples): (f64, u64),
-    ) -> Self {
-        Self {
+    /// Creates the chain of valid settings.
+    pub(super) fn of(settings: &Settings) -> Result<Self, InvalidValue> {
+        let Settings { tick_s, contact_m, velocity, detector, limits, .. } = *settings;
+        let filter = match velocity {
+            VelocitySource::Measured => None,
+            VelocitySource::Filtered { resolution_m, acceleration_std_m_per_s2 } => {
+                Some(VelocityFilter::new(tick_s, resolution_m, acceleration_std_m_per_s2)?)
+            }
+        };
+        let chain = Chain {
+            contact_m,
+            estimator: Rls::new(&settings.estimator),
+            detector: CusumDetector::new(&detector, tick_s),
+        };
+        Ok(Self {
             chain,
             filter,
-            settings,
+            settings: detector,
             tick_s,
-            bridged_samples,
+            bridged_samples: limits.bridged_samples,
             last: Measurement { force_n: 0.0, position_m: 0.0, velocity_m_per_s: 0.0 },
             last_number: 0,
             has_last: false,
@@ -100,7 +110,7 @@ impl DetectionChain {
             ticks_in_state: 0,
             bridged: 0,
             gaps: 0,
-        }
+        })
     }
 
     /// The velocity that the estimator used last, in m/s.
@@ -142,8 +152,19 @@ impl DetectionChain {
         Detected { estimate, decision }
     }
 
+    /// Processes the sample of a tick, which may be bad, follow a bad one or a lost one.
+    pub(super) fn take(&mut self, measurement: &Measurement<f64>, number: u64, is_bad: bool) -> Detected {
+        if is_bad {
+            self.skip()
+        } else if self.is_next(number) {
+            self.step(measurement, number)
+        } else {
+            self.resume(measurement, number)
+        }
+    }
+
     /// Handles a tick without a complete sample.
-    pub(super) fn skip(&mut self) -> Detected {
+    fn skip(&mut self) -> Detected {
         self.missing = self.missing.saturating_add(1);
         if self.missing <= self.bridged_samples {
             self.enter(self.state);
@@ -159,7 +180,7 @@ impl DetectionChain {
 
     /// Processes a complete sample that follows missing ones, the first sample, or a sample whose number is not the next
     /// one.
-    pub(super) fn resume(&mut self, measurement: &Measurement<f64>, number: u64) -> Detected {
+    fn resume(&mut self, measurement: &Measurement<f64>, number: u64) -> Detected {
         let was_blind = self.missing > self.bridged_samples;
         self.missing = 0;
         if !self.has_last {
@@ -238,10 +259,8 @@ impl DetectionChain {
 
 impl Stored for DetectionState {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        let mut code = u64::from(self.code());
-        with(&mut code);
         // An unknown code is the state that promises the least.
-        *self = Self::ALL.into_iter().find(|state| u64::from(state.code()) == code).unwrap_or(Self::Blind);
+        store_code(self, Self::ALL, Self::code, Self::Blind, with);
     }
 }
 

@@ -52,29 +52,33 @@
 //! [`HapticController::step_numbered`] takes the number of a sample, counted by its source. A repeated number and a
 //! number below the newest one mark a stale sample, which counts as missing; [`Counters`] counts both. Skipped numbers
 //! are lost samples and are bridged.
+//!
+//! # The detector alone
+//! [`NeedleDetector`] has the same estimator and detector without a master and without commands.
 
 mod counters;
 mod detection;
 mod held;
+mod needle;
 mod sample;
 mod sequence;
 mod settings;
 
 pub use counters::Counters;
 pub use detection::DetectionState;
+pub use needle::{Detection, NeedleDetector, NeedleSample};
 pub use sample::{Command, Faults, Sample};
 pub use settings::{Limits, Settings, VelocitySource};
 
 use crate::augmentation::{Supervisor, SupervisorInput};
-use crate::chain::{Chain, Measurement};
-use crate::detector::CusumDetector;
+use crate::chain::Measurement;
 use crate::error::InvalidValue;
-use crate::estimation::{Rls, VelocityFilter};
-use crate::lane::{Lane, Stored};
+use crate::lane::Stored;
 use crate::safety::{Safe, SafetyCounts, SafetyStage, SafetyState, SlaveSample, Wanted};
 use detection::{Detected, DetectionChain};
 use held::HeldMeasurement;
 use sequence::{Arrival, Sequence};
+use settings::is_beyond;
 
 /// The haptic controller of a rig.
 #[derive(Debug, Clone)]
@@ -111,22 +115,11 @@ impl HapticController {
     pub fn new(settings: &Settings) -> Result<Self, InvalidValue> {
         settings.validate()?;
         let Settings { tick_s, start_m, limits, .. } = *settings;
-        let velocity_filter = match settings.velocity {
-            VelocitySource::Measured => None,
-            VelocitySource::Filtered { resolution_m, acceleration_std_m_per_s2 } => {
-                Some(VelocityFilter::new(tick_s, resolution_m, acceleration_std_m_per_s2)?)
-            }
-        };
         let reference_m = settings.position_scale * start_m;
         let threshold = settings.detector.cusum.threshold;
-        let chain = Chain {
-            contact_m: settings.contact_m,
-            estimator: Rls::new(&settings.estimator),
-            detector: CusumDetector::new(&settings.detector, tick_s),
-        };
         Ok(Self {
-            reads_velocity: velocity_filter.is_none(),
-            detection: DetectionChain::new(chain, velocity_filter, settings.detector, (tick_s, limits.bridged_samples)),
+            reads_velocity: settings.velocity.is_measured(),
+            detection: DetectionChain::of(settings)?,
             sequence: Sequence::default(),
             supervisor: Supervisor::new(&settings.augmentation, threshold, tick_s, reference_m),
             safety: SafetyStage::new(&settings.safety, tick_s, reference_m),
@@ -159,16 +152,11 @@ impl HapticController {
     /// A repeated sample and one with a number below the newest one count as missing. Ten consecutive ascending numbers
     /// below the newest one mean that the counter was set back, and the detector starts anew.
     pub fn step_numbered(&mut self, sample: &Sample, number: u64) -> Command {
-        match self.sequence.take(number) {
+        let arrival = self.sequence.take(number);
+        self.counters.note(arrival);
+        match arrival {
             Arrival::New | Arrival::Restarted => self.step_new(sample, number),
-            Arrival::Repeated => {
-                self.counters.repeated += 1;
-                self.step_new(&Sample::MISSING, number)
-            }
-            Arrival::Late => {
-                self.counters.late += 1;
-                self.step_new(&Sample::MISSING, number)
-            }
+            Arrival::Repeated | Arrival::Late => self.step_new(&Sample::MISSING, number),
         }
     }
 
@@ -229,14 +217,9 @@ impl HapticController {
 
     #[inline(always)]
     fn faults(&self, sample: &Sample) -> Faults {
-        let Limits { position_m, velocity_m_per_s, force_n, .. } = self.limits;
-        // NaN exceeds every limit.
-        let is_beyond = |value: f64, limit: f64| !value.abs().le(limit);
         Faults {
-            master_position: is_beyond(sample.master_position_m, position_m),
-            slave_position: is_beyond(sample.slave_position_m, position_m),
-            slave_velocity: is_beyond(sample.slave_velocity_m_per_s, velocity_m_per_s) & self.reads_velocity,
-            force: is_beyond(sample.force_n, force_n),
+            master_position: is_beyond(sample.master_position_m, self.limits.position_m),
+            ..self.limits.slave_faults(&measurement(sample), self.reads_velocity)
         }
     }
 
@@ -313,13 +296,7 @@ impl HapticController {
         if !faults.slave_position {
             self.slave_m = sample.slave_position_m;
         }
-        let detected = if faults.of_slave() {
-            self.detection.skip()
-        } else if self.detection.is_next(number) {
-            self.detection.step(&measurement(sample), number)
-        } else {
-            self.detection.resume(&measurement(sample), number)
-        };
+        let detected = self.detection.take(&measurement(sample), number, faults.of_slave());
 
         let hand_m = match faults.master_position {
             true => self.hand_m.hold(),

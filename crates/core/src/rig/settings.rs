@@ -1,6 +1,8 @@
 //! Settings of a rig's controller.
 
+use super::Faults;
 use crate::augmentation::{AmplifySettings, AugmentationSettings, DampSettings, ForceLawSettings};
+use crate::chain::Measurement;
 use crate::detector::DetectorSettings;
 use crate::error::{InvalidValue, finite, require};
 use crate::estimation::{ContactSettings, Forgetting, Parameters, RlsSettings, VelocityFilter};
@@ -30,6 +32,32 @@ pub enum VelocitySource {
         /// Standard deviation of the acceleration in m/s², above 0.
         acceleration_std_m_per_s2: f64,
     },
+}
+
+impl VelocitySource {
+    /// True if the velocity is read from the sample.
+    pub(super) fn is_measured(&self) -> bool {
+        matches!(self, Self::Measured)
+    }
+}
+
+/// True if a value exceeds a limit. NaN exceeds every limit.
+#[inline(always)]
+pub(super) fn is_beyond(value: f64, limit: f64) -> bool {
+    !value.abs().le(&limit)
+}
+
+impl Limits {
+    /// The faults of the slave's channels.
+    #[inline(always)]
+    pub(super) fn slave_faults(&self, sample: &Measurement<f64>, reads_velocity: bool) -> Faults {
+        Faults {
+            master_position: false,
+            slave_position: is_beyond(sample.position_m, self.position_m),
+            slave_velocity: is_beyond(sample.velocity_m_per_s, self.velocity_m_per_s) & reads_velocity,
+            force: is_beyond(sample.force_n, self.force_n),
+        }
+    }
 }
 
 const TICK: Range = Range::stated(1e-6, 1.0, "from 1e-6 to 1");

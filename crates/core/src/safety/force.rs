@@ -38,6 +38,11 @@ impl<L: Lane> ForceLimiter<L> {
         }
     }
 
+    /// Begins at a force in N.
+    pub(super) fn continuing(self, force_n: L) -> Self {
+        Self { last_n: force_n, ..self }
+    }
+
     /// Limits the force of the next tick, in N.
     #[inline(always)]
     pub fn limit(&mut self, wanted_n: L) -> LimitedForce<L> {

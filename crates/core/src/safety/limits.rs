@@ -20,6 +20,15 @@ impl<L: Lane> CommandLimits<L> {
         })
     }
 
+    /// Creates limits that begin at present commands: a force (N) and a reference (m). `None` if the limits act nowhere.
+    #[must_use]
+    pub fn continuing(settings: &SafetySettings, tick_s: f64, force_n: f64, reference_m: f64) -> Option<Self> {
+        settings.acts_on_rigs().then(|| Self {
+            force: ForceLimiter::new(settings, tick_s).continuing(L::splat(force_n)),
+            reference: ReferenceLimiter::new(settings, tick_s, L::splat(reference_m)),
+        })
+    }
+
     /// Limits the master's force, in N.
     #[inline(always)]
     pub fn force_n(&mut self, wanted_n: L) -> L {

@@ -3,6 +3,7 @@
 //! [`ForceLimiter`] and [`ReferenceLimiter`] bound the commands; the simulation uses them, too, as [`CommandLimits`]. [`SafetyStage`] adds
 //! the states of a rig: alignment at the start, faults, and the stop.
 
+mod fade;
 mod force;
 mod limits;
 mod plausibility;
@@ -10,6 +11,7 @@ mod reference;
 mod settings;
 mod state;
 
+pub use fade::Fade;
 pub use force::{ForceLimiter, LimitedForce};
 pub use limits::CommandLimits;
 pub use plausibility::SlaveSample;
@@ -99,11 +101,10 @@ pub struct SafetyStage {
     start_tolerance_m: f64,
     alignment_step_m: f64,
     bad_samples: u64,
-    fade_step: f64,
     state: SafetyState,
     cause: Option<FaultCause>,
-    /// Share of the supervisor's force in the command, from 0 to 1.
-    share: f64,
+    /// Share of the supervisor's force in the command.
+    fade: Fade<f64>,
     has_started: bool,
     is_aligning: bool,
     bad: u64,
@@ -122,10 +123,9 @@ impl SafetyStage {
             start_tolerance_m: settings.start_tolerance_m,
             alignment_step_m: settings.alignment_speed_m_per_s * tick_s,
             bad_samples: settings.bad_samples,
-            fade_step: (tick_s / settings.decay_s).min(1.0),
             state: if settings.acts_on_rigs() { SafetyState::Aligning } else { SafetyState::Active },
             cause: None,
-            share: 0.0,
+            fade: Fade::new(settings.decay_s, tick_s, 0.0),
             has_started: false,
             is_aligning: false,
             bad: 0,
@@ -178,7 +178,7 @@ impl SafetyStage {
             return Safe { reference_m, force_n, limited: Limited::default() };
         }
         self.check(wanted.is_good, sample);
-        if self.state == SafetyState::Active && self.share == 1.0 {
+        if self.state == SafetyState::Active && self.fade.share() == 1.0 {
             let limited = self.reference.limit(wanted.reference_m, wanted.slave_m);
             return self.finish(limited, wanted.force_n);
         }
@@ -240,13 +240,14 @@ impl SafetyStage {
             if is_reached {
                 self.state = SafetyState::Active;
                 // Without an alignment there is nothing to return from.
-                self.share = if is_first { 1.0 } else { self.share };
+                if is_first {
+                    self.fade.complete();
+                }
             } else if !self.is_aligning {
                 self.is_aligning = true;
                 self.counts.alignments += 1;
             }
         }
-        let direction = if self.state == SafetyState::Active { self.fade_step } else { -self.fade_step };
         let mut limited = LimitedReference { reference_m: self.reference.last_m(), too_far: false, too_fast: false };
         match self.state {
             SafetyState::Active => limited = self.reference.limit(wanted.reference_m, wanted.slave_m),
@@ -255,8 +256,9 @@ impl SafetyStage {
             }
             SafetyState::Aligning | SafetyState::Disabled | SafetyState::Fault => {}
         }
-        self.share = (self.share + direction).clamp(0.0, 1.0);
-        let force_n = if self.share == 1.0 { wanted.force_n } else { self.share * wanted.force_n };
+        self.fade.update(self.state == SafetyState::Active);
+        let share = self.fade.share();
+        let force_n = if share == 1.0 { wanted.force_n } else { share * wanted.force_n };
         self.finish(limited, force_n)
     }
 
@@ -300,10 +302,9 @@ impl Stored for SafetyStage {
             start_tolerance_m: _,
             alignment_step_m: _,
             bad_samples: _,
-            fade_step: _,
             state,
             cause,
-            share,
+            fade,
             has_started,
             is_aligning,
             bad,
@@ -314,7 +315,7 @@ impl Stored for SafetyStage {
         plausibility.numbers(with);
         state.numbers(with);
         FaultCause::store(cause, with);
-        share.numbers(with);
+        fade.numbers(with);
         has_started.numbers(with);
         is_aligning.numbers(with);
         bad.numbers(with);

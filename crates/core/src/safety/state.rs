@@ -1,6 +1,6 @@
 //! States of a rig's commands.
 
-use crate::lane::Stored;
+use crate::lane::{Stored, store_code};
 
 /// State of the commands.
 ///
@@ -86,18 +86,14 @@ impl FaultCause {
 
 impl Stored for SafetyState {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        let mut code = u64::from(self.code());
-        with(&mut code);
         // An unknown code is the state that moves nothing.
-        *self = Self::ALL.into_iter().find(|state| u64::from(state.code()) == code).unwrap_or(Self::Disabled);
+        store_code(self, Self::ALL, Self::code, Self::Disabled, with);
     }
 }
 
 impl FaultCause {
     /// Stores a cause or its absence.
     pub(super) fn store(cause: &mut Option<Self>, with: &mut dyn FnMut(&mut u64)) {
-        let mut code = cause.map_or(0, |cause| u64::from(cause.code()));
-        with(&mut code);
-        *cause = Self::ALL.into_iter().find(|cause| u64::from(cause.code()) == code);
+        store_code(cause, Self::ALL.map(Some), |cause| cause.map_or(0, Self::code), None, with);
     }
 }

@@ -7,6 +7,7 @@ use super::parts::of_master;
 use super::signals::{AtMasterSide, AtSlaveSide, at_rest};
 use super::{Any, Engine, EngineError, Observer, Plants, Signals, TissueForce, Wiring};
 use crate::teleoperation::{Connection as _, Received, ToMaster, ToSlave};
+use trocar_core::safety::{CommandLimits, SafetySettings};
 
 /// The engine of a side.
 pub type SideEngine = Engine<Box<dyn Plants<f64> + Send>, Any<f64>>;
@@ -17,6 +18,8 @@ pub struct MasterSide {
     initial: [f64; 5],
     at_rest: AtSlaveSide<f64>,
     desired_m: f64,
+    /// The last feedback force in N.
+    force_n: f64,
     tick: u64,
 }
 
@@ -25,7 +28,7 @@ impl MasterSide {
     #[must_use]
     pub fn new(mut engine: SideEngine, initial: [f64; 5]) -> Self {
         let desired_m = engine.parts.begin();
-        Self { engine, initial, at_rest: at_rest().1, desired_m, tick: 0 }
+        Self { engine, initial, at_rest: at_rest().1, desired_m, force_n: 0.0, tick: 0 }
     }
 
     /// The sample before the first message: force (N), position (m), velocity (m/s), acceleration (m/s²), mode.
@@ -66,8 +69,23 @@ impl MasterSide {
         observer.observe(&Signals::of_both(self.tick, &(desired, master, fed_back), &self.at_rest));
         let next_m = parts.next_desired_m(self.tick, mode, &master);
         plants.step(self.desired_m, next_m, fed_back.force_n, 0.0, 0.0, TissueForce::zero())?;
-        (self.desired_m, self.tick) = (next_m, self.tick + 1);
+        (self.desired_m, self.force_n, self.tick) = (next_m, fed_back.force_n, self.tick + 1);
         Ok(())
+    }
+
+    /// The other side has started anew, and its messages continue at a later tick. The recovery after an outage moves
+    /// the force, and each restart may add half of the passivity scheme's promise to the generated energy.
+    pub fn peer_restarts(&mut self) {
+        self.engine.parts.link.peer_restarts();
+    }
+
+    /// Bounds the commands from the next tick on by `safety.*`, beginning at the present ones, unless the limits act
+    /// nowhere.
+    pub fn bound(&mut self, safety: &SafetySettings) {
+        let Engine { parts, grid, plants } = &mut self.engine;
+        if parts.safety.is_none() {
+            parts.safety = CommandLimits::continuing(safety, grid.tick_s(), self.force_n, plants.slave().position_m);
+        }
     }
 
     /// Energy of this side's port so far, in J: `Σ F_ed Δx_h`.
@@ -88,6 +106,8 @@ pub struct SlaveSide {
     engine: SideEngine,
     initial: [f64; 4],
     at_rest: AtMasterSide<f64>,
+    /// The last reference in m.
+    reference_m: Option<f64>,
     tick: u64,
 }
 
@@ -95,7 +115,7 @@ impl SlaveSide {
     /// Creates the slave's side of an engine at tick 0; `initial` is the sample before the first message.
     #[must_use]
     pub fn new(engine: SideEngine, initial: [f64; 4]) -> Self {
-        Self { engine, initial, at_rest: at_rest().0, tick: 0 }
+        Self { engine, initial, at_rest: at_rest().0, reference_m: None, tick: 0 }
     }
 
     /// The sample before the first message: position (m), velocity (m/s), acceleration (m/s²), hand force (N).
@@ -136,8 +156,29 @@ impl SlaveSide {
         parts.tissue_outcome()?;
         let (deflection_m, force) = (parts.link.deflection_m(measured.reaction.force_n), measured.tissue_force());
         plants.step(0.0, 0.0, 0.0, command.slave_reference_m, deflection_m, force)?;
+        self.reference_m = Some(command.slave_reference_m);
         self.tick += 1;
         Ok(sent)
+    }
+
+    /// The other side has started anew, and its messages continue at a later tick. The recovery after an outage moves
+    /// the reference, and each restart may add half of the passivity scheme's promise to the generated energy.
+    pub fn peer_restarts(&mut self) {
+        self.engine.parts.link.peer_restarts();
+    }
+
+    /// Bounds the commands from the next tick on by `safety.*`, beginning at the present ones, unless the limits act
+    /// nowhere.
+    pub fn bound(&mut self, safety: &SafetySettings) {
+        let Engine { parts, grid, plants } = &mut self.engine;
+        if parts.safety.is_none() {
+            parts.safety = CommandLimits::continuing(
+                safety,
+                grid.tick_s(),
+                0.0,
+                self.reference_m.unwrap_or(plants.slave().position_m),
+            );
+        }
     }
 
     /// Bound in J that the passivity scheme promises for the energy; `None` without a promise.

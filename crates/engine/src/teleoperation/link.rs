@@ -256,6 +256,11 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Link<L, A, P> {
         (mode, self.forces.update(force_n, received.is_fresh, Some(L::zero())))
     }
 
+    /// The other side has started anew: its running totals begin again at 0.
+    pub fn peer_restarts(&mut self) {
+        self.scheme.peer_restarts();
+    }
+
     /// Energy of the master's port so far, in J: `Σ F_ed Δx_h`.
     #[must_use]
     pub fn master_energy_j(&self) -> L {

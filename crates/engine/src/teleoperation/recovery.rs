@@ -1,6 +1,7 @@
 //! Recovery of a receiver after an outage.
 
 use trocar_core::lane::{Lane, Mask};
+use trocar_core::safety::Fade;
 use trocar_core::time::nearest_ticks;
 
 trocar_core::choice! {
@@ -68,8 +69,7 @@ pub(super) struct Receiver<L: Lane> {
     step: L,
     keeps_pace: bool,
     dead_ticks: L,
-    fade_step: L,
-    presence: L,
+    presence: Fade<L>,
     /// Last received target, its average distance per tick, and the largest such average so far.
     received: L,
     pace: L,
@@ -100,8 +100,8 @@ impl<L: Lane> Receiver<L> {
             step: L::splat(speed * tick_s),
             keeps_pace: false,
             dead_ticks: L::splat(f64::INFINITY),
-            fade_step: L::splat(1.0),
-            presence: L::splat(1.0),
+            // Without `fading` no receiver is dead, and the presence remains 1.
+            presence: Fade::new(tick_s, tick_s, 1.0),
             received: initial,
             pace: L::zero(),
             max_pace: L::zero(),
@@ -134,7 +134,7 @@ impl<L: Lane> Receiver<L> {
     pub(super) fn fading(self, settings: &RecoverySettings, tick_s: f64) -> Self {
         Self {
             dead_ticks: L::splat(nearest_ticks(settings.dead_s, tick_s).max(1) as f64),
-            fade_step: L::splat((tick_s / settings.dead_decay_s).min(1.0)),
+            presence: Fade::new(settings.dead_decay_s, tick_s, 1.0),
             ..self
         }
     }
@@ -142,13 +142,7 @@ impl<L: Lane> Receiver<L> {
     /// The share of the output that acts: 1, less while the other side counts as dead, and 0 in the end.
     #[inline(always)]
     pub(super) fn presence(&self) -> L {
-        self.presence
-    }
-
-    #[inline(always)]
-    fn fade(&mut self, is_dead: L::Mask) {
-        let step = L::select(is_dead, -self.fade_step, self.fade_step);
-        self.presence = (self.presence + step).clamp(L::zero(), L::splat(1.0));
+        self.presence.share()
     }
 
     /// Records a target that has arrived `ticks` after the last one.
@@ -185,7 +179,7 @@ impl<L: Lane> Receiver<L> {
         }
         self.has_begun = L::Mask::splat(true);
         self.silent = L::zero();
-        self.fade(L::Mask::splat(false));
+        self.presence.update(L::Mask::splat(true));
         self.tick = self.tick + L::splat(1.0);
         self.last = match self.policy {
             Recovery::Hold => target + self.gap,
@@ -214,7 +208,7 @@ impl<L: Lane> Receiver<L> {
         self.outages = L::select(begins, self.outages + one, self.outages);
         self.longest = L::select(is_out, self.longest.max(silent), self.longest);
         self.silent = silent;
-        self.fade(silent.ge(self.dead_ticks));
+        self.presence.update(!silent.ge(self.dead_ticks));
 
         let goal = match self.policy {
             Recovery::Hold => {
@@ -253,7 +247,7 @@ impl<L: Lane> Receiver<L> {
 }
 
 trocar_core::lane::gather!(Receiver {
-    outage_ticks, expected_tick, step, dead_ticks, fade_step, presence, received, pace, max_pace, silent, gap, last, tick, outages, longest, given_up_at,
+    outage_ticks, expected_tick, step, dead_ticks, presence, received, pace, max_pace, silent, gap, last, tick, outages, longest, given_up_at,
 } masks { has_begun, is_lost, is_recovering } same { policy, keeps_pace });
 
 #[cfg(test)]

@@ -12,7 +12,8 @@ use super::variables::Model;
 use trocar_scenario::{Scenario, ScenarioError, Source, Values};
 
 /// The identity of a unit, computed by its description and its library from the scenario.
-pub(super) fn token(model: Model, scenario: &str) -> String {
+#[must_use]
+pub fn token(model: Model, scenario: &str) -> String {
     let hash = Sha256::new().chain_update(model.identifier()).chain_update([0]).chain_update(scenario).finalize();
     let mut text = String::from("{");
     for (place, byte) in hash.iter().take(16).enumerate() {
@@ -68,17 +69,30 @@ impl Unit {
     pub fn new(
         source: &Source,
         settings: &[String],
+        which: (Model, Version),
+        library: Vec<u8>,
+    ) -> Result<Self, UnitError> {
+        Self::of_changed(source, &[settings], which, library)
+    }
+
+    /// Like [`Unit::new`], with lists of settings that apply one after another.
+    ///
+    /// # Errors
+    /// As [`Unit::new`].
+    pub fn of_changed(
+        source: &Source,
+        settings: &[&[String]],
         (model, version): (Model, Version),
         library: Vec<u8>,
     ) -> Result<Self, UnitError> {
-        let mut values = Values::load(source, settings)?;
+        let mut values = Values::load_changed(source, settings)?;
         let mut files = vec![];
         for (path, content) in values.take_files() {
             let bytes = std::fs::read(&content).map_err(|source| UnitError::File { path: content, source })?;
             files.push((format!("resources/{path}"), bytes));
         }
         let text = values.to_toml();
-        let scenario = Scenario::load(source, settings)?;
+        let scenario = Scenario::load_changed(source, settings)?;
         if model == Model::Rig {
             scenario.rig_settings().validate()?;
         }

@@ -98,7 +98,7 @@ const RIG_INPUTS: [Declared; 5] = [
 ];
 
 /// Place of the stop among the inputs of a rig.
-pub(super) const STOP: usize = 4;
+pub const STOP: usize = 4;
 
 const RIG_OUTPUTS: [Declared; 19] = [
     ("command.slave_reference_m", NUMBER, "Reference of the slave's position controller."),
@@ -130,7 +130,9 @@ const RIG_OUTPUTS: [Declared; 19] = [
     ),
 ];
 
-pub(super) fn rig_outputs(command: &rig::Command) -> [Scalar; RIG_OUTPUTS.len()] {
+/// Returns the outputs of a rig in the order of its variables.
+#[must_use]
+pub fn rig_outputs(command: &rig::Command) -> [Scalar; 19] {
     [
         Scalar::Real(command.slave_reference_m),
         Scalar::Real(command.master_force_n),
@@ -163,10 +165,13 @@ const SIMULATION_INPUTS: [Declared; 2] = [
     ),
 ];
 
-pub(super) const POSITION: usize = 0;
-pub(super) const IS_LED: usize = 1;
+/// Place of the person's position among the inputs of a simulation.
+pub const POSITION: usize = 0;
+/// Place of the flag that the position leads among the inputs of a simulation.
+pub const IS_LED: usize = 1;
 
-pub(super) const FIRST_COLUMN: usize = 1;
+/// The first column of the trace that is an output of a simulation.
+pub const FIRST_COLUMN: usize = 1;
 
 fn simulation_outputs() -> Vec<Declared> {
     let kind = |name| if name == "mode" { Type::Choice(MODES) } else { NUMBER };

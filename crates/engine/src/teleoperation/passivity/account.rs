@@ -46,6 +46,13 @@ impl<L: Lane> Account<L> {
         self.sent
     }
 
+    /// Begins the running totals of both directions again at 0, and discards the energy above `max_j`, so the two sides
+    /// together hold no more than two that both begin.
+    pub(super) fn peer_restarts(&mut self, max_j: L) {
+        self.energy_j = self.energy_j.min(max_j);
+        (self.sent, self.received) = (L::zero(), L::zero());
+    }
+
     /// Returns this side's demand to hold `wanted_j`: a running total if energy in transit counts.
     #[inline(always)]
     pub(super) fn demand(&self, wanted_j: L, counts_under_way: bool) -> L {

@@ -112,6 +112,9 @@ pub trait PassivityScheme<L: Lane> {
         force_n
     }
 
+    /// The other side has started anew, so the running totals of both directions begin again at 0.
+    fn peer_restarts(&mut self) {}
+
     /// The promised bound and the energies dissipated and withheld so far.
     fn energies(&self) -> SchemeEnergies<L> {
         SchemeEnergies { promised_j: None, dissipated_j: L::zero(), refused_j: L::zero() }
@@ -145,6 +148,10 @@ impl<L: Lane, T: PassivityScheme<L> + ?Sized> PassivityScheme<L> for Box<T> {
 
     fn limit_force(&mut self, force_n: L, velocity_m_per_s: L) -> L {
         (**self).limit_force(force_n, velocity_m_per_s)
+    }
+
+    fn peer_restarts(&mut self) {
+        (**self).peer_restarts();
     }
 
     fn energies(&self) -> SchemeEnergies<L> {
@@ -292,6 +299,10 @@ impl<L: Lane> PassivityScheme<L> for AnyScheme<L> {
     #[inline(always)]
     fn limit_force(&mut self, force_n: L, velocity_m_per_s: L) -> L {
         each!(self, scheme => scheme.limit_force(force_n, velocity_m_per_s))
+    }
+
+    fn peer_restarts(&mut self) {
+        each!(self, scheme => scheme.peer_restarts());
     }
 
     fn energies(&self) -> SchemeEnergies<L> {

@@ -57,6 +57,13 @@ impl<L: Lane> Sides<L> {
         }
     }
 
+    pub(super) fn peer_restarts(&mut self) {
+        // Each account begins with half of the promise.
+        let level = L::splat(0.5) * self.promised;
+        self.master.peer_restarts(level);
+        self.slave.peer_restarts(level);
+    }
+
     #[inline(always)]
     pub(super) fn master_moves(&mut self, displacement_m: L) {
         self.master.add(self.force.work_j(displacement_m));

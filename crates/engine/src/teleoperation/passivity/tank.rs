@@ -103,6 +103,10 @@ impl<L: Lane> PassivityScheme<L> for Tank<L> {
         self.sides.limit_force(force_n, velocity_m_per_s, L::zero())
     }
 
+    fn peer_restarts(&mut self) {
+        self.sides.peer_restarts();
+    }
+
     fn energies(&self) -> SchemeEnergies<L> {
         self.sides.energies()
     }

@@ -68,6 +68,10 @@ impl<L: Lane> PassivityScheme<L> for TimeDomain<L> {
         self.budget.limit_force(force_n, velocity_m_per_s)
     }
 
+    fn peer_restarts(&mut self) {
+        self.budget.sides.peer_restarts();
+    }
+
     fn energies(&self) -> SchemeEnergies<L> {
         self.budget.sides.energies()
     }

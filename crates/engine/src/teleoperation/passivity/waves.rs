@@ -109,6 +109,10 @@ struct SupervisedWave<L> {
 }
 
 impl<L: Lane> SupervisedWave<L> {
+    fn peer_restarts(&mut self) {
+        (self.held, self.spent) = (L::zero(), L::zero());
+    }
+
     #[inline(always)]
     fn receive(&mut self, arrived: &Arrived<L>) -> L {
         let zero = L::zero();
@@ -199,6 +203,13 @@ impl<L: Lane> PassivityScheme<L> for Waves<L> {
     #[inline(always)]
     fn limit_force(&mut self, force_n: L, velocity_m_per_s: L) -> L {
         self.budget.limit_force(force_n, velocity_m_per_s)
+    }
+
+    fn peer_restarts(&mut self) {
+        self.budget.sides.peer_restarts();
+        (self.forward_energy, self.back_energy) = (L::zero(), L::zero());
+        self.forward.peer_restarts();
+        self.back.peer_restarts();
     }
 
     fn energies(&self) -> SchemeEnergies<L> {

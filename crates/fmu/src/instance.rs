@@ -1,15 +1,11 @@
 //! A running unit.
 
 use std::borrow::Cow;
-
 use std::collections::HashMap;
 use std::path::Path;
 
 use thiserror::Error;
 
-use super::unit::token;
-use super::variables::{Causality, FIRST_COLUMN, IS_LED, Model, POSITION, STOP, Scalar, Type, Variable, rig_outputs};
-use crate::run::{RunError, SteppedRun};
 use trocar_core::error::InvalidValue;
 use trocar_core::rig::{HapticController, Sample};
 use trocar_core::safety::SafetyState;
@@ -17,6 +13,10 @@ use trocar_core::time::whole_ticks;
 use trocar_engine::engine::{ColumnValues, UserDefinedParts};
 use trocar_engine::tissue::{AnyTissue, Tissue as _, TissueFailure};
 use trocar_scenario::{Scenario, ScenarioError, Source};
+use trocar_studies::fmu::{
+    Causality, FIRST_COLUMN, IS_LED, Model, POSITION, STOP, Scalar, Type, Variable, rig_outputs, token,
+};
+use trocar_studies::run::{RunError, SteppedRun};
 
 /// The error of a unit.
 #[derive(Debug, Error)]
@@ -112,9 +112,9 @@ const TIME_TOLERANCE: f64 = 0.01;
 #[derive(Debug)]
 pub(super) enum Running {
     Nothing,
-    Rig { controller: Box<HapticController>, tick_s: f64 },
-    Simulation { run: Box<SteppedRun>, tick_s: f64 },
-    Tissue { tissue: Box<AnyTissue<f64>>, tick_s: f64, tick: u64 },
+    Rig(Box<HapticController>),
+    Simulation(Box<SteppedRun>),
+    Tissue(Box<AnyTissue<f64>>),
 }
 
 /// A running unit with its variables.
@@ -127,29 +127,32 @@ pub struct Instance {
     /// The index of the variable for each reference.
     places: HashMap<u32, usize>,
     pub(super) running: Running,
-    pub(super) clock: Clock,
+    /// `None` before the initialisation.
+    pub(super) clock: Option<Clock>,
 }
 
 /// The time of a unit.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Clock {
+    /// The tick in s.
+    tick_s: f64,
     /// The first communication point in s; `None` before the first step.
     origin_s: Option<f64>,
-    /// The ticks since then.
+    /// The completed ticks.
     ticks: u64,
 }
 
 impl Clock {
     /// The present time in s, if a step to it was done.
-    fn time_s(&self, tick_s: f64) -> Option<f64> {
-        self.origin_s.map(|origin_s| origin_s + self.ticks as f64 * tick_s)
+    fn time_s(&self) -> Option<f64> {
+        self.origin_s.map(|origin_s| origin_s + self.ticks as f64 * self.tick_s)
     }
 
     /// Checks the communication point of a step, in s. The first one may have any.
-    fn check(&mut self, time_s: f64, tick_s: f64) -> Result<(), InstanceError> {
-        let expected_s = self.time_s(tick_s).unwrap_or(time_s);
+    fn check(&mut self, time_s: f64) -> Result<(), InstanceError> {
+        let expected_s = self.time_s().unwrap_or(time_s);
         // An importing program may accumulate its time, so the tolerance is a part of a tick.
-        let is_expected = (time_s - expected_s).abs() <= TIME_TOLERANCE * tick_s;
+        let is_expected = (time_s - expected_s).abs() <= TIME_TOLERANCE * self.tick_s;
         if !is_expected {
             return Err(InstanceError::Time { time_s, expected_s });
         }
@@ -174,7 +177,7 @@ impl Instance {
         let variables = model.variables(&Scenario::load(&source, &[])?);
         let values = variables.iter().map(|variable| variable.start).collect();
         let places = variables.iter().enumerate().map(|(place, variable)| (variable.reference, place)).collect();
-        Ok(Self { model, source, variables, values, places, running: Running::Nothing, clock: Clock::default() })
+        Ok(Self { model, source, variables, values, places, running: Running::Nothing, clock: None })
     }
 
     fn place(&self, reference: u32, kind: &'static str) -> Result<usize, InstanceError> {
@@ -255,19 +258,16 @@ impl Instance {
     pub fn initialise(&mut self) -> Result<(), InstanceError> {
         let (settings, of_rig) = self.changes();
         let scenario = Scenario::load(&self.source, &settings)?;
-        let tick_s = scenario.grid.tick_s();
-        self.clock = Clock::default();
+        let clock = Clock { tick_s: scenario.grid.tick_s(), origin_s: None, ticks: 0 };
         self.running = match self.model {
             Model::Rig => {
                 let controller = HapticController::new(&scenario.rig_settings_with(&of_rig)?)?;
-                Running::Rig { controller: Box::new(controller), tick_s }
+                Running::Rig(Box::new(controller))
             }
-            Model::Simulation => {
-                let run = Box::new(SteppedRun::new(scenario, UserDefinedParts::default())?);
-                Running::Simulation { run, tick_s }
-            }
-            Model::Tissue => Running::Tissue { tissue: Box::new(scenario.tissue_part()?), tick_s, tick: 0 },
+            Model::Simulation => Running::Simulation(Box::new(SteppedRun::new(scenario, UserDefinedParts::default())?)),
+            Model::Tissue => Running::Tissue(Box::new(scenario.tissue_part()?)),
         };
+        self.clock = Some(clock);
         Ok(())
     }
 
@@ -277,13 +277,17 @@ impl Instance {
     /// A step that does not begin at the end of the last one or is not a whole number of ticks, a failed run, and
     /// [`InstanceError::Ended`] for a step beyond the end of the scenario, whose ticks before the end are done.
     pub fn step(&mut self, time_s: f64, step_s: f64) -> Result<(), InstanceError> {
-        let tick_s = self.tick_s().ok_or(InstanceError::NotInitialised)?;
+        let clock = self.clock.as_mut().ok_or(InstanceError::NotInitialised)?;
+        let tick_s = clock.tick_s;
         let ticks = whole_ticks(step_s, tick_s).filter(|ticks| *ticks > 0);
         let ticks = ticks.ok_or(InstanceError::Step { step_s, tick_s })?;
-        self.clock.check(time_s, tick_s)?;
-        for _ in 0..ticks {
-            self.tick()?;
-            self.clock.ticks += 1;
+        clock.check(time_s)?;
+        let first = clock.ticks;
+        for tick in first..first + ticks {
+            self.tick(tick)?;
+            if let Some(clock) = &mut self.clock {
+                clock.ticks = tick + 1;
+            }
         }
         Ok(())
     }
@@ -291,32 +295,23 @@ impl Instance {
     /// The end of the last step in s; `None` before the first one.
     #[must_use]
     pub fn time_s(&self) -> Option<f64> {
-        self.clock.time_s(self.tick_s()?)
+        self.clock.as_ref()?.time_s()
     }
 
     /// Returns true if the scenario of a simulation has ended.
     #[must_use]
     pub fn has_ended(&self) -> bool {
-        if let Running::Simulation { run, .. } = &self.running { run.has_ended() } else { false }
+        if let Running::Simulation(run) = &self.running { run.has_ended() } else { false }
     }
 
-    fn tick_s(&self) -> Option<f64> {
-        match self.running {
-            Running::Nothing => None,
-            Running::Rig { tick_s, .. } | Running::Simulation { tick_s, .. } | Running::Tissue { tick_s, .. } => {
-                Some(tick_s)
-            }
-        }
-    }
-
-    fn tick(&mut self) -> Result<(), InstanceError> {
+    fn tick(&mut self, tick: u64) -> Result<(), InstanceError> {
         let first_output =
             self.variables.iter().position(|variable| variable.causality == Causality::Output).unwrap_or(0);
         let (inputs, rest) = self.values.split_at_mut(first_output);
         let number = |place: usize| if let Scalar::Real(value) = inputs[place] { value } else { f64::NAN };
         match &mut self.running {
             Running::Nothing => Err(InstanceError::NotInitialised),
-            Running::Rig { controller, .. } => {
+            Running::Rig(controller) => {
                 match (inputs[STOP] == Scalar::Boolean(true), controller.safety_state()) {
                     (true, _) => controller.stop(),
                     (false, SafetyState::Disabled) => controller.enable(),
@@ -331,9 +326,8 @@ impl Instance {
                 rest.iter_mut().zip(rig_outputs(&command)).for_each(|(value, output)| *value = output);
                 Ok(())
             }
-            Running::Tissue { tissue, tick, .. } => {
-                let reaction = tissue.react(*tick, number(0), number(1));
-                *tick += 1;
+            Running::Tissue(tissue) => {
+                let reaction = tissue.react(tick, number(0), number(1));
                 if let Some(failure) = tissue.failure() {
                     return Err(InstanceError::Tissue(failure.clone()));
                 }
@@ -345,7 +339,7 @@ impl Instance {
                 rest.iter_mut().zip(outputs).for_each(|(value, output)| *value = output);
                 Ok(())
             }
-            Running::Simulation { run, .. } => {
+            Running::Simulation(run) => {
                 if run.has_ended() {
                     return Err(InstanceError::Ended { ticks: run.ticks() });
                 }
@@ -371,7 +365,7 @@ impl Instance {
     /// Returns to the state after [`Instance::load`].
     pub fn reset(&mut self) {
         self.running = Running::Nothing;
-        self.clock = Clock::default();
+        self.clock = None;
         self.values = self.variables.iter().map(|variable| variable.start).collect();
     }
 }

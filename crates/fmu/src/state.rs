@@ -1,29 +1,27 @@
 //! The saved state of a unit.
 
 use super::instance::{Clock, Instance, InstanceError, Running};
-use super::variables::Scalar;
-use crate::run::SteppedRun;
 use trocar_core::rig::HapticController;
 use trocar_engine::tissue::{AnyTissue, Tissue as _};
 use trocar_scenario::Scenario;
+use trocar_studies::fmu::Scalar;
+use trocar_studies::run::SteppedRun;
 
 /// The state of an instance, as [`Instance::save`] returns it.
 #[derive(Debug)]
 pub struct SavedState {
     values: Vec<Scalar>,
     running: Saved,
-    clock: Clock,
+    clock: Option<Clock>,
 }
 
 #[derive(Debug)]
 enum Saved {
     Nothing,
-    /// With the tick in s.
-    Rig(Box<HapticController>, f64),
+    Rig(Box<HapticController>),
     /// The scenario, and the given position of the person by tick, which repeat the run bit for bit.
     Simulation(Box<Scenario>, Vec<f64>),
-    /// With the number of ticks and the tick in s.
-    Tissue(Box<AnyTissue<f64>>, u64, f64),
+    Tissue(Box<AnyTissue<f64>>),
 }
 
 impl Instance {
@@ -34,11 +32,9 @@ impl Instance {
     pub fn save(&self) -> Result<SavedState, InstanceError> {
         let running = match &self.running {
             Running::Nothing => Saved::Nothing,
-            Running::Rig { controller, tick_s } => Saved::Rig(controller.clone(), *tick_s),
-            Running::Simulation { run, .. } => {
-                Saved::Simulation(Box::new(run.scenario().clone()), run.led_m().to_vec())
-            }
-            Running::Tissue { tissue, tick, tick_s } => Saved::Tissue(copied(tissue)?, *tick, *tick_s),
+            Running::Rig(controller) => Saved::Rig(controller.clone()),
+            Running::Simulation(run) => Saved::Simulation(Box::new(run.scenario().clone()), run.led_m().to_vec()),
+            Running::Tissue(tissue) => Saved::Tissue(copied(tissue)?),
         };
         Ok(SavedState { values: self.values.clone(), running, clock: self.clock })
     }
@@ -50,15 +46,11 @@ impl Instance {
     pub fn restore(&mut self, state: &SavedState) -> Result<(), InstanceError> {
         self.running = match &state.running {
             Saved::Nothing => Running::Nothing,
-            Saved::Rig(controller, tick_s) => Running::Rig { controller: controller.clone(), tick_s: *tick_s },
+            Saved::Rig(controller) => Running::Rig(controller.clone()),
             Saved::Simulation(scenario, led_m) => {
-                let tick_s = scenario.grid.tick_s();
-                let run = SteppedRun::repeated(Scenario::clone(scenario), led_m)?;
-                Running::Simulation { run: Box::new(run), tick_s }
+                Running::Simulation(Box::new(SteppedRun::repeated(Scenario::clone(scenario), led_m)?))
             }
-            Saved::Tissue(tissue, tick, tick_s) => {
-                Running::Tissue { tissue: copied(tissue)?, tick_s: *tick_s, tick: *tick }
-            }
+            Saved::Tissue(tissue) => Running::Tissue(copied(tissue)?),
         };
         self.values.clone_from(&state.values);
         self.clock = state.clock;

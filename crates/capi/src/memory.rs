@@ -1,0 +1,124 @@
+//! Objects in memory of the caller.
+
+use core::ffi::c_void;
+use core::fmt::Write as _;
+use core::mem::{needs_drop, size_of};
+
+use crate::error_text::ErrorText;
+use crate::settings::Settings;
+use crate::status::{Status, guarded};
+use trocar_core::error::InvalidValue;
+use trocar_core::rig;
+
+/// An object that is created in memory of the caller and is never dropped.
+pub(crate) trait InMemory: Sized {
+    /// Marks memory that contains such an object.
+    const MARK: u64;
+
+    /// The mark of this object: [`InMemory::MARK`] if it is initialised.
+    fn mark(&self) -> u64;
+
+    /// Creates an object from settings and their digest.
+    fn create(settings: &rig::Settings, digest: u64) -> Result<Self, InvalidValue>;
+}
+
+/// Returns a mark: "trocar" and the size of an object below 65536 bytes.
+pub(crate) const fn mark_of<T>() -> u64 {
+    assert!(!needs_drop::<T>(), "the caller's memory is never dropped");
+    assert!(size_of::<T>() < 1 << 16, "the size fits into the mark");
+    0x7472_6f63_6172_0000 | size_of::<T>() as u64
+}
+
+/// Sets the caller's pointer to null: a failed call must not leave an old or invalid one.
+///
+/// # Safety
+/// `object` is null or valid.
+#[allow(unsafe_code, reason = "the pointer is the caller's")]
+pub(crate) unsafe fn clear<T>(object: *mut *mut T) {
+    if !object.is_null() {
+        // SAFETY: not null, so it is writable.
+        unsafe { object.write(core::ptr::null_mut()) };
+    }
+}
+
+/// Reads the caller's settings.
+///
+/// # Safety
+/// `settings` is null or points to a structure of any version.
+#[allow(unsafe_code, reason = "the settings are the caller's")]
+pub(crate) unsafe fn settings_at(settings: *const Settings, error: &mut ErrorText) -> Result<Settings, Status> {
+    if settings.is_null() {
+        return Err(Status::Null);
+    }
+    // SAFETY: every version has the first field; the others are read only in a structure of this version.
+    unsafe {
+        let found = (&raw const (*settings).struct_size).read();
+        if found != size_of::<Settings>() as u64 {
+            let expected = size_of::<Settings>();
+            // An error text that does not fit is cut; writing it does not fail.
+            let _ = write!(error, "struct_size of the settings is {found}, must be {expected}: set the defaults first");
+            return Err(Status::StructSize);
+        }
+        Ok(settings.read())
+    }
+}
+
+/// Initialises an object in the given memory. The caller's pointer is null before.
+///
+/// # Safety
+/// `memory` is null or has `size` writable bytes that no other thread uses; `object` is null or valid.
+#[allow(unsafe_code, reason = "the memory is the caller's")]
+pub(crate) unsafe fn init<T: InMemory>(
+    memory: *mut c_void,
+    size: usize,
+    settings: &Settings,
+    object: *mut *mut T,
+    error: &mut ErrorText,
+) -> Status {
+    if memory.is_null() || object.is_null() {
+        return Status::Null;
+    }
+    if size < size_of::<T>() {
+        return Status::MemorySize;
+    }
+    if !memory.cast::<T>().is_aligned() {
+        return Status::Alignment;
+    }
+    // An error text that does not fit is cut; writing it does not fail.
+    let read = match settings.read() {
+        Ok(read) => read,
+        Err(key) => {
+            let _ = write!(error, "{} must be {}", key.path, key.kind);
+            return Status::Setting;
+        }
+    };
+    match T::create(&read, settings.digest()) {
+        Ok(created) => {
+            // SAFETY: the memory is large enough and aligned; `object` is not null.
+            unsafe {
+                memory.cast::<T>().write(created);
+                object.write(memory.cast());
+            }
+            Status::Ok
+        }
+        Err(invalid) => {
+            let _ = write!(error, "{invalid}");
+            Status::Setting
+        }
+    }
+}
+
+/// Calls `run` with an object.
+///
+/// # Safety
+/// `object` is null or was initialised, and no other thread uses it at the same time.
+#[allow(unsafe_code, reason = "the object is the caller's")]
+#[inline(always)]
+pub(crate) unsafe fn with<T: InMemory>(object: *mut T, run: impl FnOnce(&mut T) -> Status) -> Status {
+    // SAFETY: null or valid.
+    let Some(object) = (unsafe { object.as_mut() }) else { return Status::Null };
+    if object.mark() != T::MARK {
+        return Status::NotInitialised;
+    }
+    guarded(|| run(object))
+}

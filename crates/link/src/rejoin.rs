@@ -1,0 +1,185 @@
+//! The greeting with a side that has started anew, while the link of this side runs.
+
+use super::greeting::{Calling, Waiting};
+use super::packet::{PACKET_BYTES, Role};
+use super::seal::{Key, NONCE_BYTES, Session};
+
+/// Interval between the packets of a call, in ns.
+const CALL_NS: i64 = 20_000_000;
+/// Number of replies before a Start.
+const REPLIES: u32 = 10;
+/// Time from an agreement to the first message of the other side, in ns. Afterwards the agreement no longer counts.
+const PATIENCE_NS: i64 = 2_000_000_000;
+
+/// A greeting of a side whose link runs, while the other side is silent.
+///
+/// It has a new random number, so its session differs from all earlier ones. A slave that runs and a master that runs
+/// do not agree on a new session: their present one continues with the next message.
+#[derive(Debug)]
+pub struct Rejoin {
+    begun_ns: i64,
+    greeting: Greeting,
+    next_ns: i64,
+    agreed_ns: Option<i64>,
+}
+
+#[derive(Debug)]
+enum Greeting {
+    OfMaster(Calling),
+    OfSlave(Waiting),
+}
+
+/// The effect of a packet on a [`Rejoin`].
+#[derive(Debug, Default)]
+pub struct Heard {
+    /// True if the packet is an authentic one of this greeting.
+    pub is_known: bool,
+    /// The answer to its sender.
+    pub answer: Option<[u8; PACKET_BYTES]>,
+    /// The new session, once.
+    pub session: Option<Session>,
+}
+
+impl Rejoin {
+    /// Creates the greeting of a side, with a random number that was never used, for a scenario with this
+    /// [`fingerprint`](super::fingerprint) and a link whose tick 0 was at `begun_ns` by this side's clock (ns).
+    #[must_use]
+    pub fn new(role: Role, key: Key, own: [u8; NONCE_BYTES], scenario: [u8; 32], begun_ns: i64) -> Self {
+        let greeting = match role {
+            Role::Master => Greeting::OfMaster(Calling::new(key, own, scenario)),
+            Role::Slave => Greeting::OfSlave(Waiting::running(key, own, scenario, begun_ns)),
+        };
+        Self { begun_ns, greeting, next_ns: i64::MIN, agreed_ns: None }
+    }
+
+    /// Returns the packet that a master sends to the slave at a time (ns), if one is due.
+    pub fn call(&mut self, now_ns: i64) -> Option<[u8; PACKET_BYTES]> {
+        let Greeting::OfMaster(calling) = &self.greeting else { return None };
+        if now_ns < self.next_ns || self.agreed_ns.is_some() {
+            return None;
+        }
+        self.next_ns = now_ns.saturating_add(CALL_NS);
+        let is_new_slave = calling.replies() >= REPLIES && calling.begun_ns().is_none();
+        let start = calling.start(now_ns, self.begun_ns).filter(|_| is_new_slave);
+        Some(start.unwrap_or_else(|| calling.hello(now_ns)))
+    }
+
+    /// Receives a packet at a time (ns).
+    pub fn take(&mut self, bytes: &[u8], now_ns: i64) -> Heard {
+        let (heard, greeted) = match &mut self.greeting {
+            Greeting::OfMaster(calling) => {
+                let is_known = calling.take(bytes, now_ns);
+                (Heard { is_known, ..Heard::default() }, calling.greeted(self.begun_ns))
+            }
+            Greeting::OfSlave(waiting) => {
+                let answer = waiting.take(bytes, now_ns);
+                (Heard { is_known: answer.is_some(), answer, session: None }, waiting.greeted().cloned())
+            }
+        };
+        let session = greeted.filter(|_| self.agreed_ns.is_none()).map(|greeted| greeted.session);
+        if session.is_some() {
+            self.agreed_ns = Some(now_ns);
+        }
+        Heard { session, ..heard }
+    }
+
+    /// Returns true if both sides have agreed on a new session.
+    #[must_use]
+    pub fn has_agreed(&self) -> bool {
+        self.agreed_ns.is_some()
+    }
+
+    /// Returns true if the other side has agreed, but has sent no message for too long at a time (ns).
+    #[must_use]
+    pub fn is_overdue(&self, now_ns: i64) -> bool {
+        self.agreed_ns.is_some_and(|agreed_ns| now_ns.saturating_sub(agreed_ns) > PATIENCE_NS)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::packet::{BODY_BYTES, Kind, Packet};
+    use super::*;
+
+    const SCENARIO: [u8; 32] = [4; 32];
+    const MS: i64 = 1_000_000;
+
+    fn rejoin(role: Role, own: u8) -> Rejoin {
+        Rejoin::new(role, Key::of_loopback(), [own; NONCE_BYTES], SCENARIO, 5 * MS)
+    }
+
+    #[test]
+    fn a_new_master_joins_the_slave_at_the_slave_s_time() {
+        let mut slave = rejoin(Role::Slave, 2);
+        let mut master = Calling::new(Key::of_loopback(), [3; NONCE_BYTES], SCENARIO);
+        assert!(slave.call(0).is_none(), "a slave does not call");
+        // Both clocks agree; a packet takes 1 ms.
+        let heard = slave.take(&master.hello(1000 * MS), 1001 * MS);
+        assert!(heard.is_known && heard.session.is_none());
+        master.take(&heard.answer.expect("a reply"), 1002 * MS);
+        assert_eq!(master.begun_ns(), Some(5 * MS));
+        let start = master.start(1003 * MS, 5 * MS).expect("a slave");
+        let heard = slave.take(&start, 1004 * MS);
+        assert!(heard.session.is_some() && slave.has_agreed());
+        master.take(&heard.answer.expect("ready"), 1005 * MS);
+        assert!(master.greeted(5 * MS).is_some());
+        // A repetition is answered, and the session begins once.
+        let heard = slave.take(&start, 1006 * MS);
+        assert!(heard.answer.is_some() && heard.session.is_none());
+        assert!(!slave.is_overdue(3004 * MS) && slave.is_overdue(3005 * MS));
+    }
+
+    #[test]
+    fn a_master_that_runs_calls_a_new_slave_and_no_slave_that_runs() {
+        let calls = |slave: &mut Waiting| {
+            let mut master = rejoin(Role::Master, 1);
+            let sessions = (0..40).filter(|k| {
+                let now_ns = 1000 * MS + k * 20 * MS;
+                let Some(packet) = master.call(now_ns) else { return false };
+                assert!(master.call(now_ns + 19 * MS).is_none(), "one packet in 20 ms");
+                slave.take(&packet, now_ns).is_some_and(|answer| master.take(&answer, now_ns).session.is_some())
+            });
+            sessions.count()
+        };
+        let mut new = Waiting::new(Key::of_loopback(), [2; NONCE_BYTES], SCENARIO);
+        assert_eq!(calls(&mut new), 1);
+        assert_eq!(new.greeted().map(|greeted| greeted.start_ns), Some(5 * MS));
+        let mut runs = Waiting::running(Key::of_loopback(), [2; NONCE_BYTES], SCENARIO, 5 * MS);
+        assert_eq!(calls(&mut runs), 0);
+        assert!(runs.greeted().is_none());
+    }
+
+    #[test]
+    fn a_message_of_the_new_slave_replaces_its_lost_ready_and_is_no_greeting() {
+        let mut master = rejoin(Role::Master, 1);
+        let mut slave = Waiting::new(Key::of_loopback(), [2; NONCE_BYTES], SCENARIO);
+        for k in 0..12 {
+            let now_ns = k * 20 * MS;
+            let answer = slave.take(&master.call(now_ns).expect("due"), now_ns).expect("an answer");
+            if slave.greeted().is_none() {
+                master.take(&answer, now_ns);
+            }
+        }
+        let session = slave.greeted().expect("started").session.clone();
+        let body = [0; BODY_BYTES];
+        let message = Packet { kind: Kind::Message, from: Role::Slave, number: 0, tick: 9, sent_ns: 0, body };
+        let heard = master.take(&session.0.seal(&message), 300 * MS);
+        assert!(heard.session.is_some() && !heard.is_known, "the endpoint takes the message");
+        let heard = master.take(&session.0.seal(&message), 301 * MS);
+        assert!(heard.session.is_none() && !heard.is_known);
+    }
+
+    #[test]
+    fn packets_of_an_earlier_greeting_begin_no_session() {
+        let mut first = rejoin(Role::Slave, 2);
+        let mut master = Calling::new(Key::of_loopback(), [3; NONCE_BYTES], SCENARIO);
+        let hello = master.hello(0);
+        master.take(&first.take(&hello, 0).answer.expect("a reply"), 0);
+        let start = master.start(0, 0).expect("a slave");
+        assert!(first.take(&start, 0).session.is_some());
+        let mut second = rejoin(Role::Slave, 7);
+        assert!(second.take(&hello, 0).session.is_none());
+        let heard = second.take(&start, 0);
+        assert!(!heard.is_known && heard.session.is_none() && !second.has_agreed());
+    }
+}
