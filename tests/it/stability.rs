@@ -216,7 +216,8 @@ fn oracle_the_limits_of_ten_general_slaves_agree_with_python_control_in_every_de
 
 #[test]
 fn a_run_with_a_general_slave_decays_below_its_limit_and_grows_above_it() {
-    for case in &LOOPS[14..] {
+    // Without a load and with positions only, the tissue is outside the last loop.
+    for case in &LOOPS[14..16] {
         let limit = |settings: &LinearLoop| {
             let limit = largest_stable(settings, Parameter::Stiffness, Search::of(Parameter::Stiffness));
             limit.expect("found").stable[0].1
