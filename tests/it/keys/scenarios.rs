@@ -106,6 +106,10 @@ const VARIANTS: &[&str] = &[
     "simulation.control=sampled actuator.master_force_limit_n=1 actuator.slave_command_limit=20 \
      actuator.master_force_rate_limit_n_per_s=200 actuator.slave_command_rate_limit_per_s=2000 \
      actuator.master_lag_s=0.002 actuator.slave_lag_s=0.002",
+    // The same motors without the slave's lag, which only the appendix' slave has.
+    "simulation.control=sampled actuator.master_force_limit_n=1 actuator.slave_command_limit=20 \
+     actuator.master_force_rate_limit_n_per_s=200 actuator.slave_command_rate_limit_per_s=2000 \
+     actuator.master_lag_s=0.002",
     // A passivity scheme with little energy.
     "passivity.scheme=time-domain passivity.budget_j=1e-5 channel.forward_delay_s=0.02 channel.backward_delay_s=0.03",
     // Thin layers, so that the needle leaves the last one.
@@ -160,6 +164,8 @@ const VARIANTS: &[&str] = &[
     // A tense operator.
     "operator.stretch_short_gain_n_s_per_m=2 operator.stretch_long_gain_n_per_m=10 operator.stiffening_per_n=0.05",
     "tissue.breathing_amplitude_m=0.002 tissue.breathing_period_s=0.5 tissue.heartbeat_amplitude_m=0.0005",
+    // Gains that only one of the slave's controllers has.
+    "slave.derivative_gain=5 slave.force_feed_forward=0.5",
     // Commands at the limits of the safety stage.
     "safety.acts=everywhere safety.force_limit_n=0.5 safety.force_rate_n_per_s=50 safety.reference_speed_m_per_s=0.04 \
      safety.lead_m=0.001 channel.dead_s=0.02 channel.dead_decay_s=0.01 channel.outages_s=[0.2,0.35,0.45,0.5]",
