@@ -6,10 +6,9 @@ use core::mem::{align_of, size_of};
 use trocar_core::error::InvalidValue;
 use trocar_core::rig::{self, NeedleDetector, NeedleSample};
 
-use crate::error_text::ErrorText;
-use crate::memory::{InMemory, clear, init, mark_of, settings_at, with};
+use crate::memory::{InMemory, exchange, init_with, mark_of};
 use crate::settings::Settings;
-use crate::status::{Status, guarded};
+use crate::status::Status;
 
 /// Estimator and detector of a rig, in memory of the caller.
 #[derive(Debug)]
@@ -132,18 +131,8 @@ pub unsafe extern "C" fn trocar_detector_init(
     error: *mut c_char,
     error_size: usize,
 ) -> Status {
-    // SAFETY: the caller's buffer, as described.
-    let mut error = unsafe { ErrorText::new(error, error_size) };
-    guarded(|| {
-        // SAFETY: the same requirements as this function's.
-        unsafe {
-            clear(detector);
-            match settings_at(settings, &mut error) {
-                Ok(settings) => init(memory, size, &settings, detector, &mut error),
-                Err(status) => status,
-            }
-        }
-    })
+    // SAFETY: the same requirements as this function's.
+    unsafe { init_with(memory, size, settings, detector, (error, error_size)) }
 }
 
 /// Processes the sample of a tick. Samples are simulation_tick_s apart; for a tick without a sample pass NaN in every
@@ -192,24 +181,10 @@ unsafe fn step(
     detection: *mut Detection,
     run: impl FnOnce(&mut NeedleDetector, &NeedleSample) -> rig::Detection,
 ) -> Status {
-    if sample.is_null() || detection.is_null() {
-        return Status::Null;
-    }
-    // SAFETY: both are valid; of the result only the first field must be initialised, and of a sample of another
-    // version only the first field is read.
-    let sizes = unsafe { ((&raw const (*sample).struct_size).read(), (&raw const (*detection).struct_size).read()) };
-    let run = |object: &mut Detector| {
-        if sizes != (size_of::<DetectorSample>() as u64, size_of::<Detection>() as u64) {
-            return Status::StructSize;
-        }
-        // SAFETY: their sizes show structures of this version.
-        unsafe {
-            let DetectorSample { position_m, velocity_m_per_s, force_n, .. } = sample.read();
-            let sample = NeedleSample { position_m, velocity_m_per_s, force_n };
-            detection.write(run(&mut object.detector, &sample).into());
-        }
-        Status::Ok
+    let run = |object: &mut Detector, sample: DetectorSample| {
+        let DetectorSample { position_m, velocity_m_per_s, force_n, .. } = sample;
+        run(&mut object.detector, &NeedleSample { position_m, velocity_m_per_s, force_n }).into()
     };
     // SAFETY: the same requirements as this function's.
-    unsafe { with(detector, run) }
+    unsafe { exchange(detector, sample, detection, run) }
 }

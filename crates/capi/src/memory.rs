@@ -1,6 +1,6 @@
 //! Objects in memory of the caller.
 
-use core::ffi::c_void;
+use core::ffi::{c_char, c_void};
 use core::fmt::Write as _;
 use core::mem::{needs_drop, size_of};
 
@@ -46,7 +46,7 @@ pub(crate) unsafe fn clear<T>(object: *mut *mut T) {
 /// # Safety
 /// `settings` is null or points to a structure of any version.
 #[allow(unsafe_code, reason = "the settings are the caller's")]
-pub(crate) unsafe fn settings_at(settings: *const Settings, error: &mut ErrorText) -> Result<Settings, Status> {
+unsafe fn settings_at(settings: *const Settings, error: &mut ErrorText) -> Result<Settings, Status> {
     if settings.is_null() {
         return Err(Status::Null);
     }
@@ -61,6 +61,32 @@ pub(crate) unsafe fn settings_at(settings: *const Settings, error: &mut ErrorTex
         }
         Ok(settings.read())
     }
+}
+
+/// Initialises an object in the given memory with the caller's settings. The caller's pointer is null if this fails.
+///
+/// # Safety
+/// As for [`init`] and [`settings_at`]; `error` is null or a buffer of `error_size` bytes.
+#[allow(unsafe_code, reason = "memory, settings and buffer are the caller's")]
+pub(crate) unsafe fn init_with<T: InMemory>(
+    memory: *mut c_void,
+    size: usize,
+    settings: *const Settings,
+    object: *mut *mut T,
+    (error, error_size): (*mut c_char, usize),
+) -> Status {
+    // SAFETY: the caller's buffer, as described.
+    let mut error = unsafe { ErrorText::new(error, error_size) };
+    guarded(|| {
+        // SAFETY: the same requirements as this function's.
+        unsafe {
+            clear(object);
+            match settings_at(settings, &mut error) {
+                Ok(settings) => init(memory, size, &settings, object, &mut error),
+                Err(status) => status,
+            }
+        }
+    })
 }
 
 /// Initialises an object in the given memory. The caller's pointer is null before.
@@ -121,4 +147,34 @@ pub(crate) unsafe fn with<T: InMemory>(object: *mut T, run: impl FnOnce(&mut T) 
         return Status::NotInitialised;
     }
     guarded(|| run(object))
+}
+
+/// Calls `run` with an object and a sample, and writes its result. The first field of both structures is their size, which
+/// is checked before anything else is read or written.
+///
+/// # Safety
+/// As for [`with`]; `sample` and `result` are null or point to structures of any version.
+#[allow(unsafe_code, reason = "object, sample and result are the caller's")]
+#[inline(always)]
+pub(crate) unsafe fn exchange<T: InMemory, S: Copy, R>(
+    object: *mut T,
+    sample: *const S,
+    result: *mut R,
+    run: impl FnOnce(&mut T, S) -> R,
+) -> Status {
+    if sample.is_null() || result.is_null() {
+        return Status::Null;
+    }
+    // SAFETY: every version begins with its size.
+    let sizes = unsafe { (sample.cast::<u64>().read(), result.cast::<u64>().read()) };
+    let checked = |object: &mut T| {
+        if sizes != (size_of::<S>() as u64, size_of::<R>() as u64) {
+            return Status::StructSize;
+        }
+        // SAFETY: their sizes show structures of this version.
+        unsafe { result.write(run(object, sample.read())) };
+        Status::Ok
+    };
+    // SAFETY: the same requirements as this function's.
+    unsafe { with(object, checked) }
 }

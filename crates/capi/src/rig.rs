@@ -6,10 +6,9 @@ use core::mem::{align_of, size_of};
 use trocar_core::error::InvalidValue;
 use trocar_core::rig::{self, HapticController};
 
-use crate::error_text::ErrorText;
-use crate::memory::{InMemory, clear, init, mark_of, settings_at};
+use crate::memory::{InMemory, exchange, init_with, mark_of};
 use crate::settings::Settings;
-use crate::status::{Status, guarded};
+use crate::status::Status;
 
 const VERSION: &CStr = match CStr::from_bytes_with_nul(concat!(env!("CARGO_PKG_VERSION"), "\0").as_bytes()) {
     Ok(version) => version,
@@ -169,19 +168,8 @@ pub unsafe extern "C" fn trocar_rig_init(
     error: *mut c_char,
     error_size: usize,
 ) -> Status {
-    // SAFETY: the caller's buffer, as described.
-    let mut error = unsafe { ErrorText::new(error, error_size) };
-    guarded(|| {
-        // SAFETY: `rig` is null or valid.
-        unsafe { clear(rig) };
-        // SAFETY: the same requirements as this function's.
-        unsafe {
-            match settings_at(settings, &mut error) {
-                Ok(settings) => init(memory, size, &settings, rig, &mut error),
-                Err(status) => status,
-            }
-        }
-    })
+    // SAFETY: the same requirements as this function's.
+    unsafe { init_with(memory, size, settings, rig, (error, error_size)) }
 }
 
 /// Processes the sample of a tick and computes its command. Samples are simulation_tick_s apart; for a tick without a
@@ -226,30 +214,17 @@ unsafe fn step(
     rig: *mut Rig,
     sample: *const Sample,
     command: *mut Command,
-    with: impl FnOnce(&mut HapticController, &rig::Sample) -> rig::Command,
+    run: impl FnOnce(&mut HapticController, &rig::Sample) -> rig::Command,
 ) -> Status {
-    // SAFETY: the sample is null or valid.
-    let Some(sample) = (unsafe { sample.as_ref() }) else { return Status::Null };
-    if command.is_null() {
-        return Status::Null;
-    }
-    // SAFETY: the command is valid, and only its first field must be initialised.
-    let command_size = unsafe { (&raw const (*command).struct_size).read() };
-    let run = |rig: &mut Rig| {
-        if (sample.struct_size, command_size) != (size_of::<Sample>() as u64, size_of::<Command>() as u64) {
-            return Status::StructSize;
-        }
+    let run = |rig: &mut Rig, sample: Sample| {
         let sample = rig::Sample {
             master_position_m: sample.master_position_m,
             slave_position_m: sample.slave_position_m,
             slave_velocity_m_per_s: sample.slave_velocity_m_per_s,
             force_n: sample.force_n,
         };
-        let done = Command::from(with(&mut rig.controller, &sample));
-        // SAFETY: its size shows a structure of this version.
-        unsafe { command.write(done) };
-        Status::Ok
+        run(&mut rig.controller, &sample).into()
     };
     // SAFETY: the same requirements as this function's.
-    unsafe { crate::memory::with(rig, run) }
+    unsafe { exchange(rig, sample, command, run) }
 }

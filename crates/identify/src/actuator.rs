@@ -40,9 +40,8 @@ impl Controller {
     /// Estimates the controller from the recordings with an actuator force; `None` if there are none.
     ///
     /// The regression `u(t + δ_0) = c_0 e + c_1 ė + c_2 ë` gives `K_p = c_0`, and for a controller that acts δ later than
-    /// that `c_1 = K_d - K_p δ` and `c_2 = K_p δ²/2 - K_d δ`. It is repeated with δ_0 increased by δ, so that the
-    /// expansion is exact in the end. The interval contains the
-    /// sampling error from blocks of correlated residuals, and the changes of the value at half and at twice the
+    /// that `c_1 = K_d - K_p δ` and `c_2 = K_p δ²/2 - K_d δ`. It is repeated with δ_0 increased by δ: at δ = 0 the
+    /// expansion has no error. The interval contains the sampling error from blocks of correlated residuals, and the changes of the value at half and at twice the
     /// smoothing, which show the bias by noise and by the expansion.
     pub(crate) fn of(recordings: &[Measured]) -> Result<Option<Self>, IdentifyError> {
         let with_actuator: Vec<&Measured> = recordings.iter().filter(|one| one.actuator_n.is_some()).collect();
@@ -69,8 +68,8 @@ impl Controller {
                 let step = 1e-6 * regression.coefficients[k].abs();
                 let mut moved = regression.coefficients;
                 moved[k] += step;
-                let moved = physical(&moved)[index] - physical(&regression.coefficients)[index];
-                *slope = if step > 0.0 { moved / step } else { 0.0 };
+                let change = physical(&moved)[index] - physical(&regression.coefficients)[index];
+                *slope = if step > 0.0 { change / step } else { 0.0 };
             }
             let variance = gradient.dot(&(regression.covariance * gradient)).max(0.0);
             let freedom = (BLOCKS * with_actuator.len()) as f64 - 3.0;
@@ -106,10 +105,11 @@ struct Regression {
 impl Regression {
     /// `None` if the error between master and slave does not vary.
     fn of(recordings: &[&Measured], half_s: f64) -> Option<Self> {
-        let mut regression = Self::with_delay(recordings, half_s, 0.0)?;
+        let smoothed: Vec<Smoothed> = recordings.iter().filter_map(|one| Smoothed::of(one, half_s)).collect();
+        let mut regression = Self::with_delay(&smoothed, 0.0)?;
         for _ in 0..REPEATED {
             let [.., delay_s] = regression.physical();
-            regression = Self::with_delay(recordings, half_s, delay_s)?;
+            regression = Self::with_delay(&smoothed, delay_s)?;
         }
         Some(regression)
     }
@@ -120,10 +120,10 @@ impl Regression {
         [gain, rate.max(0.0), (self.delay_s + delay_s).clamp(0.0, LONGEST_DELAY_S)]
     }
 
-    fn with_delay(recordings: &[&Measured], half_s: f64, delay_s: f64) -> Option<Self> {
+    fn with_delay(recordings: &[Smoothed], delay_s: f64) -> Option<Self> {
         let mut normal = Matrix3::zeros();
         let mut right = Vector3::zeros();
-        let parts: Vec<Vec<(Vector3<f64>, f64)>> = recordings.iter().map(|one| rows(one, half_s, delay_s)).collect();
+        let parts: Vec<Vec<(Vector3<f64>, f64)>> = recordings.iter().map(|one| one.rows(delay_s)).collect();
         for (row, target) in parts.iter().flatten() {
             normal += row * row.transpose();
             right += row * *target;
@@ -156,22 +156,37 @@ impl Regression {
     }
 }
 
-/// Returns the smoothed rows (e, ė, ë) of a recording with the smoothed force of the actuator a delay later, without the
-/// ends.
-fn rows(measured: &Measured, half_s: f64, delay_s: f64) -> Vec<(Vector3<f64>, f64)> {
-    let Some(actuator_n) = &measured.actuator_n else { return vec![] };
-    let half = ((half_s / measured.interval_s).round() as usize).clamp(1, measured.len() / 16);
-    let error_m: Vec<f64> =
-        measured.master_m.iter().zip(&measured.slave_m).map(|(master, slave)| master - slave).collect();
-    let error_m = smooth(&error_m, half);
-    let rate = slope(&error_m, 1, measured.interval_s);
-    let second = slope(&rate, 1, measured.interval_s);
-    let force_n = smooth(actuator_n, half);
-    let skipped = 2 * half + 2;
-    let (later, share) = ((delay_s / measured.interval_s) as usize, (delay_s / measured.interval_s).fract());
-    let inner = skipped..measured.len().saturating_sub(skipped + later);
-    let delayed_n = |k: usize| force_n[k + later] + share * (force_n[k + later + 1] - force_n[k + later]);
-    inner.map(|k| (Vector3::new(error_m[k], rate[k], second[k]), delayed_n(k))).collect()
+/// The smoothed signals of a recording: e, ė, ë and the force of the actuator.
+struct Smoothed {
+    interval_s: f64,
+    error: [Vec<f64>; 3],
+    force_n: Vec<f64>,
+    /// Number of samples at each end that the smoothing spoils.
+    skipped: usize,
+}
+
+impl Smoothed {
+    /// `None` without a force of the actuator.
+    fn of(measured: &Measured, half_s: f64) -> Option<Self> {
+        let actuator_n = measured.actuator_n.as_ref()?;
+        let half = ((half_s / measured.interval_s).round() as usize).clamp(1, measured.len() / 16);
+        let error_m: Vec<f64> =
+            measured.master_m.iter().zip(&measured.slave_m).map(|(master, slave)| master - slave).collect();
+        let error_m = smooth(&error_m, half);
+        let rate = slope(&error_m, 1, measured.interval_s);
+        let second = slope(&rate, 1, measured.interval_s);
+        let (error, force_n) = ([error_m, rate, second], smooth(actuator_n, half));
+        Some(Self { interval_s: measured.interval_s, error, force_n, skipped: 2 * half + 2 })
+    }
+
+    /// Returns the rows (e, ė, ë) with the force of the actuator a delay later, without the ends.
+    fn rows(&self, delay_s: f64) -> Vec<(Vector3<f64>, f64)> {
+        let Self { interval_s, error: [error_m, rate, second], force_n, skipped } = self;
+        let (later, share) = ((delay_s / interval_s) as usize, (delay_s / interval_s).fract());
+        let inner = *skipped..force_n.len().saturating_sub(skipped + later);
+        let delayed_n = |k: usize| force_n[k + later] + share * (force_n[k + later + 1] - force_n[k + later]);
+        inner.map(|k| (Vector3::new(error_m[k], rate[k], second[k]), delayed_n(k))).collect()
+    }
 }
 
 /// Inverts a matrix whose rows have very different units; `None` if it is singular.

@@ -31,7 +31,7 @@ pub(crate) struct Earlier<'a> {
 /// The errors of a solved problem in blocks, and their derivatives by unknowns.
 struct Linearised {
     errors: Vec<f64>,
-    /// The derivative by each unknown, times its step, so that all have similar magnitudes.
+    /// The derivative by each unknown, times its step. The columns have similar magnitudes.
     columns: Vec<Vec<f64>>,
 }
 
@@ -69,7 +69,7 @@ fn freedom(problem: &Problem<'_>) -> f64 {
 ///
 /// The covariance is the sandwich `A⁻¹ M A⁻ᵀ`. A contains the derivatives of the gradients, M the sum over blocks of the
 /// outer products of the gradients of both problems. In a single problem A is its curvature `JᵀJ`. The gradient of a later
-/// problem also depends on the unknowns that the earlier one fixed, so that their errors enlarge the later intervals
+/// problem also depends on the unknowns that the earlier one fixed. Their errors therefore enlarge the later intervals
 /// (Newey and McFadden 1994, section 6). The priors count as further observations.
 pub(crate) fn intervals(
     problem: &Problem<'_>,

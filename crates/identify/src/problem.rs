@@ -117,7 +117,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Returns the errors of a model relative to the motion of each recording. A simulation that diverges has errors as
-    /// large as the motion at every sample, so that the optimiser rejects the step.
+    /// large as the motion at every sample. The optimiser then rejects the step.
     pub(crate) fn errors(&self, model: &Model) -> Vec<f64> {
         let mut errors = Vec::with_capacity(self.recordings.iter().map(Measured::len).sum());
         for (one, zero_n) in self.recordings.iter().zip(&model.zeros_n) {

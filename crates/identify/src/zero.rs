@@ -1,7 +1,7 @@
 //! The zero of the force sensor in each recording: what it reads without a load.
 //!
 //! It drifts from recording to recording, and an error of it acts as a constant load. It is found from the inputs of a
-//! recording alone, so that a predicted recording can be corrected, too.
+//! recording alone. A predicted recording can therefore be corrected, too.
 
 use crate::machine::Machine;
 use crate::measured::{Measured, span};

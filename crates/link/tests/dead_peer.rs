@@ -1,23 +1,13 @@
 //! When the other side of a link dies, the force decays and the reference stays with the last received hand.
 
-use trocar_link::{Calling, Greeted, Key, MasterEnd, PACKET_BYTES, SlaveEnd, Waiting, fingerprint};
-use trocar_scenario::{Scenario, Source};
+mod support;
+
+use support::{greeted, scenario};
+use trocar_link::{MasterEnd, PACKET_BYTES, SlaveEnd};
+use trocar_scenario::Scenario;
 
 /// Number of times at which a side dies.
 const DEATHS: u64 = 20;
-
-fn scenario() -> Scenario {
-    let settings = ["simulation.duration_s=5.0".to_owned()];
-    Scenario::load(&Source::parse("builtin:layers/skin-augmented"), &settings).expect("loads")
-}
-
-fn greeted(scenario: &Scenario) -> (Greeted, Greeted) {
-    let (key, scenario) = (Key::of_loopback(), fingerprint(scenario));
-    let (mut master, mut slave) = (Calling::new(key.clone(), [1; 16], scenario), Waiting::new(key, [2; 16], scenario));
-    master.take(&slave.take(&master.hello(0), 0).expect("a reply"), 0);
-    master.take(&slave.take(&master.start(0, 0).expect("a slave"), 0).expect("ready"), 0);
-    (master.greeted(0).expect("ready"), slave.greeted().expect("started").clone())
-}
 
 /// Runs both ends; packets to the master are lost in the ticks of the first range, and those to the slave in the ticks
 /// of the second.
@@ -47,7 +37,7 @@ fn deaths() -> impl Iterator<Item = u64> {
 
 #[test]
 fn the_force_of_a_dead_slave_decays_within_the_stated_time() {
-    let scenario = scenario();
+    let scenario = scenario(&[]);
     let recovery = &scenario.link.recovery;
     assert_eq!((recovery.outage_s, recovery.dead_s, recovery.dead_decay_s), (0.1, 1.0, 0.2));
     let mut decayed = 0;
@@ -70,7 +60,7 @@ fn the_force_of_a_dead_slave_decays_within_the_stated_time() {
 
 #[test]
 fn the_reference_of_a_slave_whose_master_is_dead_ends_at_the_last_received_hand() {
-    let scenario = scenario();
+    let scenario = scenario(&[]);
     for death in deaths() {
         let (master, slave) = run(&scenario, [0..0, death..u64::MAX]);
         let reference_m = &slave.trace().slave_reference_m;
@@ -92,7 +82,7 @@ fn the_reference_of_a_slave_whose_master_is_dead_ends_at_the_last_received_hand(
 
 #[test]
 fn a_slave_that_comes_back_is_felt_again_without_a_jump() {
-    let scenario = scenario();
+    let scenario = scenario(&[]);
     let (master, _) = run(&scenario, [1000..2600, 0..0]);
     let (undisturbed, _) = run(&scenario, [0..0, 0..0]);
     let force_n = &master.trace().feedback_force_n;

@@ -1,7 +1,10 @@
 //! A side that was killed is started anew and joins the other side: without a jump, in a new session.
 
-use trocar_link::{Calling, Greeted, Key, MasterEnd, PACKET_BYTES, Rejoin, Role, SlaveEnd, Waiting, fingerprint};
-use trocar_scenario::{Scenario, Source};
+mod support;
+
+use support::greeted;
+use trocar_link::{Calling, Key, MasterEnd, PACKET_BYTES, Rejoin, Role, SlaveEnd, Waiting, fingerprint};
+use trocar_scenario::Scenario;
 
 const SCHEMES: [&str; 4] = ["none", "time-domain", "wave-variables", "energy-tank"];
 
@@ -12,17 +15,7 @@ const ROUNDING: f64 = 1.0 + 1e-9;
 const DEAD_TICKS: u64 = 900;
 
 fn scenario(scheme: &str) -> Scenario {
-    let settings = ["simulation.duration_s=5.0".to_owned(), format!("passivity.scheme={scheme}")];
-    Scenario::load(&Source::parse("builtin:layers/skin-augmented"), &settings).expect("loads")
-}
-
-/// Greets two new sides.
-fn greeted(scenario: &Scenario) -> (Greeted, Greeted) {
-    let (key, scenario) = (Key::of_loopback(), fingerprint(scenario));
-    let (mut master, mut slave) = (Calling::new(key.clone(), [1; 16], scenario), Waiting::new(key, [2; 16], scenario));
-    master.take(&slave.take(&master.hello(0), 0).expect("a reply"), 0);
-    master.take(&slave.take(&master.start(0, 0).expect("a slave"), 0).expect("ready"), 0);
-    (master.greeted(0).expect("ready"), slave.greeted().expect("started").clone())
+    support::scenario(&[&format!("passivity.scheme={scheme}")])
 }
 
 /// Replaces a side at a tick and returns the other side's new session by its greeting.
@@ -138,7 +131,7 @@ fn the_run_continues_with_the_new_side() {
         let gap_m = |tick: usize| (hand_m[tick] - needle_m[tick]).abs();
         let last = hand_m.len() - 1;
         assert!(gap_m(1800) > 4e-3, "{scheme} {dead:?}: {} m", gap_m(1800));
-        // A scheme lets the needle advance as far as the hand pays for it.
+        // A scheme may keep the needle behind: it limits the advance by the energy from the hand.
         let limit_m = if scheme == "none" { 2e-3 } else { f64::INFINITY };
         assert!(gap_m(last) < limit_m, "{scheme} {dead:?}: {} m", gap_m(last));
         let advance_m = needle_m[last] - needle_m[1800];

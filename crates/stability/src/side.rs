@@ -259,25 +259,25 @@ impl Side {
         let mut states = States::new(MAX_STATES);
         let (position, velocity) = (unit(0), unit(1));
         let force = &position * settings.stiffness_n_per_m + &velocity * settings.damping_n_s_per_m;
-        let mut deflection = &force * link.machines.compliance_m_per_n;
+        let reading = |states: &mut States| {
+            let read = measurement(states, &force, settings);
+            let local = &read * -at_slave.local_force;
+            let mut deflection = &force * link.machines.compliance_m_per_n;
+            if local_command == LocalCommand::Closed {
+                deflection -= &local;
+            }
+            (read, local, deflection)
+        };
         let (read, local, now) = match &machines.general {
             None => {
                 let now = motion_of_appendix(&mut states, machines, settings);
-                let read = measurement(&mut states, &force, settings);
-                let local = &read * -at_slave.local_force;
-                if local_command == LocalCommand::Closed {
-                    deflection -= &local;
-                }
+                let (read, local, deflection) = reading(&mut states);
                 states.a -= &now * deflection.transpose();
                 (read, local, now)
             }
             Some((step, gains)) => {
                 states.add(step.states);
-                let read = measurement(&mut states, &force, settings);
-                let local = &read * -at_slave.local_force;
-                if local_command == LocalCommand::Closed {
-                    deflection -= &local;
-                }
+                let (read, local, deflection) = reading(&mut states);
                 let now = motion_of_general(&mut states, (step, gains), [&force, &read, &deflection]);
                 (read, local, now)
             }

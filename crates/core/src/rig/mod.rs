@@ -77,7 +77,7 @@ use crate::lane::Stored;
 use crate::safety::{Safe, SafetyCounts, SafetyStage, SafetyState, SlaveSample, Wanted};
 use detection::{Detected, DetectionChain};
 use held::HeldMeasurement;
-use sequence::{Arrival, Sequence};
+use sequence::Sequence;
 use settings::is_beyond;
 
 /// The haptic controller of a rig.
@@ -154,10 +154,7 @@ impl HapticController {
     pub fn step_numbered(&mut self, sample: &Sample, number: u64) -> Command {
         let arrival = self.sequence.take(number);
         self.counters.note(arrival);
-        match arrival {
-            Arrival::New | Arrival::Restarted => self.step_new(sample, number),
-            Arrival::Repeated | Arrival::Late => self.step_new(&Sample::MISSING, number),
-        }
+        self.step_new(if arrival.is_new() { sample } else { &Sample::MISSING }, number)
     }
 
     #[inline(always)]

@@ -1,7 +1,7 @@
 //! Estimator and detector of a rig without a master: samples of a needle in, alarms out.
 
 use super::detection::{Detected, DetectionChain};
-use super::sequence::{Arrival, Sequence};
+use super::sequence::Sequence;
 use super::{Counters, DetectionState, Faults, Limits, Settings};
 use crate::chain::Measurement;
 use crate::error::InvalidValue;
@@ -41,7 +41,7 @@ pub struct Detection {
     pub decision: f64,
     /// `v_e` used by the estimator, in m/s.
     pub velocity_m_per_s: f64,
-    /// Faults of the sample. The master's position is never faulty, because there is none.
+    /// Faults of the sample. `master_position` is always false: the sample has no master.
     pub faults: Faults,
     /// Number of consecutive bad samples, including this one; 0 for a good sample.
     pub faulty_samples: u32,
@@ -94,10 +94,7 @@ impl NeedleDetector {
     pub fn step_numbered(&mut self, sample: &NeedleSample, number: u64) -> Detection {
         let arrival = self.sequence.take(number);
         self.counters.note(arrival);
-        match arrival {
-            Arrival::New | Arrival::Restarted => self.step_new(sample, number),
-            Arrival::Repeated | Arrival::Late => self.step_new(&NeedleSample::MISSING, number),
-        }
+        self.step_new(if arrival.is_new() { sample } else { &NeedleSample::MISSING }, number)
     }
 
     /// The counts of bad, stale and lost samples.

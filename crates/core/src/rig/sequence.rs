@@ -16,6 +16,16 @@ pub(super) enum Arrival {
     Restarted,
 }
 
+impl Arrival {
+    /// Returns true for a sample that counts. A repeated or late one counts as missing.
+    pub(super) fn is_new(self) -> bool {
+        match self {
+            Self::New | Self::Restarted => true,
+            Self::Repeated | Self::Late => false,
+        }
+    }
+}
+
 /// Recognises repeated, late and swapped samples by their numbers.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Sequence {

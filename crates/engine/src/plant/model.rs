@@ -127,8 +127,8 @@ fn of_matrices(a: &[f64], b: &[f64], c: &[f64]) -> Result<StateSpace<Continuous>
     system.and_then(|system| balanced(&system, 0)).map_err(on("slave"))
 }
 
-/// Scales all states but the first ones by powers of two, so that the rows and columns of A have similar sizes (Osborne,
-/// *On pre-conditioning of matrices*, 1960). The scaling is exact.
+/// Scales all states but the first ones by powers of two, which is exact. The row and the column of each state in A then
+/// have similar sizes (Osborne, *On pre-conditioning of matrices*, 1960).
 fn balanced(system: &StateSpace<Continuous>, first: usize) -> Result<StateSpace<Continuous>, trocar_lti::Error> {
     const SWEEPS: usize = 30;
     let n = system.states();
