@@ -258,6 +258,12 @@ class UnitIgnoredWarning(TrocarWarning):
     code = "unit-ignored"
 
 
+class UnfinishedFileWarning(TrocarWarning):
+    """The file of a recording seems to end before the recording did."""
+
+    code = "unfinished-file"
+
+
 class NoRupturesWarning(TrocarWarning):
     """A study of detectors has no rupture."""
 

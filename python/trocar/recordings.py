@@ -21,7 +21,7 @@ class Recording(TypedDict):
     force: NDArray[np.float64]
 
 
-def list_signals(path: str | os.PathLike[str], *, skip_lines: int = 0) -> dict[str, Any]:
+def list_signals(path: str | os.PathLike[str], *, skip_lines: int = 0, max_memory: int = 512) -> dict[str, Any]:
     """Lists the signals of a file, in the form of ``trocar detect FILE --list --json``.
 
     ``signals`` is a list with the ``name``, ``unit``, ``shape``, ``samples``, ``rate_hz``, ``min``, ``max`` and
@@ -34,6 +34,8 @@ def list_signals(path: str | os.PathLike[str], *, skip_lines: int = 0) -> dict[s
         A CSV (also in gzip), MATLAB, NumPy, Parquet, MCAP, TDMS, HDF5 or Excel file, or JSON lines.
     skip_lines
         The number of lines of text before the table. A preamble is usually found without it.
+    max_memory
+        The memory for reading the file, in MiB. A file whose content needs more is refused.
 
     Raises
     ------
@@ -50,7 +52,7 @@ def list_signals(path: str | os.PathLike[str], *, skip_lines: int = 0) -> dict[s
     >>> [(signal["name"], signal["samples"]) for signal in trocar.list_signals(path)["signals"]]
     [('time_s', 2), ('position_m', 2), ('force_n', 2)]
     """
-    return dict(_core.list_signals(os.fspath(path), skip_lines))
+    return dict(_core.list_signals(os.fspath(path), skip_lines, max_memory))
 
 
 def read_recording(
@@ -63,6 +65,7 @@ def read_recording(
     rate_hz: float | None = None,
     skip_lines: int = 0,
     zero_at_start: bool = False,
+    max_memory: int = 512,
 ) -> Recording:
     """Reads a recording for :func:`trocar.detect` and :func:`trocar.calibrate`, as in
     ``trocar.detect(**trocar.read_recording(path))``.
@@ -75,13 +78,15 @@ def read_recording(
         The names of the signals, as :func:`list_signals` returns them. A signal that is not in SI units has a factor
         or a unit after a colon, as in ``"scope.signals[0].values[:,1]:mm"``, and may have an offset, as in
         ``"z:-mm+100mm"``. Without ``velocity``, it is estimated from the positions. A column that states another unit
-        and has no factor raises a warning.
+        and has no factor raises a warning, and so does a file that seems to end before the recording did.
     rate_hz
         Samples per second of a file without a time; ``time`` is then not read.
     skip_lines
         The number of lines of text before the table. A preamble is usually found without it.
     zero_at_start
         True to subtract the first position from all positions.
+    max_memory
+        The memory for reading the file, in MiB. A file whose content needs more is refused.
 
     Returns
     -------
@@ -105,5 +110,5 @@ def read_recording(
     >>> trocar.read_recording(path, time="t", position="x:mm", force="f:-1")["position"]
     array([0.0015, 0.0016])
     """
-    options = (rate_hz, skip_lines, zero_at_start)
+    options = (rate_hz, skip_lines, zero_at_start, max_memory)
     return cast(Recording, _core.read_recording(os.fspath(path), time, position, velocity, force, *options))

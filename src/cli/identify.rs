@@ -45,6 +45,9 @@ pub(super) struct IdentifyArgs {
     /// to N. It separates the controller from the machine
     #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", allow_hyphen_values = true, value_parser = column("N"))]
     actuator: Option<Column>,
+    /// Memory for reading a recording, in MiB; a file whose content needs more is refused [default: 512]
+    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
+    max_memory: Option<u64>,
     #[command(flatten)]
     output: OutputArgs,
 }
@@ -108,7 +111,10 @@ fn identified(args: &IdentifyArgs) -> Result<Identification, IdentifyError> {
         force: args.force.clone(),
         actuator: args.actuator.clone(),
     };
-    let limits = Limits::default();
+    let mut limits = Limits::default();
+    if let Some(mebibytes) = args.max_memory {
+        limits.max_memory_bytes = mebibytes << 20;
+    }
     let open = |paths: &[String]| -> Result<Vec<Measured>, IdentifyError> {
         paths.iter().map(|path| Measured::open(Path::new(path), &columns, &limits)).collect()
     };

@@ -77,6 +77,13 @@ const HEADERS: &[(&str, &str)] = &[
     ("x-frame-options", "DENY"),
 ];
 
+/// True if the request has one `Host`, and its address, if that names a host, names the same one. HTTP refuses others,
+/// because programs between browser and server can take either.
+pub(super) fn has_one_host<T>(request: &Request<T>) -> bool {
+    let is_same = |authority: &axum::http::uri::Authority| authority.as_str().eq_ignore_ascii_case(host(request));
+    request.headers().get_all("host").iter().count() < 2 && request.uri().authority().is_none_or(is_same)
+}
+
 pub(super) fn host<T>(request: &Request<T>) -> &str {
     header(request, "host").unwrap_or_default()
 }

@@ -14,7 +14,7 @@ use tokio::net::{TcpListener, TcpSocket};
 use tokio::sync::Semaphore;
 
 use super::assets::{ASSETS, FIELD_ASSETS};
-use super::connections::{accept, header, host, text};
+use super::connections::{accept, has_one_host, header, host, text};
 use super::field::{self, Field};
 use super::guard::Guard;
 use super::limits::{MAX_MESSAGE_BYTES, MAX_SESSIONS, MAX_UNACCEPTED};
@@ -146,6 +146,9 @@ fn refusal(status: u16, reason: &'static str) -> Response<Body> {
 }
 
 async fn answer(state: Arc<ServerState>, request: Request<Body>) -> Response<Body> {
+    if !has_one_host(&request) {
+        return refusal(400, "The request names two hosts.\n");
+    }
     if !state.guard.admits_host(host(&request)) {
         return refusal(421, "Use the address of this server or localhost.\n");
     }

@@ -114,6 +114,13 @@ fn a_page_of_another_site_is_refused() {
     let refused = link(address, Some(&format!("http://{rebound}")), &rebound).expect_err("rebound");
     assert!(refused.to_string().contains("421"), "{refused}");
     assert!(get(address, "/", &rebound).starts_with("HTTP/1.1 421"));
+    let two = format!("GET / HTTP/1.1\r\nHost: {address}\r\nHost: evil.example\r\n\r\n");
+    let absolute = format!("GET http://evil.example/ HTTP/1.1\r\nHost: {address}\r\n\r\n");
+    for unclear in [two, absolute] {
+        assert!(answer(address, &unclear).starts_with("HTTP/1.1 400"), "{unclear}");
+    }
+    let same = format!("GET http://{address}/ HTTP/1.1\r\nHost: {address}\r\n\r\n");
+    assert!(answer(address, &same).starts_with("HTTP/1.1 200"));
     assert!(link(address, Some(&origin), &address.to_string()).is_ok());
 }
 

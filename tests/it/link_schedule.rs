@@ -181,7 +181,7 @@ fn a_delays_file_excludes_a_constant_delay_and_its_size_is_limited() {
     refuse(
         &folder,
         &limited("max_samples = 2"),
-        &["d.csv line 4: more than 2 samples", "raise max_samples", "x.toml:10:15"],
+        &["d.csv line 4: more than 2 samples", "raise recording.max_samples", "x.toml:10:15"],
     );
-    refuse(&folder, &limited("max_bytes = 20"), &["d.csv: is 0.0 MiB", "raise max_bytes", "x.toml:10:13"]);
+    refuse(&folder, &limited("max_bytes = 20"), &["d.csv: is 0.0 MiB", "raise recording.max_bytes", "x.toml:10:13"]);
 }

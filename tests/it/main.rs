@@ -20,6 +20,7 @@ mod fmu;
 #[cfg(unix)]
 mod fmu_import;
 mod formats;
+mod hostile;
 mod identify;
 mod instruction_sets;
 mod intent;

@@ -1,5 +1,6 @@
-//! Names of files and folders.
+//! Names of files, folders and keys: unique ones, similar ones, and their beginnings for messages.
 
+use std::borrow::Cow;
 use std::collections::HashSet;
 
 /// Returns unique names, ignoring case: the second `x` becomes `x-2`, and so on. None of them is one of the `reserved`
@@ -22,9 +23,77 @@ pub fn distinct(names: &[String], reserved: &[&str]) -> Vec<String> {
     names.iter().map(&mut unique).collect()
 }
 
+/// Maximum number of characters of an input in a message.
+const MAX_CHARACTERS: usize = 80;
+
+/// Maximum number of characters of a path, which is recognised by its `/` or `\\`.
+const MAX_PATH_CHARACTERS: usize = 240;
+
+/// Maximum number of characters of a message.
+const MAX_MESSAGE_CHARACTERS: usize = 4000;
+
+/// The similarity of two names by Jaro and Winkler, from 0 to 1; 0 for names that are longer than 80 bytes, because the
+/// time grows with the product of their lengths.
+#[must_use]
+pub fn similarity(a: &str, b: &str) -> f64 {
+    if a.len().max(b.len()) > MAX_CHARACTERS { 0.0 } else { strsim::jaro_winkler(a, b) }
+}
+
+/// The first 80 characters of a text.
+#[must_use]
+pub fn shortened(text: &str) -> Cow<'_, str> {
+    cut(text, MAX_CHARACTERS)
+}
+
+fn cut(text: &str, characters: usize) -> Cow<'_, str> {
+    match text.char_indices().nth(characters) {
+        Some((end, _)) => format!("{}…", &text[..end]).into(),
+        None => text.into(),
+    }
+}
+
+/// A message whose words have at most 80 characters each, and paths at most 240, so that it does not repeat a long
+/// input.
+#[must_use]
+pub fn with_short_words(message: &str) -> Cow<'_, str> {
+    if message.len() <= MAX_CHARACTERS {
+        return message.into();
+    }
+    let limit = |word: &str| if word.contains(['/', '\\']) { MAX_PATH_CHARACTERS } else { MAX_CHARACTERS };
+    let words = message.split_inclusive(char::is_whitespace);
+    let short: String = words
+        .map(|word| {
+            let content = word.trim_end();
+            match cut(content, limit(content)) {
+                Cow::Borrowed(_) => word.into(),
+                Cow::Owned(shown) => Cow::Owned(format!("{shown}{}", &word[content.len()..])),
+            }
+        })
+        .take(MAX_MESSAGE_CHARACTERS)
+        .collect();
+    cut(&short, MAX_MESSAGE_CHARACTERS).into_owned().into()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn messages_do_not_repeat_long_inputs() {
+        let long = "k".repeat(50_000);
+        assert_eq!(with_short_words(&format!("no key {long}\nhere")), format!("no key {}…\nhere", "k".repeat(80)));
+        let path = format!("/{}/a.toml: cannot be read", "k".repeat(200));
+        assert_eq!(with_short_words(&path), path);
+        assert_eq!(with_short_words("no key a"), "no key a");
+        assert!(with_short_words(&"µ k ".repeat(50_000)).chars().count() <= MAX_MESSAGE_CHARACTERS + 1);
+        assert_eq!(shortened(&long).chars().count(), 81);
+    }
+
+    #[test]
+    fn long_names_are_not_compared() {
+        assert!(similarity("velocity_gain", "velocty_gain") > 0.9);
+        assert_eq!(similarity(&"a".repeat(81), &"a".repeat(81)), 0.0);
+    }
 
     #[test]
     fn equal_names_become_unique() {

@@ -8,6 +8,8 @@ use std::fmt::{self, Display, Formatter};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
 
+use super::names::with_short_words;
+
 /// Defines the codes: variant, word, meaning and explanation.
 macro_rules! codes {
     ($($Code:ident $word:literal: $meaning:literal, $more:literal;)*) => {
@@ -234,6 +236,11 @@ codes! {
         "A column is read in SI units, and the file states another unit.",
         "A column without a factor or a unit is read in s, m, m/s and N. The name of the column, the row of units or the file states \
          another unit: give it after a colon, as in x:mm or load:gf, or a factor.";
+    UnfinishedFile "unfinished-file":
+        "The file of a recording seems to end before the recording did.",
+        "The last line of a text has no line end, or the last part of a TDMS file is not whole. The program that wrote it was \
+         stopped, or the file was cut off when it was copied. The last number of such a line can lack digits: add the line end if \
+         the line is complete, or remove the line.";
     NoRuptures "no-ruptures":
         "A study of detectors has no rupture.",
         "The recordings have no labelled rupture, so the share of detected ruptures is unknown and every alarm counts \
@@ -286,10 +293,11 @@ pub struct Warning {
 }
 
 impl Warning {
-    /// Creates a warning without a place or a remedy.
+    /// Creates a warning without a place or a remedy. Long words of the message are shortened.
     #[must_use]
     pub fn new(code: Code, message: impl Into<String>) -> Self {
-        Self { code, message: message.into(), source: None, place: None, remedy: None }
+        let message = with_short_words(&message.into()).into_owned();
+        Self { code, message, source: None, place: None, remedy: None }
     }
 
     /// Sets the key, column or flag.
@@ -301,7 +309,7 @@ impl Warning {
     /// Sets the remedy.
     #[must_use]
     pub fn remedy(self, remedy: impl Into<String>) -> Self {
-        Self { remedy: Some(remedy.into()), ..self }
+        Self { remedy: Some(with_short_words(&remedy.into()).into_owned()), ..self }
     }
 
     /// Sets the scenario, recording or file.

@@ -108,7 +108,8 @@ pub(super) fn is_even(recording: &Recording) -> bool {
 pub(super) fn samples(recording: Recording) -> Samples {
     let origin = recording.origin_text().map(|origin| format!("Times count from the first sample, at {origin}."));
     let mut notes: Vec<String> = origin.into_iter().chain(recording.joined().iter().map(of_joined)).collect();
-    let warnings: Vec<Warning> = recording.ignored_units().iter().map(of_ignored_unit).collect();
+    let mut warnings: Vec<Warning> = recording.ignored_units().iter().map(of_ignored_unit).collect();
+    warnings.extend(recording.unfinished_warning());
     let as_recorded = |recording: Recording, notes, warnings| {
         let interval_s = recording.median_interval_s();
         let (time_s, position_m, velocity_m_per_s, force_n) = recording.into_columns();

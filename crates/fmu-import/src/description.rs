@@ -1,6 +1,10 @@
 //! The description of a unit, `modelDescription.xml`.
 
-use roxmltree::{Document, Node};
+use std::collections::HashMap;
+
+use crate::markup::Markup;
+use roxmltree::{Document, Node, ParsingOptions};
+use trocar_base::names::{shortened, with_short_words};
 
 use crate::error::FmuError;
 use crate::version::Version;
@@ -82,8 +86,29 @@ pub struct Description {
     units: Vec<(String, Exponents)>,
 }
 
+/// Limits of a description, whose standard has elements of up to 15 attributes and a few namespaces. Large units have
+/// some hundred thousand variables.
+const MAX_ATTRIBUTES: usize = 48;
+const MAX_ALL_ATTRIBUTES: usize = 4_000_000;
+const MAX_NAMESPACES: usize = 64;
+const MAX_NODES: u32 = 3_000_000;
+
+/// Checks the number of attributes and namespaces, on which time and memory of the library depend.
+fn check(text: &str) -> Result<(), FmuError> {
+    let mut markup = Markup::new(MAX_ATTRIBUTES);
+    let checked = markup.push(text.as_bytes());
+    checked.ok_or_else(|| wrong(format!("an element has more than {MAX_ATTRIBUTES} attributes")))?;
+    if markup.namespaces() > MAX_NAMESPACES {
+        return Err(wrong(format!("it declares more than {MAX_NAMESPACES} namespaces")));
+    }
+    if markup.attributes() > MAX_ALL_ATTRIBUTES {
+        return Err(wrong(format!("it has more than {MAX_ALL_ATTRIBUTES} attributes")));
+    }
+    Ok(())
+}
+
 fn wrong(message: impl Into<String>) -> FmuError {
-    FmuError::Description(message.into())
+    FmuError::Description(with_short_words(&message.into()).into_owned())
 }
 
 fn child<'a, 'input>(node: Node<'a, 'input>, name: &str) -> Option<Node<'a, 'input>> {
@@ -101,7 +126,9 @@ impl Description {
     /// [`FmuError`] for a unit that is not for co-simulation in FMI 2.0 or 3.0, or a description that violates the
     /// standard.
     pub fn parse(text: &str) -> Result<Self, FmuError> {
-        let document = Document::parse(text).map_err(|error| wrong(error.to_string()))?;
+        check(text)?;
+        let options = ParsingOptions { nodes_limit: MAX_NODES, ..ParsingOptions::default() };
+        let document = Document::parse_with_options(text, options).map_err(|error| wrong(error.to_string()))?;
         let root = document.root_element();
         if !root.has_tag_name("fmiModelDescription") {
             return Err(wrong("its root is not fmiModelDescription"));
@@ -125,7 +152,8 @@ impl Description {
             .and_then(|text| text.trim().parse().ok())
             .filter(|step_s: &f64| step_s.is_finite() && *step_s > 0.0);
         let list = child(root, "ModelVariables").ok_or_else(|| wrong("there are no ModelVariables"))?;
-        let variables = list.children().filter(Node::is_element).map(|node| variable(root, version, node));
+        let types = units_of_types(root);
+        let variables = list.children().filter(Node::is_element).map(|node| variable(&types, version, node));
         Ok(Self {
             version,
             identifier,
@@ -174,7 +202,7 @@ impl Description {
     }
 }
 
-fn variable(root: Node<'_, '_>, version: Version, node: Node<'_, '_>) -> Result<Variable, FmuError> {
+fn variable(types: &HashMap<&str, &str>, version: Version, node: Node<'_, '_>) -> Result<Variable, FmuError> {
     let name = node.attribute("name").ok_or_else(|| wrong("a variable has no name"))?.to_owned();
     let reference = node.attribute("valueReference").and_then(|text| text.trim().parse().ok());
     let reference = reference.ok_or_else(|| wrong(format!("{name} has no valueReference")))?;
@@ -203,18 +231,21 @@ fn variable(root: Node<'_, '_>, version: Version, node: Node<'_, '_>) -> Result<
     };
     let has_start = typed.attribute("start").is_some();
     let is_constant = node.attribute("variability") == Some("constant");
-    let unit =
-        typed.attribute("unit").map(str::to_owned).or_else(|| unit_of_type(root, typed.attribute("declaredType")?));
+    let of_type = || types.get(typed.attribute("declaredType")?).copied();
+    let unit = typed.attribute("unit").or_else(of_type).map(|unit| shortened(unit).into_owned());
     let is_settable = !is_constant && (has_start || matches!(causality, Causality::Parameter | Causality::Input));
     Ok(Variable { name, reference, causality, kind, is_settable, unit })
 }
 
-fn unit_of_type(root: Node<'_, '_>, name: &str) -> Option<String> {
-    let types = root.children().find(|node| node.has_tag_name("TypeDefinitions"))?;
-    let declared = types.children().find(|node| node.attribute("name") == Some(name))?;
-    // In FMI 2.0 an inner element has the unit.
-    let unit = declared.descendants().find_map(|node| node.attribute("unit"))?;
-    Some(unit.to_owned())
+/// The units of the declared types, by their names.
+fn units_of_types<'a>(root: Node<'a, '_>) -> HashMap<&'a str, &'a str> {
+    let types = root.children().find(|node| node.has_tag_name("TypeDefinitions"));
+    let unit = |declared: Node<'a, '_>| {
+        // In FMI 2.0 an inner element has the unit.
+        Some((declared.attribute("name")?, declared.descendants().find_map(|node| node.attribute("unit"))?))
+    };
+    // The first type of a name counts.
+    types.into_iter().flat_map(|types| types.children().rev()).filter_map(unit).collect()
 }
 
 fn units(root: Node<'_, '_>) -> Vec<(String, Exponents)> {
@@ -232,4 +263,22 @@ fn units(root: Node<'_, '_>) -> Vec<(String, Exponents)> {
         Some((node.attribute("name")?.to_owned(), is_plain.then_some(exponents)))
     };
     units.filter_map(unit).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn markup_that_costs_a_library_much_time_is_refused() {
+        let refusal = |content: &str| {
+            let text = format!("<fmiModelDescription fmiVersion=\"2.0\">{content}</fmiModelDescription>");
+            Description::parse(&text).expect_err("refused").to_string()
+        };
+        let attributes: String = (0..100).map(|k| format!("a{k}='' ")).collect();
+        assert!(refusal(&format!("<a {attributes}/>")).contains("more than 48 attributes"));
+        let (open, close): (String, String) = (0..100).map(|k| (format!("<a xmlns:b{k}='c'>"), "</a>")).collect();
+        assert!(refusal(&(open + &close)).contains("more than 64 namespaces"));
+        assert!(refusal(&"<a/>".repeat(MAX_NODES as usize)).contains("nodes limit"));
+    }
 }

@@ -1,4 +1,5 @@
 use thiserror::Error;
+use trocar_base::names::shortened;
 
 /// An error of a unit, with a remedy if there is one. It does not contain the unit's file; see
 /// [`Fmu::path`](crate::Fmu::path).
@@ -59,7 +60,7 @@ pub enum FmuError {
     #[error("its library has no function {0}; export it again")]
     NoFunction(String),
     /// The variable does not exist.
-    #[error("has no variable {name:?}{}", listed(.role, .known))]
+    #[error("has no variable {:?}{}", shortened(.name), listed(.role, .known))]
     NoVariable {
         /// The name.
         name: String,
@@ -126,7 +127,7 @@ fn listed(role: &str, known: &[String]) -> String {
         return format!(": it has no {role} at all");
     }
     let more = if known.len() > SHOWN { ", ..." } else { "" };
-    let shown: Vec<&str> = known.iter().take(SHOWN).map(String::as_str).collect();
+    let shown: Vec<_> = known.iter().take(SHOWN).map(|name| shortened(name)).collect();
     format!("; each {role}: {}{more}", shown.join(", "))
 }
 

@@ -14,6 +14,7 @@ mod functions_2;
 mod functions_3;
 mod instance;
 mod library;
+mod markup;
 mod version;
 
 pub use description::{Causality, Description, Type, Variable};

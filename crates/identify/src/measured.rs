@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use trocar_base::warning::Warning;
 use trocar_recording::{Column, Columns, Limits, Recording, open_recording};
 
 use crate::IdentifyError;
@@ -49,6 +50,8 @@ pub struct Measured {
     pub(crate) master_velocity_m_per_s: Vec<f64>,
     pub(crate) master_acceleration_m_per_s2: Vec<f64>,
     pub(crate) start_velocity_m_per_s: f64,
+    /// The warning about a file that seems to end too early.
+    pub(crate) unfinished: Option<Warning>,
 }
 
 impl Measured {
@@ -86,7 +89,8 @@ impl Measured {
                 Some(resample(&recording, recording.force_n())?)
             }
         };
-        Self::new(&name, interval_s, master_m, slave_m, force_n, actuator_n)
+        let measured = Self::new(&name, interval_s, master_m, slave_m, force_n, actuator_n)?;
+        Ok(Self { unfinished: recording.unfinished_warning(), ..measured })
     }
 
     /// Creates the samples of a recording from columns in SI units.
@@ -145,6 +149,7 @@ impl Measured {
             master_velocity_m_per_s,
             master_acceleration_m_per_s2,
             start_velocity_m_per_s,
+            unfinished: None,
         })
     }
 
@@ -180,6 +185,7 @@ impl Measured {
             master_velocity_m_per_s: cut(&self.master_velocity_m_per_s),
             master_acceleration_m_per_s2: cut(&self.master_acceleration_m_per_s2),
             start_velocity_m_per_s: self.start_velocity_m_per_s,
+            unfinished: None,
         }
     }
 }
@@ -217,6 +223,7 @@ pub(crate) mod tests {
             force_n: rows.iter().map(|row| row.2).collect(),
             actuator_n: None,
             start_velocity_m_per_s: 0.0,
+            unfinished: None,
         }
     }
 

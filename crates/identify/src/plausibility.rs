@@ -18,7 +18,8 @@ const RATE_HZ: (f64, f64) = (50.0, 1e5);
 
 /// Returns the warnings about a recording.
 pub(crate) fn warnings(measured: &Measured) -> Vec<Warning> {
-    let mut warnings = vec![];
+    let mut warnings: Vec<Warning> =
+        measured.unfinished.clone().into_iter().map(|warning| warning.of(&measured.name)).collect();
     let mut warn = |code, message: String, place: &str, remedy: &str| {
         warnings.push(Warning::new(code, message).at(place).remedy(remedy).of(&measured.name));
     };

@@ -1,7 +1,10 @@
 //! Errors of recordings: place, problem and remedy.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::io;
+
+use trocar_base::names;
 
 use super::format::Format;
 use super::{Limits, Quantity};
@@ -109,7 +112,7 @@ pub enum Problem {
     NotAFile(&'static str),
     /// The size of the file exceeds the limit; nothing was read.
     #[error(
-        "is {} ({size} bytes), the limit is {} ({limit} bytes); keep fewer rows or columns, or raise max_bytes",
+        "is {} ({size} bytes), the limit is {} ({limit} bytes); keep fewer rows or columns, or raise recording.max_bytes",
         mebibytes(*.size),
         mebibytes(*.limit)
     )]
@@ -120,13 +123,33 @@ pub enum Problem {
         limit: u64,
     },
     /// The data of unknown size exceeds the limit.
-    #[error("holds more than {} ({limit} bytes); keep fewer rows or columns, or raise max_bytes", mebibytes(*.limit))]
+    #[error("holds more than {} ({limit} bytes); keep fewer rows or columns, or raise recording.max_bytes", mebibytes(*.limit))]
     TooManyBytes {
         /// The limit in bytes.
         limit: u64,
     },
+    /// The content of the file needs more memory than the limit, or more work in proportion to it.
+    #[error(
+        "needs more than {} of memory for its {part}; keep fewer signals or samples, or raise --max-memory \
+         (recording.max_memory_bytes)",
+        mebibytes(*.limit)
+    )]
+    OverBudget {
+        /// The part of the content.
+        part: &'static str,
+        /// The limit in bytes.
+        limit: u64,
+    },
+    /// A part that is longer or deeper than any known recording has.
+    #[error("has {part}, the limit is {limit}; write it again with shorter names and fewer levels")]
+    OverLimit {
+        /// The part with its number.
+        part: Box<str>,
+        /// The limit of the number.
+        limit: usize,
+    },
     /// More rows than the limit allows.
-    #[error("more than {limit} samples; downsample the recording or raise max_samples")]
+    #[error("more than {limit} samples; downsample the recording or raise recording.max_samples")]
     TooManySamples {
         /// The limit in samples.
         limit: usize,
@@ -240,6 +263,18 @@ pub enum Problem {
         time: Box<str>,
         /// The time signal of the file.
         shared: Box<str>,
+    },
+    /// A position, velocity or force that no needle has.
+    #[error(
+        "is {value:e} {0}, at most {1:e} {0}; correct it, or give the unit or the factor of the column",
+        .quantity.unit(),
+        Limits::MAX_MAGNITUDE
+    )]
+    TooBig {
+        /// The value in SI units.
+        value: f64,
+        /// The quantity.
+        quantity: Quantity,
     },
     /// NaN or an empty cell.
     #[error("holds no finite number (NaN or empty); correct it or remove the sample")]
@@ -457,7 +492,7 @@ pub(super) fn excerpt(text: &str) -> String {
 /// Converts a library's message to one line, shortened if it is long.
 fn line(text: &str) -> String {
     const MAX_CHARACTERS: usize = 200;
-    let words: Vec<&str> = text.split_whitespace().collect();
+    let words: Vec<Cow<'_, str>> = text.split_whitespace().take(MAX_CHARACTERS).map(names::shortened).collect();
     let mut shown: String =
         words.join(" ").chars().filter(|character| !character.is_control()).take(MAX_CHARACTERS).collect();
     if shown.ends_with('.') {

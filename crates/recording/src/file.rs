@@ -6,6 +6,7 @@ use std::path::Path;
 
 use flate2::read::MultiGzDecoder;
 
+use super::budget::Budget;
 use super::containers::{self, Container};
 use super::error::{Place, Problem};
 use super::read::{names_csv, scan_csv};
@@ -26,9 +27,10 @@ use super::{
 /// - In formats other than text: the file is damaged, its signals have different lengths, or the format needs the
 ///   feature `lab-formats`.
 pub fn open_recording(path: &Path, columns: &Columns, limits: &Limits) -> Result<Recording, RecordingError> {
-    match opened(path, limits)? {
+    let budget = Budget::new(limits);
+    match opened(path, &budget)? {
         (name, Opened::Text(file)) => read_csv(&name, file, columns, limits),
-        (name, Opened::Arrays(mut container)) => containers::read(&name, container.as_mut(), columns, limits),
+        (name, Opened::Arrays(mut container)) => containers::read(&name, container.as_mut(), columns, &budget),
     }
 }
 
@@ -37,9 +39,10 @@ pub fn open_recording(path: &Path, columns: &Columns, limits: &Limits) -> Result
 /// # Errors
 /// As [`open_recording`] for an unreadable file, and for a file without a signal.
 pub fn list_signals(path: &Path, limits: &Limits) -> Result<Vec<Signal>, RecordingError> {
-    match opened(path, limits)? {
+    let budget = Budget::new(limits);
+    match opened(path, &budget)? {
         (name, Opened::Text(file)) => scan_csv(&name, file, limits),
-        (name, Opened::Arrays(mut container)) => containers::scan(&name, container.as_mut()),
+        (name, Opened::Arrays(mut container)) => containers::scan(&name, container.as_mut(), &budget),
     }
 }
 
@@ -48,7 +51,7 @@ pub fn list_signals(path: &Path, limits: &Limits) -> Result<Vec<Signal>, Recordi
 /// # Errors
 /// As [`list_signals`].
 pub fn signal_names(path: &Path, limits: &Limits) -> Result<Vec<String>, RecordingError> {
-    match opened(path, limits)? {
+    match opened(path, &Budget::new(limits))? {
         (name, Opened::Text(file)) => names_csv(&name, file, limits),
         (_, Opened::Arrays(container)) => {
             Ok(containers::vectors(container.arrays()).into_iter().map(|v| v.name).collect())
@@ -62,15 +65,15 @@ enum Opened {
 }
 
 /// Opens a file of any format, and returns it with its name in messages.
-fn opened(path: &Path, limits: &Limits) -> Result<(String, Opened), RecordingError> {
-    let (name, mut file) = open(path, limits)?;
+fn opened(path: &Path, budget: &Budget) -> Result<(String, Opened), RecordingError> {
+    let (name, mut file) = open(path, budget.limits())?;
     let refuse = |problem| Place::file(&name).error(problem);
     let unreadable = |error| refuse(Problem::Unreadable(error));
     let mut format = Format::of(path, &mut file).map_err(unreadable)?;
     let mut text: Box<dyn Read> = match gunzipped(&mut file).map_err(unreadable)? {
         None if format == Format::Rosbag1 => return Err(refuse(Problem::Rosbag1(name.as_str().into()))),
         None if !matches!(format, Format::Csv | Format::JsonLines) => {
-            let container = containers::open(format, file, limits).map_err(refuse)?;
+            let container = containers::open(format, file, budget).map_err(refuse)?;
             return Ok((name, Opened::Arrays(container)));
         }
         None => Box::new(file),
@@ -82,7 +85,7 @@ fn opened(path: &Path, limits: &Limits) -> Result<(String, Opened), RecordingErr
     };
     let opened = match format {
         Format::Csv => Opened::Text(text),
-        Format::JsonLines => Opened::Arrays(Box::new(containers::open_json_lines(&name, &mut text, limits)?)),
+        Format::JsonLines => Opened::Arrays(Box::new(containers::open_json_lines(&name, &mut text, budget)?)),
         other => return Err(refuse(Problem::Gzipped(other))),
     };
     Ok((name, opened))
@@ -217,7 +220,7 @@ mod tests {
         let file = tempfile::NamedTempFile::new().expect("a file");
         file.as_file().set_len(1 << 30).expect("a sparse file");
         let expected = "PATH: is 1024.0 MiB (1073741824 bytes), the limit is 256.0 MiB (268435456 bytes); \
-                        keep fewer rows or columns, or raise max_bytes";
+                        keep fewer rows or columns, or raise recording.max_bytes";
         assert_eq!(message(file.path()), expected);
     }
 

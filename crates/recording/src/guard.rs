@@ -1,6 +1,8 @@
 //! A reader that bounds the size of a text and unifies line ends.
 
 use std::io::{self, ErrorKind, Read};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use super::error::{Place, Problem};
 use super::{Limits, RecordingError};
@@ -18,6 +20,8 @@ pub(super) struct Guard<R> {
     line_bytes: u64,
     after_return: bool,
     ended: bool,
+    /// Set if the last line has no line end.
+    is_open: Arc<AtomicBool>,
 }
 
 impl<R: Read> Guard<R> {
@@ -31,7 +35,13 @@ impl<R: Read> Guard<R> {
             line_bytes: 0,
             after_return: false,
             ended: false,
+            is_open: Arc::default(),
         }
+    }
+
+    /// A flag that is set at the end of a text whose last line has no line end.
+    pub(super) fn is_open(&self) -> Arc<AtomicBool> {
+        self.is_open.clone()
     }
 
     fn refuse(&self, line: Option<u64>, problem: Problem) -> io::Error {
@@ -80,6 +90,7 @@ impl<R: Read> Read for Guard<R> {
                 if self.line_bytes == 0 {
                     break;
                 }
+                self.is_open.store(true, Relaxed);
                 out[0] = b'\n';
                 return Ok(1);
             }
@@ -155,7 +166,8 @@ mod tests {
         assert_eq!(refusal(0, 1 << 30), binary);
         let long = "x.csv line 1: the line is longer than 1048576 bytes; is this a table with one sample per line?";
         assert_eq!(refusal(b'7', 1 << 30), long);
-        let many = "x.csv: holds more than 2.0 MiB (2097152 bytes); keep fewer rows or columns, or raise max_bytes";
+        let many =
+            "x.csv: holds more than 2.0 MiB (2097152 bytes); keep fewer rows or columns, or raise recording.max_bytes";
         assert_eq!(refusal(b'\n', 2 << 20), many);
     }
 

@@ -41,7 +41,9 @@ pub(super) fn head(text: &mut impl BufRead, skip_lines: u64) -> io::Result<Head>
     let mut skipped = vec![];
     for _ in 0..skip_lines {
         skipped.clear();
-        text.read_until(b'\n', &mut skipped)?;
+        if text.read_until(b'\n', &mut skipped)? == 0 {
+            break;
+        }
     }
     let beginning = block::beginning(text)?;
     let mut rest = &beginning[..];

@@ -3,6 +3,7 @@
 use super::error::Problem;
 use super::number::trimmed;
 use super::{Column, Columns, Quantity};
+use trocar_base::names::similarity;
 
 /// The most frequent of `,`, `;` and tab outside quotes in a header line; `,` if there is none.
 pub(super) fn separator(header: &[u8]) -> u8 {
@@ -97,12 +98,12 @@ pub(super) fn find(names: &[String], column: &Column) -> Result<usize, Problem> 
 }
 
 /// The name most similar to `wanted`, ignoring case, if similar enough.
-pub(super) fn nearest(names: &[String], wanted: &str) -> Option<Box<str>> {
+pub(super) fn nearest(available: &[String], wanted: &str) -> Option<Box<str>> {
     const MIN_SIMILARITY: f64 = 0.8;
     let wanted = wanted.to_lowercase();
-    names
+    available
         .iter()
-        .map(|name| (strsim::jaro_winkler(&name.to_lowercase(), &wanted), name))
+        .map(|name| (similarity(&name.to_lowercase(), &wanted), name))
         .filter(|(similarity, _)| *similarity >= MIN_SIMILARITY)
         .max_by(|(a, _), (b, _)| a.total_cmp(b))
         .map(|(_, name)| name.as_str().into())

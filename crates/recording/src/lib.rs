@@ -30,6 +30,7 @@
 
 mod arrays;
 mod block;
+mod budget;
 mod column;
 mod containers;
 mod delays;

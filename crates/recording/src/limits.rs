@@ -1,7 +1,7 @@
 //! Limits on the size of a file and on its gaps, and the parts of a file that are not its signals.
 
 trocar_core::settings! {
-    /// Limits on reading. Memory stays below about `32 * max_samples` bytes plus the longest row.
+    /// Limits on reading. The memory for text stays below about `32 * max_samples` bytes plus the longest row.
     #[derive(Clone, Debug, PartialEq)]
     pub struct Limits in "recording." {
         /// Maximum time between two samples; 10 median intervals when not given.
@@ -12,6 +12,11 @@ trocar_core::settings! {
         ///
         /// In bytes; a larger file is rejected before anything is read.
         max_bytes: u64 [1..] = 256 << 20,
+        /// Maximum memory for reading a file.
+        ///
+        /// In bytes. It holds the file, its decompressed content, its values and the names of its signals. Twice as many
+        /// bytes may be read and decompressed in all.
+        max_memory_bytes: u64 [1..] = 512 << 20,
         /// Maximum number of samples.
         ///
         /// The default is 83 minutes at 1 kHz.

@@ -3,6 +3,7 @@
 use super::IgnoredUnit;
 use super::stamp::written;
 use trocar_base::quantiles::{AT_ONCE, order_statistic};
+use trocar_base::warning::{Code, Warning};
 
 /// Samples of an insertion, in time order.
 ///
@@ -19,6 +20,7 @@ pub struct Recording {
     /// The signals that were interpolated.
     joined: Vec<Joined>,
     ignored_units: Vec<IgnoredUnit>,
+    unfinished: Option<String>,
     /// The time from which the times count, in s since 1970; 0 if they are not of the calendar.
     origin_s: f64,
 }
@@ -66,6 +68,7 @@ impl Recording {
             interval_s,
             joined: vec![],
             ignored_units: vec![],
+            unfinished: None,
             origin_s: 0.0,
         }
     }
@@ -78,6 +81,25 @@ impl Recording {
     /// The recording with the units that its columns state and the factors ignore.
     pub(super) fn with_ignored_units(self, ignored_units: Vec<IgnoredUnit>) -> Self {
         Self { ignored_units, ..self }
+    }
+
+    /// The recording with the reason why its file seems to end too early.
+    pub(super) fn with_unfinished(self, unfinished: Option<String>) -> Self {
+        Self { unfinished, ..self }
+    }
+
+    /// The reason why the file seems to end before the recording did, such as a last line without a line end.
+    #[must_use]
+    pub fn unfinished(&self) -> Option<&str> {
+        self.unfinished.as_deref()
+    }
+
+    /// The warning about a file that seems to end before the recording did.
+    #[must_use]
+    pub fn unfinished_warning(&self) -> Option<Warning> {
+        let message = format!("the recording may be cut off: {}", self.unfinished.as_ref()?);
+        let remedy = "compare its end with the original, or remove the last sample";
+        Some(Warning::new(Code::UnfinishedFile, message).remedy(remedy))
     }
 
     /// The units that the file states and the factors of the columns ignore.

@@ -1,5 +1,7 @@
 //! The signals of a file, and their possible roles: time, position, velocity and force.
 
+use std::collections::HashSet;
+
 use super::{Column, Quantity, units};
 
 /// A signal of a file.
@@ -207,6 +209,15 @@ impl Signal {
     }
 }
 
+/// The longest topic with a signal of this name.
+fn topic_of<'a>(name: &'a str, topics: &HashSet<&str>) -> Option<&'a str> {
+    if topics.is_empty() {
+        return None;
+    }
+    let ends = name.match_indices('.').map(|(at, _)| &name[..at]);
+    ends.rev().find(|topic| topics.contains(topic))
+}
+
 /// The signals by their possible roles.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Roles {
@@ -226,21 +237,14 @@ impl Roles {
                 move |signal: &Signal| signal.role == Some(quantity) && signal.undefined == 0 && !signal.needs_unit();
             signals.iter().enumerate().filter(move |(_, signal)| serves(signal))
         };
-        let topics: Vec<&str> = signals.iter().filter_map(|signal| signal.name.strip_suffix(LOG_TIME)).collect();
-        let topic = |signal: &Signal| {
-            let is_in = |topic: &&&str| signal.name.strip_prefix(**topic).is_some_and(|rest| rest.starts_with('.'));
-            topics.iter().find(is_in).copied()
-        };
-        let topics_of: Vec<Option<&str>> = signals.iter().map(topic).collect();
-        let is_of_clock = |signal: usize, clock: usize| {
-            signals[signal].samples == signals[clock].samples && topics_of[signal] == topics_of[clock]
-        };
+        let topics: HashSet<&str> = signals.iter().filter_map(|signal| signal.name.strip_suffix(LOG_TIME)).collect();
+        let clocks: Vec<(usize, Option<&str>)> =
+            signals.iter().map(|signal| (signal.samples, topic_of(&signal.name, &topics))).collect();
+        let is_of_clock = |signal: usize, clock: usize| clocks[signal] == clocks[clock];
         // The first time with a position and a force of the same clock.
-        let serves = |clock: &usize| {
-            [Quantity::Position, Quantity::Force]
-                .into_iter()
-                .all(|quantity| with(quantity).any(|(signal, _)| is_of_clock(signal, *clock)))
-        };
+        let clocks_with = |quantity| with(quantity).map(|(index, _)| clocks[index]).collect::<HashSet<_>>();
+        let (positions, forces) = (clocks_with(Quantity::Position), clocks_with(Quantity::Force));
+        let serves = |clock: &usize| positions.contains(&clocks[*clock]) && forces.contains(&clocks[*clock]);
         let times = || with(Quantity::Time).map(|(index, _)| index);
         let clock = times().find(serves);
         let is_joined = clock.is_none() && topics.len() > 1;

@@ -130,10 +130,15 @@ pub(super) fn is_date(text: &str) -> bool {
     nanoseconds(trimmed(text)).is_some()
 }
 
+/// A fast test for a date or a time of the day: most texts in tables are neither.
+pub(super) fn may_be_date(text: &[u8]) -> bool {
+    let text = text.trim_ascii();
+    text.first().is_some_and(u8::is_ascii_digit) && text.contains(&b':')
+}
+
 /// The nanoseconds from 1970, or from midnight for a time of the day. A date without a zone counts as UTC.
 fn nanoseconds(text: &str) -> Option<i64> {
-    // The first test is fast: most texts in tables are no dates.
-    if !text.as_bytes().first()?.is_ascii_digit() || !text.contains(':') {
+    if !may_be_date(text.as_bytes()) {
         return None;
     }
     let text = text.replace(',', ".");

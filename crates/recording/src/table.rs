@@ -1,9 +1,12 @@
 //! Reads rows from CSV text, for every kind of table.
 
 use std::io::{BufReader, Chain, Cursor, Read};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use csv::ByteRecord;
 
+use super::budget::{check_name, short};
 use super::error::{Place, Problem, Row};
 use super::guard::{Guard, recover};
 use super::head::head;
@@ -11,12 +14,16 @@ use super::header::{names, numbered, text};
 use super::labview::Clock;
 use super::number::{Decimals, trimmed};
 use super::spaces::Spaces;
-use super::stamp::Stamps;
+use super::stamp::{Stamps, may_be_date};
 use super::units;
 use super::utf16::Utf8;
 use super::{Column, Limits, RecordingError};
 
 const BUFFER_BYTES: usize = 64 << 10;
+
+/// Work in bytes of reading a field as a number, and further work of reading it as a date in all its forms.
+const FIELD_BYTES: usize = 16;
+const DATE_BYTES: usize = 84;
 
 /// The text of a table: its header line, then the rest.
 type Text<R> = Spaces<Chain<Cursor<Vec<u8>>, BufReader<Guard<Utf8<R>>>>>;
@@ -34,6 +41,8 @@ pub(super) struct Rows<'a, R> {
     clock: Option<Clock>,
     decimals: Decimals,
     stamps: Stamps,
+    /// Set at the end of a text whose last line has no line end.
+    is_open: Arc<AtomicBool>,
 }
 
 impl<'a, R: Read> Rows<'a, R> {
@@ -45,7 +54,9 @@ impl<'a, R: Read> Rows<'a, R> {
         limits: &Limits,
         locate: impl FnOnce(&[String]) -> Result<T, Problem>,
     ) -> Result<(Self, T), RecordingError> {
-        let mut text = BufReader::with_capacity(BUFFER_BYTES, Guard::new(source, Utf8::new(reader), limits.max_bytes));
+        let guard = Guard::new(source, Utf8::new(reader), limits.max_bytes);
+        let is_open = guard.is_open();
+        let mut text = BufReader::with_capacity(BUFFER_BYTES, guard);
         let head = head(&mut text, limits.skip_lines).map_err(|error| recover(source, error))?;
         if head.is_incomplete {
             return Err(Place::file(source).error(Problem::LabViewHeader));
@@ -67,13 +78,15 @@ impl<'a, R: Read> Rows<'a, R> {
             clock: head.clock,
             decimals: Decimals::new(head.separator),
             stamps: Stamps::default(),
+            is_open,
         };
         let names = match head.unnamed {
             Some(width) => Ok(numbered(width)),
             None if !rows.advance()? => return Err(Place::file(source).error(Problem::Empty)),
             None => names(rows.record.iter()),
         };
-        let located = names.and_then(|names| locate(&names)).map_err(|problem| match problem {
+        let short = |names: Vec<String>| check_names(&names).map(|()| names);
+        let located = names.and_then(short).and_then(|names| locate(&names)).map_err(|problem| match problem {
             Problem::NotUtf8 | Problem::NoHeader => rows.place().error(problem),
             Problem::MissingColumn { name, quantity: Some(quantity), available, .. } if head.unnamed.is_some() => {
                 Place::file(source).error(Problem::UnnamedColumns { name, quantity, count: available.len() })
@@ -140,13 +153,19 @@ impl<'a, R: Read> Rows<'a, R> {
 
     /// Stores the units of the columns if the row contains a known unit and no number. Returns true if it does.
     pub(super) fn take_units(&mut self) -> bool {
-        let fields: Vec<String> = self.record.iter().map(text).collect();
+        let fields: Vec<String> = self.record.iter().map(|field| short(&text(field))).collect();
         let has_number = (0..fields.len()).any(|index| self.parse(index, 1.0).is_ok());
         if has_number || !fields.iter().any(|field| units::is_known(field)) {
             return false;
         }
         self.units = fields;
         true
+    }
+
+    /// The reason why the text seems to be cut off after its last row, which began on `line`.
+    pub(super) fn unfinished(&self, line: u64) -> Option<String> {
+        let has_no_end = self.is_open.load(Relaxed);
+        has_no_end.then(|| format!("its last line, {line}, has no line end, so that its last number can be incomplete"))
     }
 
     /// The unit of a column, if the file states units.
@@ -179,12 +198,23 @@ impl<'a, R: Read> Rows<'a, R> {
         }
     }
 
-    /// The number of a field, or for a date its time in s since the first date of the column, which `stamps` keeps.
-    pub(super) fn number_or_date(&self, index: usize, stamps: &mut Stamps) -> Option<f64> {
+    /// The number of a field, or for a date its time in s since the first date of the column, which `stamps` keeps. Adds
+    /// the work in bytes to `work`.
+    pub(super) fn number_or_date(&self, index: usize, stamps: &mut Stamps, work: &mut usize) -> Option<f64> {
         let field = self.record.get(index).unwrap_or_default();
+        *work += FIELD_BYTES;
+        // A fast test for words: numbers begin with a letter only as "nan" and "inf".
+        if field.first().is_some_and(|first| first.is_ascii_alphabetic() && !b"nNiI".contains(first)) {
+            return None;
+        }
         match self.parse(index, 1.0) {
             Ok(number) => Some(number),
-            Err(problem) => stamps.time_s(field, Err(problem), 1.0).ok(),
+            Err(problem) => {
+                if may_be_date(field) {
+                    *work += DATE_BYTES;
+                }
+                stamps.time_s(field, Err(problem), 1.0).ok()
+            }
         }
     }
 
@@ -230,6 +260,11 @@ impl<'a, R: Read> Rows<'a, R> {
             Err(self.place().error(Problem::RaggedRow { found, expected }))
         }
     }
+}
+
+/// Checks the lengths of names, which messages and lists repeat.
+fn check_names(names: &[String]) -> Result<(), Problem> {
+    names.iter().try_for_each(|name| check_name(name.len()))
 }
 
 pub(super) fn not_increasing(before: Row, before_s: f64, after_s: f64) -> Problem {

@@ -1,5 +1,6 @@
 //! Reads entries from files: a scenario, its bases, and the settings of the command line.
 
+use std::collections::HashSet;
 use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::ops::Range;
@@ -22,6 +23,8 @@ use trocar_recording::MEMORY;
 const MAX_BYTES: u64 = 1 << 20;
 
 const MAX_BASES: usize = 32;
+
+const MAX_LAYERS: usize = 1000;
 
 const LISTED: &str = "`trocar scenarios` lists the shipped scenarios";
 
@@ -388,6 +391,11 @@ fn names_of_layers(
     place: &impl Fn(Range<usize>) -> Place,
 ) -> Result<Vec<String>, ScenarioError> {
     let mut names: Vec<String> = vec![];
+    let mut known = HashSet::new();
+    if let Some(beyond) = items.get(MAX_LAYERS) {
+        let message = format!("[[{LAYER_LIST}]] has {} layers, at most {MAX_LAYERS}", items.len());
+        return Err(ScenarioError::new(message).at(Some(place(beyond.span()))));
+    }
     for item in items {
         let refuse = |message: String| Err(ScenarioError::new(message).at(Some(place(item.span()))));
         let Some(written) = name_of(item) else {
@@ -396,7 +404,7 @@ fn names_of_layers(
         if !is_name(written) {
             return refuse(format!("the name of a layer is {written:?}, must be {NAME_RULE}"));
         }
-        if names.iter().any(|name| name == written) {
+        if !known.insert(written) {
             return refuse(format!("two layers of [[{LAYER_LIST}]] are called {written}"));
         }
         names.push(written.to_owned());

@@ -4,6 +4,8 @@ use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
+use trocar_base::names;
+
 /// A range of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Place {
@@ -40,10 +42,11 @@ pub struct ScenarioError {
 }
 
 impl ScenarioError {
-    /// Creates an error without a place.
+    /// Creates an error without a place. Long words of the message are shortened.
     #[must_use]
     pub fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into(), place: None, remedy: None, others: Box::default() }
+        let message = names::with_short_words(&message.into()).into_owned();
+        Self { message, place: None, remedy: None, others: Box::default() }
     }
 
     /// Sets the place.
@@ -53,15 +56,25 @@ impl ScenarioError {
         self
     }
 
-    /// Combines errors, sorted by their places in a file: at most ten, because one mistake can cause many.
-    pub(super) fn all(mut errors: Vec<Self>) -> Result<(), Self> {
-        const MAX_ERRORS: usize = 10;
-        let file = |error: &Self| error.place.as_ref().map(|place| place.file.clone());
-        for of_file in errors.chunk_by_mut(|a, b| file(a) == file(b)) {
-            of_file.sort_by_key(|error| error.place.as_ref().map(|place| place.span.start));
+    /// Combines errors, sorted by their places in a file: at most 20, because one mistake can cause many.
+    pub(super) fn all(errors: Vec<Self>) -> Result<(), Self> {
+        Self::all_by(errors, |error| error.place.as_ref(), |error| error)
+    }
+
+    /// As [`Self::all`], with errors that `error` creates for those that are shown.
+    pub(super) fn all_by<T>(
+        mut refused: Vec<T>,
+        place: impl Fn(&T) -> Option<&Place>,
+        error: impl Fn(T) -> Self,
+    ) -> Result<(), Self> {
+        const MAX_ERRORS: usize = 20;
+        let file = |refused: &T| place(refused).map(|place| place.file.clone());
+        for of_file in refused.chunk_by_mut(|a, b| file(a) == file(b)) {
+            of_file.sort_by_key(|refused| place(refused).map(|place| place.span.start));
         }
-        let omitted = errors.len().saturating_sub(MAX_ERRORS);
-        errors.truncate(MAX_ERRORS);
+        let omitted = refused.len().saturating_sub(MAX_ERRORS);
+        refused.truncate(MAX_ERRORS);
+        let mut errors: Vec<Self> = refused.into_iter().map(error).collect();
         if omitted > 0 {
             errors.push(Self::new(format!("and {omitted} more")));
         }
@@ -73,7 +86,7 @@ impl ScenarioError {
     /// Sets the remedy.
     #[must_use]
     pub fn remedy(mut self, remedy: impl Into<String>) -> Self {
-        self.remedy = Some(remedy.into());
+        self.remedy = Some(names::with_short_words(&remedy.into()).into_owned());
         self
     }
 }

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use std::ops::Deref;
 use std::sync::LazyLock;
 
+use trocar_base::names;
 use trocar_core::settings::Key;
 
 use super::key_table::{KEYS, SECTIONS};
@@ -66,19 +67,24 @@ const MIN_SIMILARITY_IN_SECTION: f64 = 0.75;
 /// The most similar known key, if similar enough. Prefers the same section, which is rarely wrong.
 #[must_use]
 pub fn nearest(path: &str) -> Option<&'static str> {
+    // A path far longer than every key is like none of them.
+    const MAX_BYTES: usize = 160;
+    if path.len() > MAX_BYTES {
+        return None;
+    }
     let last = |path: &str| path.rsplit('.').next().unwrap_or_default().to_owned();
     let similarity =
-        |known: &str| strsim::jaro_winkler(path, known).max(0.98 * strsim::jaro_winkler(&last(path), &last(known)));
+        |known: &str| names::similarity(path, known).max(0.98 * names::similarity(&last(path), &last(known)));
     let section = |path: &str| path.rsplit_once('.').map(|(section, _)| section.to_owned());
     let of_section = KEYS.iter().filter(|key| section(key.path) == section(path));
-    let in_section = of_section.map(|key| (strsim::jaro_winkler(&last(path), &last(key.path)), key.path));
+    let in_section = of_section.map(|key| (names::similarity(&last(path), &last(key.path)), key.path));
     let anywhere = KEYS.iter().map(|key| (similarity(key.path), key.path));
     most_similar(in_section, MIN_SIMILARITY_IN_SECTION).or_else(|| most_similar(anywhere, MIN_SIMILARITY))
 }
 
 /// The most similar known name, if any is similar enough.
 pub fn nearest_of<S: AsRef<str>>(name: &str, known: impl IntoIterator<Item = S>) -> Option<S> {
-    let with_similarity = |known: S| (strsim::jaro_winkler(name, known.as_ref()), known);
+    let with_similarity = |known: S| (names::similarity(name, known.as_ref()), known);
     most_similar(known.into_iter().map(with_similarity), MIN_SIMILARITY)
 }
 

@@ -234,6 +234,12 @@ fn grid(values: &mut Values, run: &RunSettings, recording: Option<&RecordingSpec
     let duration_s = match (run.duration_s, recording) {
         (Some(duration_s), _) => duration_s,
         (None, Some(spec)) => {
+            let length_s = spec.recording.duration_s();
+            if tick_s > length_s {
+                let message =
+                    format!("simulation.tick_s is {tick_s}, must be at most the length of the recording, {length_s} s");
+                return Err(values.error("simulation.tick_s", message));
+            }
             let covered = spec.recording.ticks_covered(tick_s);
             covered.map_err(|error| values.error("simulation.tick_s", error.to_string()))? as f64 * tick_s
         }

@@ -14,6 +14,7 @@ use super::keys::{KeyAt, find, is_section, nearest, nearest_of};
 use super::layers::{ANY, field, is_name, is_of_layer, key_of, split};
 use super::quantity;
 use super::value::Value;
+use trocar_base::names;
 use trocar_core::detector::DistanceKind;
 use trocar_core::error::InvalidValue;
 use trocar_engine::channel::DelaySettings;
@@ -94,8 +95,9 @@ impl Values {
     pub(super) fn of_entries(source: &Source, mut entries: Vec<Entry>) -> Result<Self, ScenarioError> {
         let mut values = Self::default();
         drop_replaced_layers(&mut entries);
-        let refused = entries.into_iter().filter_map(|entry| values.take(entry).err());
-        ScenarioError::all(refused.collect())?;
+        let refused = entries.into_iter().filter_map(|entry| values.take_or_refuse(entry).err());
+        // The suggestion for an unknown key compares it with all keys, so it is sought for the errors that are shown.
+        ScenarioError::all_by(refused.collect(), Refused::place, Refused::error)?;
         if !values.is_given("name") {
             values.derive("name", Value::Text(harmless_name(&source.stem())));
         }
@@ -126,10 +128,14 @@ impl Values {
     }
 
     pub(super) fn take(&mut self, entry: Entry) -> Result<(), ScenarioError> {
+        self.take_or_refuse(entry).map_err(Refused::error)
+    }
+
+    fn take_or_refuse(&mut self, entry: Entry) -> Result<(), Refused> {
         if entry.path == LAYER_LIST {
-            return self.take_layers(&entry);
+            return Ok(self.take_layers(&entry)?);
         }
-        let Some(key) = find(&entry.path) else { return Err(unknown(&entry)) };
+        let Some(key) = find(&entry.path) else { return Err(Refused::Unknown(Box::new(entry))) };
         let Some(value) = Value::of_key(&key, &entry.value) else {
             let unit = quantity::unit_of(&key.path).filter(|_| matches!(key.kind, Kind::Number(_)));
             let reason = match (entry.value.as_str(), unit) {
@@ -147,7 +153,7 @@ impl Values {
                     error = error.remedy(format!("did you mean \"{best}\"?"));
                 }
             }
-            return Err(error);
+            return Err(error.into());
         };
         // The entries are in the order of their layers, the nearest to the command line first.
         let both = self.given.get(DelaySettings::BOTH);
@@ -631,7 +637,7 @@ pub(super) fn keys_of(section: &str) -> impl Iterator<Item = &'static Key> {
 }
 
 fn similarity(a: &str, b: &str) -> f64 {
-    strsim::jaro_winkler(a, b)
+    names::similarity(a, b)
 }
 
 fn named_layer(path: &str) -> Option<String> {
@@ -666,6 +672,35 @@ fn layer(path: &str) -> Option<String> {
 /// The prefix of the reflex keys before release 0.3. The hint is for this release only.
 const MOVED_REFLEX: &str = "operator.reflex";
 
+/// An entry that is not taken.
+enum Refused {
+    /// There is no such key.
+    Unknown(Box<Entry>),
+    Other(ScenarioError),
+}
+
+impl From<ScenarioError> for Refused {
+    fn from(error: ScenarioError) -> Self {
+        Self::Other(error)
+    }
+}
+
+impl Refused {
+    fn place(&self) -> Option<&Place> {
+        match self {
+            Self::Unknown(entry) => Some(&entry.key_place),
+            Self::Other(error) => error.place.as_ref(),
+        }
+    }
+
+    fn error(self) -> ScenarioError {
+        match self {
+            Self::Unknown(entry) => unknown(&entry),
+            Self::Other(error) => error,
+        }
+    }
+}
+
 fn unknown(entry: &Entry) -> ScenarioError {
     let path = &entry.path;
     let place = Some(entry.key_place.clone());
@@ -673,7 +708,7 @@ fn unknown(entry: &Entry) -> ScenarioError {
         let message = format!("{path} is {}, must be a section of keys", entry.written);
         return ScenarioError::new(message).at(place).remedy(format!("write [{path}] and its keys below"));
     }
-    let error = ScenarioError::new(format!("there is no key {path}")).at(place);
+    let error = ScenarioError::new(format!("there is no key {}", names::shortened(path))).at(place);
     if let Some(name) = path.strip_prefix(MOVED_REFLEX) {
         return error.remedy(format!("since 0.3 it is perception.reflex{name}"));
     }

@@ -82,7 +82,7 @@ pub(super) enum CliError {
     Html(#[from] HtmlError),
     #[error("{count} {}, and --deny-warnings makes them errors", if *count == 1 { "warning" } else { "warnings" })]
     Warnings { count: usize },
-    #[error("there is no warning, key or metric {word:?}{}", nearest.as_ref().map_or(String::new(), |nearest| format!("; did you mean {nearest}?")))]
+    #[error("there is no warning, key or metric {:?}{}", trocar_base::names::shortened(word), nearest.as_ref().map_or(String::new(), |nearest| format!("; did you mean {nearest}?")))]
     Unknown {
         word: String,
         /// The most similar known word.

@@ -104,7 +104,7 @@ crate::settings! {
         /// Feedback force per measured force.
         force_scale: f64 at "scaling.force" [self::LIMIT] = 1.0,
         /// Step of the slave's encoder; above 0 the velocity is estimated by a Kalman filter, at 0 it is read.
-        resolution_m: f64 at "sensor.position_resolution_m" [NON_NEGATIVE] = 0.0,
+        resolution_m: f64 at "sensor.position_resolution_m" [ENCODER_STEP] = 0.0,
         /// Standard deviation of the acceleration in the Kalman filter.
         acceleration_std_m_per_s2: f64 at "sensor.acceleration_std_m_per_s2" [POSITIVE] = 0.5,
     }

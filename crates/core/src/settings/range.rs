@@ -43,6 +43,8 @@ impl Range {
     pub const MASS: Self = Self::new(1e-6, 1e6, Meaning::Positive);
     /// A scale between master and slave.
     pub const SCALE: Self = Self::new(0.0, 1e3, Meaning::NonNegative);
+    /// The step of an encoder of positions in m. A needle moves by a few centimetres.
+    pub const ENCODER_STEP: Self = Self::new(0.0, 0.01, Meaning::NonNegative);
     /// From 0 to 1.
     pub const SHARE: Self = Self::new(0.0, 1.0, Meaning::Within("from 0 to 1"));
     /// Above 0 and at most 1.

@@ -1,5 +1,7 @@
 //! The document of the signals in a file.
 
+use std::collections::HashMap;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -10,8 +12,13 @@ use trocar_scenario::parse_quantity;
 /// The signals of a file with their roles, and the command that detects ruptures in it.
 #[must_use]
 pub fn signals_document(file: &str, signals: &[Signal]) -> Document<'static> {
+    let times = times(signals);
     let mut section = Section::new("signals", "Signals");
     section.table(table(signals));
+    let others = signals.len().saturating_sub(MAX_ROWS);
+    if others > 0 {
+        section.text(format!("The file has {} more, which --json lists.", counted(others as u64, "signal")));
+    }
     let mut of_command = Section::new("command", "Command");
     choices(signals).into_iter().for_each(|line| of_command.text(line));
     let command = command(file, signals);
@@ -24,7 +31,7 @@ pub fn signals_document(file: &str, signals: &[Signal]) -> Document<'static> {
         json: json_of(&SignalsFile {
             trocar_version: env!("CARGO_PKG_VERSION"),
             file,
-            signals: signals.iter().map(|signal| object(signal, signals)).collect(),
+            signals: signals.iter().map(|signal| object(signal, &times)).collect(),
             roles_are_unique: Roles::of(signals).are_unique(),
             command,
         }),
@@ -32,9 +39,26 @@ pub fn signals_document(file: &str, signals: &[Signal]) -> Document<'static> {
     }
 }
 
-fn rate_hz(signal: &Signal, signals: &[Signal]) -> Option<f64> {
-    let is_time = |other: &&Signal| other.role == Some(Quantity::Time) && other.samples == signal.samples;
-    let time = signals.iter().find(is_time)?;
+/// Maximum number of signals in the table, and of characters of their names.
+const MAX_ROWS: usize = 200;
+const MAX_CHARACTERS: usize = 80;
+
+/// Maximum number of signals in a sentence.
+const MAX_LISTED: usize = 12;
+
+/// The first time with each number of samples.
+type Times<'a> = HashMap<usize, &'a Signal>;
+
+fn times(signals: &[Signal]) -> Times<'_> {
+    let times = signals.iter().filter(|signal| signal.role == Some(Quantity::Time));
+    times.fold(HashMap::new(), |mut times, time| {
+        times.entry(time.samples).or_insert(time);
+        times
+    })
+}
+
+fn rate_hz(signal: &Signal, times: &Times<'_>) -> Option<f64> {
+    let time = times.get(&signal.samples)?;
     let unit = time.unit.as_deref().unwrap_or("s");
     let duration_s = time.increase? * parse_quantity(&format!("1 {unit}"), "s").unwrap_or(1.0);
     (duration_s > 0.0).then(|| (signal.samples - 1) as f64 / duration_s)
@@ -59,17 +83,18 @@ fn table(signals: &[Signal]) -> Table {
     let has_labels = signals.iter().any(|signal| signal.label.is_some());
     let columns = ["signal", "role", "shape", "unit", "rate", "range"].into_iter().chain(has_labels.then_some("text"));
     let mut table = Table::new("signals", "Signals", columns.map(|column| (column, column))).of_text();
-    for signal in signals {
+    let times = times(signals);
+    for signal in signals.iter().take(MAX_ROWS) {
         let text = |text: Option<&str>| text.map_or(Cell::Undefined, Cell::from);
         let shape: Vec<String> = signal.shape.iter().map(usize::to_string).collect();
         let range = signal.range.map_or("—".into(), |(low, high)| format!("{} to {}", plain(low), plain(high)));
         let undefined = if signal.undefined == 0 { String::new() } else { format!(", {} undefined", signal.undefined) };
         let cells = [
-            signal.name.as_str().into(),
+            shortened(&signal.name).into(),
             text(signal.role.map(Quantity::name)),
             shape.join(" x ").into(),
             text(signal.unit.as_deref()),
-            Cell::si(rate_hz(signal, signals), "Hz"),
+            Cell::si(rate_hz(signal, &times), "Hz"),
             format!("{range}{undefined}").into(),
         ];
         table.row(cells.into_iter().chain(has_labels.then(|| signal.label.clone().unwrap_or_default().into())));
@@ -77,13 +102,30 @@ fn table(signals: &[Signal]) -> Table {
     table
 }
 
+/// The beginning of a long name.
+fn shortened(name: &str) -> String {
+    match name.char_indices().nth(MAX_CHARACTERS) {
+        Some((end, _)) => format!("{}…", &name[..end]),
+        None => name.to_owned(),
+    }
+}
+
+/// The names of signals, of which the first ones are given.
+fn listed<'a>(signals: impl ExactSizeIterator<Item = &'a Signal>) -> String {
+    let others = signals.len().saturating_sub(MAX_LISTED);
+    let mut names: Vec<String> = signals.take(MAX_LISTED).map(|signal| shortened(&signal.name)).collect();
+    if others > 0 {
+        names.push(format!("and {others} more"));
+    }
+    names.join(", ")
+}
+
 fn choices(signals: &[Signal]) -> Vec<String> {
     let roles = Roles::of(signals);
     let of = |quantity: Quantity| match roles.candidates[quantity as usize].as_slice() {
         [] if quantity != Quantity::Velocity => Some(unknown(quantity, signals)),
         [_, others @ ..] if !others.is_empty() => {
-            let others: Vec<&str> = others.iter().map(|index| signals[*index].name.as_str()).collect();
-            Some(format!("{}: or {}", quantity.name(), others.join(", ")))
+            Some(format!("{}: or {}", quantity.name(), listed(others.iter().map(|index| &signals[*index]))))
         }
         _ => None,
     };
@@ -103,14 +145,16 @@ fn unknown(quantity: Quantity, signals: &[Signal]) -> String {
         let (low, high, units) = (plain(low), plain(high), quantity.units());
         return format!(
             "{name}: '{}' states no unit, and its range, {low} to {high}, is hardly in {}; give its unit after a colon ({units})",
-            signal.name,
+            shortened(&signal.name),
             quantity.unit()
         );
     }
     if let Some(signal) = signals.iter().filter(of_role).find(|signal| signal.undefined > 0) {
         return format!(
             "{name}: {} of {} samples of '{}' are no numbers",
-            signal.undefined, signal.samples, signal.name
+            signal.undefined,
+            signal.samples,
+            shortened(&signal.name)
         );
     }
     let rate = if quantity == Quantity::Time { ", or give --rate HZ instead of --time" } else { "" };
@@ -159,7 +203,7 @@ struct ListedSignal<'a> {
     column: String,
 }
 
-fn object<'a>(signal: &'a Signal, signals: &[Signal]) -> ListedSignal<'a> {
+fn object<'a>(signal: &'a Signal, times: &Times<'_>) -> ListedSignal<'a> {
     ListedSignal {
         name: &signal.name,
         label: signal.label.as_deref(),
@@ -167,7 +211,7 @@ fn object<'a>(signal: &'a Signal, signals: &[Signal]) -> ListedSignal<'a> {
         shape: &signal.shape,
         samples: signal.samples,
         undefined: signal.undefined,
-        rate_hz: rate_hz(signal, signals),
+        rate_hz: rate_hz(signal, times),
         min: signal.range.map(|(low, _)| low),
         max: signal.range.map(|(_, high)| high),
         role: signal.role.map(Quantity::name),

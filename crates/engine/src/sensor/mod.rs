@@ -42,7 +42,7 @@ trocar_core::settings! {
         /// Step of the slave's encoder; above 0 the velocity is estimated by a Kalman filter.
         ///
         /// At 0 position and velocity are read exactly.
-        position_resolution_m: f64 [NON_NEGATIVE] = 0.0,
+        position_resolution_m: f64 [ENCODER_STEP] = 0.0,
         /// Standard deviation of the acceleration in the Kalman filter.
         acceleration_std_m_per_s2: f64 [POSITIVE] = 0.5,
     }

@@ -78,7 +78,7 @@ impl Wide {
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cursor<'a> {
-    bytes: &'a [u8],
+    pub(super) bytes: &'a [u8],
     pub(super) at: usize,
     pub(super) order: Order,
 }

@@ -6,26 +6,42 @@
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
 
-use calamine::{Data, DataRef, DataType, Reader, Xls, Xlsx};
+use calamine::{DataRef, DataType, Reader, Xlsx};
 
-use super::{Array, Container, Fault, Format};
-use crate::Limits;
+use super::{Array, Container, Fault, Format, xls};
+use crate::budget::{Budget, short};
 use crate::error::{Problem, Row, excerpt};
 use crate::units;
 
 /// Maximum number of rows searched for the names of the columns.
 const HEAD_ROWS: u32 = 200;
 
-const SECONDS_PER_DAY: f64 = 86_400.0;
+pub(super) const SECONDS_PER_DAY: f64 = 86_400.0;
 
-enum Cell {
+/// Memory of a cell in bytes, besides its text.
+const CELL_BYTES: usize = 96;
+
+/// Memory of the library in bytes per byte of its parts, when it opens a spreadsheet and afterwards: the list of texts
+/// grows by doubling.
+const OPENING_BYTES: usize = 8;
+const OPEN_BYTES: usize = 2;
+
+pub(super) enum Cell {
     Number(f64),
     /// A time, in s.
     Time(f64),
     Text(Box<str>),
 }
 
-type Sheet = BTreeMap<u32, BTreeMap<u32, Cell>>;
+impl Cell {
+    /// A cell with the beginning of a text.
+    pub(super) fn text(text: &str) -> Self {
+        Self::Text(short(text).into())
+    }
+}
+
+/// The cells of a sheet, by column and row.
+pub(super) type Sheet = BTreeMap<u32, BTreeMap<u32, Cell>>;
 
 struct Stored {
     first_row: u32,
@@ -42,12 +58,15 @@ fn damaged(error: impl std::fmt::Display) -> Problem {
 }
 
 impl Excel {
-    pub(super) fn open(bytes: Vec<u8>, limits: &Limits) -> Result<Self, Problem> {
+    pub(super) fn open(bytes: Vec<u8>, budget: &Budget) -> Result<Self, Problem> {
         let mut found = Self { arrays: vec![], stored: vec![] };
         if bytes.starts_with(b"PK") {
-            check_archive(&bytes, limits)?;
+            let (longest, all) = check_archive(&bytes, budget)?;
             let mut book = Xlsx::new(Cursor::new(bytes)).map_err(damaged)?;
+            budget.release((OPENING_BYTES - OPEN_BYTES) * all);
             for name in book.sheet_names() {
+                // Several sheets can refer to one part of the archive, and the library searches the list of sheets.
+                budget.work("sheets", longest)?;
                 let mut sheet = Sheet::new();
                 let mut cells = book.worksheet_cells_reader(&name).map_err(damaged)?;
                 while let Some(cell) = cells.next_cell().map_err(damaged)? {
@@ -56,27 +75,22 @@ impl Excel {
                         DataRef::String(text) => Some(text.as_str()),
                         _ => None,
                     };
-                    insert(&mut sheet, cell.get_position(), cell.get_value(), text);
+                    if let Some(content) = content(cell.get_value(), text) {
+                        keep(&mut sheet, cell.get_position(), content, budget)?;
+                    }
                 }
-                found.sheet(&name, sheet);
+                found.sheet(&name, sheet, budget)?;
             }
         } else {
-            let mut book = Xls::new(Cursor::new(bytes)).map_err(damaged)?;
-            for name in book.sheet_names() {
-                let range = book.worksheet_range(&name).map_err(damaged)?;
-                let (top, left) = range.start().unwrap_or_default();
-                let mut sheet = Sheet::new();
-                for (row, column, value) in range.used_cells() {
-                    let text = if let Data::String(text) = value { Some(text.as_str()) } else { None };
-                    insert(&mut sheet, (top + row as u32, left + column as u32), value, text);
-                }
-                found.sheet(&name, sheet);
+            for (name, sheet) in xls::sheets(&bytes, budget)? {
+                found.sheet(&name, sheet, budget)?;
             }
         }
-        if super::vectors(&found.arrays).is_empty() { Err(Problem::no_signal(Format::Excel, &[])) } else { Ok(found) }
+        if super::has_signals(&found.arrays) { Ok(found) } else { Err(Problem::no_signal(Format::Excel, &[])) }
     }
 
-    fn sheet(&mut self, name: &str, mut sheet: Sheet) {
+    fn sheet(&mut self, name: &str, mut sheet: Sheet, budget: &Budget) -> Result<(), Problem> {
+        budget.check_name(name.len())?;
         let texts = |row: u32| -> Vec<&str> {
             let texts = sheet.values().filter_map(|cells| cells.get(&row)).map(|cell| match cell {
                 Cell::Text(text) => Some(&**text),
@@ -108,23 +122,35 @@ impl Excel {
             let len = cells.last_entry().map_or(0, |last| last.key() - first_row + 1) as usize;
             let aliases = label.iter().flat_map(|label| [label.clone(), format!("{name}!{label}")]).collect();
             let unit = unit.or_else(|| has_times.then(|| "s".to_owned()));
-            let array = Array::new(format!("{name}!{}", letters(*column)), vec![len]);
+            let array = budget.array(&format!("{name}!{}", letters(*column)), vec![len])?;
             self.arrays.push(Array { aliases, label, unit, ..array });
             self.stored.push(Stored { first_row, cells });
         }
+        Ok(())
     }
 }
 
-fn insert(sheet: &mut Sheet, (row, column): (u32, u32), value: &impl DataType, text: Option<&str>) {
-    let cell = match (text, value.as_f64()) {
-        (Some(text), _) if text.trim().is_empty() => return,
-        (Some(text), _) => Cell::Text(text.into()),
-        (None, _) if value.is_empty() => return,
+/// The content of a cell; `None` if it is empty.
+fn content(value: &impl DataType, text: Option<&str>) -> Option<Cell> {
+    Some(match (text, value.as_f64()) {
+        (Some(text), _) => Cell::text(text),
+        (None, _) if value.is_empty() => return None,
         (None, Some(days)) if value.is_datetime() => Cell::Time(days * SECONDS_PER_DAY),
         (None, Some(number)) => Cell::Number(number),
-        (None, None) => Cell::Text(value.as_string().unwrap_or_else(|| "an error".into()).into()),
+        (None, None) => Cell::text(&value.as_string().unwrap_or_else(|| "an error".into())),
+    })
+}
+
+/// Adds a cell to a sheet, unless it is blank.
+pub(super) fn keep(sheet: &mut Sheet, (row, column): (u32, u32), cell: Cell, budget: &Budget) -> Result<(), Problem> {
+    let text_bytes = match &cell {
+        Cell::Text(text) if text.trim().is_empty() => return Ok(()),
+        Cell::Text(text) => text.len(),
+        Cell::Number(_) | Cell::Time(_) => 0,
     };
+    budget.hold("cells", CELL_BYTES + text_bytes)?;
     sheet.entry(column).or_default().insert(row, cell);
+    Ok(())
 }
 
 /// The letters of a column, counted from 0: A to Z, AA, …
@@ -133,17 +159,64 @@ fn letters(column: u32) -> String {
     if column < 26 { last.to_string() } else { format!("{}{last}", letters(column / 26 - 1)) }
 }
 
-/// Checks that the decompressed content of a file is within the limit. It decompresses the file, because the stated
-/// sizes can be wrong.
-fn check_archive(bytes: &[u8], limits: &Limits) -> Result<(), Problem> {
+/// Checks that the decompressed content of a file is within the budget, and its list of texts. It decompresses the file, because
+/// the stated sizes can be wrong. Returns the size of the longest part and of all parts, in bytes.
+fn check_archive(bytes: &[u8], budget: &Budget) -> Result<(usize, usize), Problem> {
+    const CHUNK_BYTES: usize = 64 << 10;
     let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(damaged)?;
-    let mut left = limits.max_bytes;
+    let (mut longest, mut all) = (0, 0);
+    let mut chunk = vec![0; CHUNK_BYTES];
     for index in 0..archive.len() {
-        let entry = archive.by_index(index).map_err(damaged)?;
-        let size = std::io::copy(&mut entry.take(left + 1), &mut std::io::sink()).map_err(damaged)?;
-        left = left.checked_sub(size).ok_or(Problem::TooManyBytes { limit: limits.max_bytes })?;
+        let mut entry = archive.by_index(index).map_err(damaged)?;
+        let has_texts = entry.name_raw().to_ascii_lowercase().ends_with(b"sharedstrings.xml");
+        let mut texts = StatedTexts::default();
+        let mut size = 0;
+        loop {
+            let count = entry.read(&mut chunk).map_err(damaged)?;
+            if count == 0 {
+                break;
+            }
+            size += count;
+            budget.hold("decompressed content", OPENING_BYTES * count)?;
+            if has_texts {
+                texts.push(&chunk[..count]);
+            }
+        }
+        if texts.largest > size {
+            return Err(damaged("its list of texts states more texts than it has bytes"));
+        }
+        longest = longest.max(size);
+        all += size;
     }
-    Ok(())
+    Ok((longest, all))
+}
+
+/// The number of texts that the list of texts states, for which the library takes memory at once.
+#[derive(Default)]
+struct StatedTexts {
+    /// The last bytes, and the value of the attribute if it is being read.
+    last: [u8; StatedTexts::NAME.len()],
+    stated: Option<usize>,
+    largest: usize,
+}
+
+impl StatedTexts {
+    const NAME: &[u8] = b"uniqueCount=";
+
+    fn push(&mut self, bytes: &[u8]) {
+        // Spaces are allowed around the equals sign, and texts of two bytes per character have zeros.
+        for byte in bytes.iter().filter(|byte| !byte.is_ascii_whitespace() && **byte != 0) {
+            self.stated = match (self.stated, byte) {
+                (None, b'"' | b'\'') if self.last == Self::NAME => Some(0),
+                (Some(stated), b'0'..=b'9') => Some(stated.saturating_mul(10).saturating_add(usize::from(byte - b'0'))),
+                (Some(stated), b'+') => Some(stated),
+                (Some(_), _) | (None, _) => None,
+            };
+            self.largest = self.largest.max(self.stated.unwrap_or(0));
+            self.last.rotate_left(1);
+            self.last[Self::NAME.len() - 1] = *byte;
+        }
+    }
 }
 
 impl Container for Excel {
@@ -151,7 +224,8 @@ impl Container for Excel {
         &self.arrays
     }
 
-    fn values(&mut self, index: usize) -> Result<Vec<f64>, Fault> {
+    fn values(&mut self, index: usize, budget: &Budget) -> Result<Vec<f64>, Fault> {
+        budget.values(self.arrays[index].len())?;
         let stored = &self.stored[index];
         let value = |sample: usize| match stored.cells.get(&(stored.first_row + sample as u32)) {
             None => Ok(f64::NAN),
@@ -171,6 +245,21 @@ impl Container for Excel {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_stated_number_of_texts_is_found_across_chunks() {
+        let found = |text: &str, step: usize| {
+            let mut texts = StatedTexts::default();
+            text.as_bytes().chunks(step).for_each(|chunk| texts.push(chunk));
+            texts.largest
+        };
+        for step in 1..9 {
+            assert_eq!(found("<sst count=\"9000\" uniqueCount=\"4000\"><si/>70", step), 4000, "{step}");
+            assert_eq!(found("<sst uniquniqueCount = '12'>", step), 12, "{step}");
+            assert_eq!(found("<sst count='7'>uniqueCount</sst>", step), 0, "{step}");
+        }
+        assert_eq!(found("uniqueCount='99999999999999999999999'", 5), usize::MAX);
+    }
 
     #[test]
     fn columns_have_the_letters_of_spreadsheets() {

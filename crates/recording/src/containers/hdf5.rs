@@ -7,14 +7,15 @@ use std::rc::Rc;
 use hdf5_pure::{AttrValue, DType, Dataset, Datatype, DatatypeByteOrder, File, Group, Object};
 
 use super::bytes::{Order, Scalar};
-use super::{Array, Container, Fault, Format, check_size, guarded};
-use crate::Limits;
+use super::{Array, Container, Fault, Format, guarded};
+use crate::budget::{Budget, short};
 use crate::error::Problem;
 
 /// Maximum depth of nested groups; links can form cycles.
 const MAX_DEPTH: usize = 16;
 
-const MAX_OBJECTS: usize = 100_000;
+/// Work of an object of the file, in bytes: the library reads its header several times.
+const OBJECT_BYTES: usize = 4096;
 
 const UNITS: [&str; 4] = ["units", "unit", "Units", "Unit"];
 
@@ -35,9 +36,12 @@ struct Stored {
 pub(super) struct Hdf5 {
     arrays: Vec<Array>,
     stored: Vec<Stored>,
-    limits: Limits,
+}
+
+struct Walk<'a> {
+    budget: &'a Budget,
+    found: Hdf5,
     is_matlab: bool,
-    objects: usize,
     /// The names in each group that contains the present one.
     outer: Vec<Vec<String>>,
 }
@@ -47,72 +51,71 @@ fn damaged(error: impl std::fmt::Display) -> Problem {
 }
 
 impl Hdf5 {
-    pub(super) fn open(bytes: Vec<u8>, limits: &Limits) -> Result<Self, Problem> {
+    pub(super) fn open(bytes: Vec<u8>, budget: &Budget) -> Result<Self, Problem> {
         let is_matlab = bytes.starts_with(b"MATLAB");
         let file = File::from_bytes(bytes).map_err(damaged)?;
-        let mut found =
-            Self { arrays: vec![], stored: vec![], limits: limits.clone(), is_matlab, objects: 0, outer: vec![] };
-        found.group(&file.root(), "", 0)?;
-        if super::vectors(&found.arrays).is_empty() { Err(Problem::no_signal(Format::Hdf5, &[])) } else { Ok(found) }
+        let found = Self { arrays: vec![], stored: vec![] };
+        let mut walk = Walk { budget, found, is_matlab, outer: vec![] };
+        walk.group(&file.root(), "", 0)?;
+        let found = walk.found;
+        if super::has_signals(&found.arrays) { Ok(found) } else { Err(Problem::no_signal(Format::Hdf5, &[])) }
     }
+}
 
-    fn count(&mut self) -> Result<(), Problem> {
-        self.objects += 1;
-        if self.objects > MAX_OBJECTS {
-            return Err(damaged(format!("it has more than {MAX_OBJECTS} objects")));
-        }
-        Ok(())
-    }
-
-    fn name(&self, outer: &str, name: &str) -> String {
-        match (self.is_matlab, outer.is_empty()) {
+impl Walk<'_> {
+    fn name(&self, outer: &str, name: &str) -> Result<String, Problem> {
+        self.budget.check_name(outer.len() + 1 + name.len())?;
+        Ok(match (self.is_matlab, outer.is_empty()) {
             (false, _) => format!("{outer}/{name}"),
             (true, true) => name.to_owned(),
             (true, false) => format!("{outer}.{name}"),
-        }
+        })
     }
 
     fn group(&mut self, group: &Group, path: &str, depth: usize) -> Result<(), Problem> {
-        self.count()?;
+        self.budget.work("objects", OBJECT_BYTES)?;
         if depth > MAX_DEPTH {
             return Ok(());
         }
-        let first = self.arrays.len();
+        let first = self.found.arrays.len();
         let mut label = None;
-        let datasets = group.datasets().map_err(damaged)?;
-        let groups = group.groups().map_err(damaged)?;
+        let datasets: Vec<(String, Dataset)> = group.iter_datasets().map_err(damaged)?.collect();
+        let groups: Vec<(String, Group)> = group.iter_groups().map_err(damaged)?.collect();
+        let name_bytes: usize =
+            datasets.iter().map(|(name, _)| name.len()).chain(groups.iter().map(|(name, _)| name.len())).sum();
+        // A link can lead to the same group again and again.
+        self.budget.work("objects", OBJECT_BYTES * (datasets.len() + groups.len()) + 4 * name_bytes)?;
         // A link can lead back to an enclosing group. The library does not identify equal groups, so their names are
         // compared.
-        let names: Vec<String> = datasets.iter().chain(&groups).cloned().collect();
+        let of_groups = groups.iter().map(|(name, _)| name);
+        let names: Vec<String> = datasets.iter().map(|(name, _)| name).chain(of_groups).cloned().collect();
         if !datasets.is_empty() && !groups.is_empty() && self.outer.contains(&names) {
             return Ok(());
         }
         self.outer.push(names);
-        for name in datasets {
-            // A dataset that the library cannot read is omitted; the others may be readable.
-            let Ok(dataset) = group.dataset(&name) else { continue };
+        for (name, dataset) in datasets {
             if self.is_matlab && label.is_none() && LABELS.contains(&name.as_str()) {
                 label = text(&dataset);
             }
             self.dataset(dataset, path, &name, depth + 1)?;
         }
-        for array in &mut self.arrays[first..] {
+        for array in &mut self.found.arrays[first..] {
             array.label = array.label.take().or_else(|| label.clone());
         }
-        for name in groups {
+        for (name, inner) in groups {
             // MATLAB stores the targets of references there.
             if self.is_matlab && name.starts_with('#') {
                 continue;
             }
-            let Ok(inner) = group.group(&name) else { continue };
-            self.group(&inner, &self.name(path, &name), depth + 1)?;
+            let path = self.name(path, &name)?;
+            self.group(&inner, &path, depth + 1)?;
         }
         self.outer.pop();
         Ok(())
     }
 
     fn dataset(&mut self, dataset: Dataset, outer: &str, name: &str, depth: usize) -> Result<(), Problem> {
-        self.count()?;
+        self.budget.work("objects", OBJECT_BYTES)?;
         if depth > MAX_DEPTH {
             return Ok(());
         }
@@ -123,11 +126,15 @@ impl Hdf5 {
         }
         let attributes = dataset.attrs().unwrap_or_default();
         let unit = UNITS.iter().find_map(|name| match attributes.get(*name)? {
-            AttrValue::String(text) | AttrValue::AsciiString(text) => Some(text.trim_end_matches('\0').to_owned()),
+            AttrValue::String(text) | AttrValue::AsciiString(text) => Some(short(text.trim_end_matches('\0'))),
             _ => None,
         });
-        let path = self.name(outer, name);
-        let array = Array { unit, column_major: self.is_matlab, ..Array::new(&path, dims) };
+        let path = self.name(outer, name)?;
+        let is_matlab = self.is_matlab;
+        let array = |budget: &Budget, name: &str| {
+            let array = budget.array(name, dims.clone())?;
+            Ok::<_, Problem>(Array { unit: unit.clone(), column_major: is_matlab, ..array })
+        };
         match kind {
             DType::ObjectReference if self.is_matlab => {
                 let is_cell = class(&attributes) == Some("cell");
@@ -138,7 +145,10 @@ impl Hdf5 {
                         false => (format!("{outer}[{index}]"), name.to_owned()),
                     };
                     match object {
-                        Object::Group(group) => self.group(&group, &self.name(&outer, &name), depth + 1)?,
+                        Object::Group(group) => {
+                            let path = self.name(&outer, &name)?;
+                            self.group(&group, &path, depth + 1)?;
+                        }
                         Object::Dataset(dataset) => self.dataset(*dataset, &outer, &name, depth + 1)?,
                         _ => {}
                     }
@@ -151,13 +161,17 @@ impl Hdf5 {
                     let Some((scalar, order)) = scalar(&member.datatype) else { continue };
                     let dataset = Rc::clone(&dataset);
                     let offset = member.byte_offset as usize;
-                    self.arrays.push(Array { name: format!("{path}.{}", member.name), ..array.clone() });
-                    self.stored.push(Stored { dataset, field: Some(Field { offset, scalar, order }) });
+                    self.budget.check_name(path.len() + 1 + member.name.len())?;
+                    let path = format!("{path}.{}", member.name);
+                    self.found.arrays.push(array(self.budget, &path)?);
+                    self.found.stored.push(Stored { dataset, field: Some(Field { offset, scalar, order }) });
                 }
             }
-            DType::F32 | DType::F64 | DType::I8 | DType::I16 | DType::I32 | DType::I64 => self.keep(array, dataset),
+            DType::F32 | DType::F64 | DType::I8 | DType::I16 | DType::I32 | DType::I64 => {
+                self.keep(array(self.budget, &path)?, dataset);
+            }
             DType::U8 | DType::U16 | DType::U32 | DType::U64 if class(&attributes) != Some("char") => {
-                self.keep(array, dataset);
+                self.keep(array(self.budget, &path)?, dataset);
             }
             _ => {}
         }
@@ -165,8 +179,8 @@ impl Hdf5 {
     }
 
     fn keep(&mut self, array: Array, dataset: Dataset) {
-        self.arrays.push(array);
-        self.stored.push(Stored { dataset: Rc::new(dataset), field: None });
+        self.found.arrays.push(array);
+        self.found.stored.push(Stored { dataset: Rc::new(dataset), field: None });
     }
 }
 
@@ -187,7 +201,7 @@ fn text(dataset: &Dataset) -> Option<String> {
     }
     let text = String::from_utf16_lossy(&dataset.read_u16().ok()?);
     let text = text.trim();
-    (!text.is_empty()).then(|| text.to_owned())
+    (!text.is_empty()).then(|| short(text))
 }
 
 fn scalar(kind: &Datatype) -> Option<(Scalar, Order)> {
@@ -218,15 +232,14 @@ fn scalar(kind: &Datatype) -> Option<(Scalar, Order)> {
 }
 
 impl Stored {
-    /// All elements. Too many are rejected before any allocation.
-    fn values(&self, limits: &Limits) -> Result<Vec<f64>, Fault> {
+    /// All elements. The budget refuses too many before any allocation.
+    fn values(&self, budget: &Budget) -> Result<Vec<f64>, Fault> {
         let chunk = self.dataset.chunk_shape().map_err(damaged)?.unwrap_or_default();
         let size = self.dataset.element_size().map_err(damaged)?;
         let shape = self.dataset.shape().map_err(damaged)?;
-        for dims in [&shape, &chunk] {
-            let elements = dims.iter().fold(size.max(8) / 8, |product, dim| product.saturating_mul(*dim));
-            check_size(usize::try_from(elements).unwrap_or(usize::MAX), limits)?;
-        }
+        let elements =
+            |dims: &[u64]| dims.iter().fold(size.max(8).div_ceil(8), |product, dim| product.saturating_mul(*dim));
+        budget.values(usize::try_from(elements(&shape).max(elements(&chunk))).unwrap_or(usize::MAX))?;
         let Some(field) = &self.field else {
             return Ok(self.dataset.read_f64().map_err(damaged)?);
         };
@@ -243,9 +256,9 @@ impl Container for Hdf5 {
         &self.arrays
     }
 
-    fn values(&mut self, index: usize) -> Result<Vec<f64>, Fault> {
+    fn values(&mut self, index: usize, budget: &Budget) -> Result<Vec<f64>, Fault> {
         let expected = self.arrays[index].len();
-        let values = guarded(Format::Hdf5, || self.stored[index].values(&self.limits))?;
+        let values = guarded(Format::Hdf5, || self.stored[index].values(budget))?;
         if values.len() == expected {
             Ok(values)
         } else {

@@ -1,8 +1,12 @@
 //! The numbers of JSON objects as columns, one row per object.
 
+use std::collections::HashMap;
+
 use serde_json::Value as Json;
 
 use super::ros::MAX_ELEMENTS;
+use super::topics::Refusal;
+use crate::budget::Budget;
 use crate::error::Problem;
 use crate::stamp::Stamps;
 
@@ -13,6 +17,7 @@ const MAX_NUMBERS: usize = 1024;
 #[derive(Debug, Default)]
 pub(super) struct JsonColumns {
     pub(super) names: Vec<String>,
+    by_name: HashMap<String, usize>,
     pub(super) columns: Vec<Vec<f64>>,
     /// The dates of each column.
     stamps: Vec<Stamps>,
@@ -21,11 +26,19 @@ pub(super) struct JsonColumns {
 
 impl JsonColumns {
     /// Adds an object. Numbers and Booleans are values; texts are values only if they are dates.
-    pub(super) fn push(&mut self, text: &[u8]) -> Result<(), String> {
+    pub(super) fn push(&mut self, text: &[u8], budget: &Budget) -> Result<(), Refusal> {
         let json = serde_json::from_slice(text).map_err(|error| error.to_string())?;
         let row = self.rows;
-        visit(&json, &mut String::new(), &mut |name, value| {
-            let known = self.names.iter().position(|known| known == name);
+        // Most objects have the same names in the same order.
+        let mut expected = 0;
+        visit(&json, &mut String::new(), budget, &mut |name, value| {
+            let known = match self.names.get(expected) {
+                Some(next) if next == name => Some(expected),
+                _ => {
+                    budget.work("names", name.len())?;
+                    self.by_name.get(name).copied()
+                }
+            };
             let date = |stamps: &mut Stamps| match value {
                 Leaf::Number(number) => Some(number),
                 Leaf::Text(text) => stamps.time_s(text.as_bytes(), Err(Problem::EmptyField), 1.0).ok(),
@@ -34,22 +47,24 @@ impl JsonColumns {
                 Some(index) => (index, date(&mut self.stamps[index])),
                 None => {
                     let mut stamps = Stamps::default();
-                    let Some(number) = date(&mut stamps) else { return };
-                    if self.names.len() < MAX_NUMBERS {
-                        self.names.push(name.to_owned());
-                        self.columns.push(vec![]);
-                        self.stamps.push(stamps);
+                    let Some(number) = date(&mut stamps) else { return Ok(()) };
+                    if self.names.len() == MAX_NUMBERS {
+                        return Err(format!("it has more than {MAX_NUMBERS} numbers").into());
                     }
+                    budget.hold("names", 2 * name.len())?;
+                    self.by_name.insert(name.to_owned(), self.names.len());
+                    self.names.push(name.to_owned());
+                    self.columns.push(vec![]);
+                    self.stamps.push(stamps);
                     (self.names.len() - 1, Some(number))
                 }
             };
+            expected = index + 1;
             // Pads for the objects without this number. A name that occurs twice in an object keeps its last number.
             self.columns[index].resize(row, f64::NAN);
             self.columns[index].push(number.unwrap_or(f64::NAN));
-        });
-        if self.names.len() == MAX_NUMBERS {
-            return Err(format!("it has {MAX_NUMBERS} numbers or more"));
-        }
+            Ok(())
+        })?;
         self.rows += 1;
         Ok(())
     }
@@ -68,30 +83,37 @@ enum Leaf<'a> {
 }
 
 /// Visits the values of an object, with their paths.
-fn visit<'a>(json: &'a Json, path: &mut String, leaf: &mut impl FnMut(&str, Leaf<'a>)) {
+fn visit<'a>(
+    json: &'a Json,
+    path: &mut String,
+    budget: &Budget,
+    leaf: &mut impl FnMut(&str, Leaf<'a>) -> Result<(), Refusal>,
+) -> Result<(), Refusal> {
     let before = path.len();
     match json {
-        Json::Number(value) => leaf(path, Leaf::Number(value.as_f64().unwrap_or(f64::NAN))),
-        Json::Bool(value) => leaf(path, Leaf::Number(f64::from(u8::from(*value)))),
-        Json::Null => leaf(path, Leaf::Number(f64::NAN)),
-        Json::String(text) => leaf(path, Leaf::Text(text)),
+        Json::Number(value) => leaf(path, Leaf::Number(value.as_f64().unwrap_or(f64::NAN)))?,
+        Json::Bool(value) => leaf(path, Leaf::Number(f64::from(u8::from(*value))))?,
+        Json::Null => leaf(path, Leaf::Number(f64::NAN))?,
+        Json::String(text) => leaf(path, Leaf::Text(text))?,
         Json::Array(elements) if elements.len() > MAX_ELEMENTS => {}
         Json::Array(elements) => {
             for (index, element) in elements.iter().enumerate() {
                 path.push_str(&format!("[{index}]"));
-                visit(element, path, leaf);
+                visit(element, path, budget, leaf)?;
                 path.truncate(before);
             }
         }
         Json::Object(fields) => {
             for (name, field) in fields {
+                budget.check_name(before + 1 + name.len())?;
                 if before > 0 {
                     path.push('.');
                 }
                 path.push_str(name);
-                visit(field, path, leaf);
+                visit(field, path, budget, leaf)?;
                 path.truncate(before);
             }
         }
     }
+    Ok(())
 }

@@ -3,15 +3,17 @@
 use std::io::{BufRead, BufReader, Read};
 
 use super::json::JsonColumns;
+use super::topics::Refusal;
 use super::{Array, Format, Loaded};
+use crate::RecordingError;
+use crate::budget::Budget;
 use crate::error::{Place, Problem};
 use crate::guard::{Guard, recover};
-use crate::{Limits, RecordingError};
 
-pub(crate) fn open(source: &str, reader: impl Read, limits: &Limits) -> Result<Loaded, RecordingError> {
+pub(crate) fn open(source: &str, reader: impl Read, budget: &Budget) -> Result<Loaded, RecordingError> {
+    let limits = budget.limits();
     let mut text = BufReader::new(Guard::new(source, reader, limits.max_bytes));
     let (mut objects, mut lines, mut line) = (JsonColumns::default(), vec![], vec![]);
-    let mut count = 0;
     for number in 1.. {
         line.clear();
         if text.read_until(b'\n', &mut line).map_err(|error| recover(source, error))? == 0 {
@@ -25,17 +27,18 @@ pub(crate) fn open(source: &str, reader: impl Read, limits: &Limits) -> Result<L
             return Err(place().error(Problem::TooManySamples { limit: limits.max_samples }));
         }
         let object = line.trim_ascii();
-        objects.push(object).map_err(|error| place().error(Format::JsonLines.damaged(error)))?;
+        budget.keep_values(1 + objects.names.len()).map_err(|problem| place().error(problem))?;
+        objects.push(object, budget).map_err(|refusal| match refusal {
+            Refusal::Message(reason) => place().error(Format::JsonLines.damaged(reason)),
+            Refusal::File(problem) => place().error(problem),
+        })?;
         lines.push(number);
-        count += 8 * (1 + objects.names.len() as u64);
-        if count > limits.max_bytes {
-            return Err(place().error(Problem::TooManyBytes { limit: limits.max_bytes }));
-        }
     }
     let rows = lines.len();
     let (mut arrays, mut columns) = (vec![], vec![]);
     for (name, column, has_dates) in objects.finish() {
-        arrays.push(Array { unit: has_dates.then(|| "s".to_owned()), ..Array::new(name, vec![rows]) });
+        let array = budget.array(&name, vec![rows]).map_err(|problem| Place::file(source).error(problem))?;
+        arrays.push(Array { unit: has_dates.then(|| "s".to_owned()), ..array });
         columns.push(column);
     }
     let loaded = Loaded::new(Format::JsonLines, arrays, columns, &[]);

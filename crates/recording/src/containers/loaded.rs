@@ -1,6 +1,7 @@
 //! Arrays whose values are in memory.
 
 use super::{Array, Container, Fault, Format};
+use crate::budget::Budget;
 use crate::error::{Problem, Row};
 
 pub(crate) struct Loaded {
@@ -19,7 +20,7 @@ impl Loaded {
         values: Vec<Vec<f64>>,
         left_out: &[String],
     ) -> Result<Self, Problem> {
-        if super::vectors(&arrays).is_empty() {
+        if !super::has_signals(&arrays) {
             return Err(Problem::no_signal(format, left_out));
         }
         Ok(Self { arrays, values, lines: None })
@@ -35,7 +36,8 @@ impl Container for Loaded {
         &self.arrays
     }
 
-    fn values(&mut self, index: usize) -> Result<Vec<f64>, Fault> {
+    fn values(&mut self, index: usize, budget: &Budget) -> Result<Vec<f64>, Fault> {
+        budget.values(self.values[index].len())?;
         Ok(self.values[index].clone())
     }
 

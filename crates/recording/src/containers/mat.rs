@@ -3,22 +3,20 @@
 //!
 //! An element consists of a tag (the type and the number of bytes) and its data, padded to a multiple of 8 bytes.
 
-use std::io::Read;
 use std::ops::Range;
 
 use flate2::read::ZlibDecoder;
 
 use super::bytes::{Cursor, Order, Scalar};
 use super::mat4::Mat4;
-use super::{Array, Container, Fault, Format, check_size};
-use crate::Limits;
+use super::{Array, Container, Fault, Format};
+use crate::budget::{Budget, MAX_DIMENSIONS, recover, short};
 use crate::error::Problem;
 
 const HEADER_BYTES: usize = 128;
 
-const MAX_DEPTH: usize = 32;
-
-const MAX_ARRAYS: usize = 100_000;
+/// Maximum number of bytes of a text that is kept, such as a label.
+const MAX_TEXT_BYTES: usize = 1000;
 
 /// Fields of a structure that contain the label of its arrays, and their unit.
 const LABELS: [&str; 4] = ["label", "name", "title", "signalName"];
@@ -39,49 +37,46 @@ pub(super) struct Mat {
     buffers: Vec<Vec<u8>>,
     arrays: Vec<Array>,
     stored: Vec<Stored>,
-    limits: Limits,
 }
 
-pub(crate) fn open(bytes: Vec<u8>, limits: &Limits) -> Result<Box<dyn Container>, Problem> {
+pub(crate) fn open(bytes: Vec<u8>, budget: &Budget) -> Result<Box<dyn Container>, Problem> {
     let order = match bytes.get(126..HEADER_BYTES) {
         Some(b"IM") => Order::Little,
         Some(b"MI") => Order::Big,
         _ if bytes.starts_with(b"MATLAB") => return Err(Format::Mat.damaged("its header is cut off")),
-        _ => return Ok(Box::new(Mat4::open(bytes, limits)?)),
+        _ => return Ok(Box::new(Mat4::open(bytes, budget)?)),
     };
-    Ok(Box::new(Mat::index(bytes, order, limits)?))
+    Ok(Box::new(Mat::index(bytes, order, budget)?))
 }
 
 type Found = (Array, Range<usize>, Scalar);
 
 impl Mat {
-    fn index(bytes: Vec<u8>, order: Order, limits: &Limits) -> Result<Self, Problem> {
-        let mut mat = Self { order, buffers: vec![], arrays: vec![], stored: vec![], limits: limits.clone() };
+    fn index(bytes: Vec<u8>, order: Order, budget: &Budget) -> Result<Self, Problem> {
+        let mut mat = Self { order, buffers: vec![], arrays: vec![], stored: vec![] };
         let mut file = Cursor::new(&bytes, order);
         file.at = HEADER_BYTES;
         let (mut inflated, mut objects) = (vec![], vec![]);
-        let mut held = 0;
         let cut = || Format::Mat.damaged("it is cut off");
         while !file.rest().is_empty() {
             let (kind, range) = element(&mut file, true).ok_or_else(cut)?;
             let found = match kind {
                 COMPRESSED => {
-                    let left = limits.max_bytes.saturating_sub(held);
-                    let content = inflate(&bytes[range], left, limits.max_bytes)?;
-                    held += content.len() as u64;
+                    let content =
+                        budget.read(ZlibDecoder::new(&bytes[range])).map_err(|error| recover(Format::Mat, error))?;
                     let mut inside = Cursor::new(&content, order);
                     let found = match element(&mut inside, false).ok_or_else(cut)? {
-                        (MATRIX, range) => matrices(&content, range, order, &mut objects)?,
+                        (MATRIX, range) => matrices(&content, range, order, budget, &mut objects)?,
                         _ => vec![],
                     };
                     if found.is_empty() {
-                        held -= content.len() as u64;
+                        budget.release(content.len());
                     } else {
                         inflated.push(content);
                     }
                     (inflated.len(), found)
                 }
-                MATRIX => (0, matrices(&bytes, range, order, &mut objects)?),
+                MATRIX => (0, matrices(&bytes, range, order, budget, &mut objects)?),
                 _ => continue,
             };
             let (buffer, found) = found;
@@ -89,20 +84,10 @@ impl Mat {
                 mat.arrays.push(array);
                 mat.stored.push(Stored { buffer, range, scalar });
             }
-            if mat.arrays.len() > MAX_ARRAYS {
-                return Err(Format::Mat.damaged(format!("it has more than {MAX_ARRAYS} arrays")));
-            }
         }
         mat.buffers = std::iter::once(bytes).chain(inflated).collect();
-        if super::vectors(&mat.arrays).is_empty() { Err(Problem::no_signal(Format::Mat, &objects)) } else { Ok(mat) }
+        if super::has_signals(&mat.arrays) { Ok(mat) } else { Err(Problem::no_signal(Format::Mat, &objects)) }
     }
-}
-
-fn inflate(bytes: &[u8], left: u64, limit: u64) -> Result<Vec<u8>, Problem> {
-    let mut content = vec![];
-    let read = ZlibDecoder::new(bytes).take(left.saturating_add(1)).read_to_end(&mut content);
-    read.map_err(|error| Format::Mat.damaged(format!("a compressed part is damaged ({error})")))?;
-    if content.len() as u64 > left { Err(Problem::TooManyBytes { limit }) } else { Ok(content) }
 }
 
 /// Reads the type and the data range of the next element. `at_top`: at the top level, a compressed element has no
@@ -131,16 +116,43 @@ fn matrices(
     buffer: &[u8],
     range: Range<usize>,
     order: Order,
+    budget: &Budget,
     objects: &mut Vec<String>,
 ) -> Result<Vec<Found>, Problem> {
-    let mut walk = Walk { buffer, order, found: vec![], objects };
-    walk.matrix(range, None, 0).ok_or_else(|| Format::Mat.damaged("the sizes of an array contradict each other"))?;
-    Ok(walk.found)
+    let mut walk = Walk { buffer, order, budget, found: vec![], objects };
+    match walk.matrix(range, None, 0) {
+        Ok(_) => Ok(walk.found),
+        Err(Stop::Damaged) => Err(Format::Mat.damaged("the sizes of an array contradict each other")),
+        Err(Stop::Problem(problem)) => Err(problem),
+    }
+}
+
+/// The reason why an element is not read.
+enum Stop {
+    Damaged,
+    Problem(Problem),
+}
+
+impl From<Problem> for Stop {
+    fn from(problem: Problem) -> Self {
+        Self::Problem(problem)
+    }
+}
+
+/// Reads the type and the data range of the next element inside another one.
+fn part(at: &mut Cursor<'_>) -> Result<(u32, Range<usize>), Stop> {
+    element(at, false).ok_or(Stop::Damaged)
+}
+
+/// The bytes of a range.
+fn slice(bytes: &[u8], range: Range<usize>) -> Result<&[u8], Stop> {
+    bytes.get(range).ok_or(Stop::Damaged)
 }
 
 struct Walk<'a> {
     buffer: &'a [u8],
     order: Order,
+    budget: &'a Budget,
     found: Vec<Found>,
     /// The objects at the top level, with the remedy.
     objects: &'a mut Vec<String>,
@@ -156,80 +168,94 @@ impl Walk<'_> {
     fn object(&mut self, at: &mut Cursor<'_>, bytes: &[u8]) {
         let mut text = || {
             let (_, range) = element(at, false)?;
-            Some(String::from_utf8_lossy(bytes.get(range)?).into_owned())
+            let text = bytes.get(range)?;
+            Some(short(&String::from_utf8_lossy(&text[..text.len().min(MAX_TEXT_BYTES)])))
         };
         let (Some(name), Some(_), Some(class)) = (text(), text(), text()) else { return };
-        if !name.is_empty() {
+        // The message lists the first of them.
+        const MAX_OBJECTS: usize = 100;
+        if !name.is_empty() && self.objects.len() < MAX_OBJECTS {
             self.objects.push(format!(
                 "{name} is a {class}: save its columns as arrays, as in t = seconds({name}.Time); x = {name}.x"
             ));
         }
     }
 
-    /// Reads a matrix; inside another one its name is `given`. `None` if it is damaged.
-    fn matrix(&mut self, range: Range<usize>, given: Option<&str>, depth: usize) -> Option<Content> {
-        let bytes = self.buffer.get(range.clone())?;
-        if bytes.is_empty() || depth > MAX_DEPTH || self.found.len() > MAX_ARRAYS {
-            return Some(Content::Other);
+    /// Reads a matrix; inside another one its name is `given`.
+    fn matrix(&mut self, range: Range<usize>, given: Option<&str>, depth: usize) -> Result<Content, Stop> {
+        let bytes = slice(self.buffer, range.clone())?;
+        if bytes.is_empty() {
+            return Ok(Content::Other);
         }
+        self.budget.check_depth(depth)?;
         let mut at = Cursor::new(bytes, self.order);
-        let (_, flags) = element(&mut at, false)?;
-        let flags = Cursor::new(bytes.get(flags)?, self.order).u32()?;
+        let (_, flags) = part(&mut at)?;
+        let flags = Cursor::new(slice(bytes, flags)?, self.order).u32().ok_or(Stop::Damaged)?;
         let class = flags & 0xff;
         // Objects of classes and functions have no dimensions here.
         if matches!(class, 16 | 17) {
             if class == 17 && given.is_none() {
                 self.object(&mut at, bytes);
             }
-            return Some(Content::Other);
+            return Ok(Content::Other);
         }
-        let (_, dims) = element(&mut at, false)?;
-        let dims = Scalar::I32.read_all(bytes.get(dims)?, self.order);
+        let (_, dims) = part(&mut at)?;
+        let dims = slice(bytes, dims)?;
+        // The budget refuses more dimensions.
+        let dims = Scalar::I32.read_all(&dims[..dims.len().min(4 * (MAX_DIMENSIONS + 1))], self.order);
         let dims: Vec<usize> = dims.into_iter().map(|dim| dim as usize).collect();
-        let (_, own) = element(&mut at, false)?;
-        let own = String::from_utf8_lossy(bytes.get(own)?).into_owned();
+        let (_, own) = part(&mut at)?;
+        let own = slice(bytes, own)?;
+        self.budget.check_name(own.len())?;
+        let own = String::from_utf8_lossy(own).into_owned();
         let name = given.unwrap_or(&own);
         // The workspace of functions has no name.
         if name.is_empty() {
-            return Some(Content::Other);
+            return Ok(Content::Other);
         }
-        let array = Array { column_major: true, ..Array::new(name, dims) };
+        let array = Array { column_major: true, ..self.budget.array(name, dims)? };
         match class {
             1 => self.parts(&mut at, range.start, &array, &[String::new()], depth)?,
             2 | 3 => {
                 if class == 3 {
-                    element(&mut at, false)?;
+                    part(&mut at)?;
                 }
-                let (_, length) = element(&mut at, false)?;
-                let length = Cursor::new(bytes.get(length)?, self.order).index()?;
-                let (_, names) = element(&mut at, false)?;
+                let (_, length) = part(&mut at)?;
+                let length = Cursor::new(slice(bytes, length)?, self.order).index().ok_or(Stop::Damaged)?;
+                let (_, names) = part(&mut at)?;
                 let field = |name: &[u8]| {
                     let end = name.iter().position(|byte| *byte == 0).unwrap_or(name.len());
                     format!(".{}", String::from_utf8_lossy(&name[..end]))
                 };
-                let names = bytes.get(names)?;
+                let names = slice(bytes, names)?;
+                let count = names.len().checked_div(length).unwrap_or(0);
+                let longest = if count > 0 { length } else { names.len() };
+                self.budget.check_name(longest)?;
+                self.budget.hold("names of fields", (count + 1) * (longest + size_of::<String>()))?;
                 let fields: Vec<String> = if length == 0 { vec![] } else { names.chunks(length).map(field).collect() };
                 self.parts(&mut at, range.start, &array, &fields, depth)?;
             }
             4 => {
-                let (kind, text) = element(&mut at, false)?;
-                return Some(Content::Text(characters(bytes.get(text)?, kind, self.order)));
+                let (kind, text) = part(&mut at)?;
+                let text = slice(bytes, text)?;
+                let text = &text[..text.len().min(MAX_TEXT_BYTES)];
+                return Ok(Content::Text(short(&characters(text, kind, self.order))));
             }
             6..=15 => {
                 if array.len() == 0 {
-                    return Some(Content::Other);
+                    return Ok(Content::Other);
                 }
-                let (kind, data) = element(&mut at, false)?;
-                let scalar = scalar(kind)?;
+                let (kind, data) = part(&mut at)?;
+                let scalar = scalar(kind).ok_or(Stop::Damaged)?;
                 // A complex array stores its real parts first.
-                if array.len().checked_mul(scalar.size())? != data.len() {
-                    return None;
+                if array.len().checked_mul(scalar.size()) != Some(data.len()) {
+                    return Err(Stop::Damaged);
                 }
                 self.found.push((array, range.start + data.start..range.start + data.end, scalar));
             }
             _ => {}
         }
-        Some(Content::Other)
+        Ok(Content::Other)
     }
 
     /// Reads the matrices of a cell or a structure: one per element and field.
@@ -240,20 +266,21 @@ impl Walk<'_> {
         outer: &Array,
         fields: &[String],
         depth: usize,
-    ) -> Option<()> {
+    ) -> Result<(), Stop> {
         if fields.is_empty() {
-            return Some(());
+            return Ok(());
         }
         let is_cell = fields == [String::new()];
         for index in 0..outer.len() {
             let first = self.found.len();
             let (mut label, mut unit) = (None, None);
             for field in fields {
-                let (kind, range) = element(at, false)?;
+                let (kind, range) = part(at)?;
                 if kind != MATRIX {
-                    return None;
+                    return Err(Stop::Damaged);
                 }
                 let index = if is_cell || outer.len() > 1 { format!("[{index}]") } else { String::new() };
+                self.budget.check_name(outer.name.len() + index.len() + field.len())?;
                 let name = format!("{}{index}{field}", outer.name);
                 let content = self.matrix(start + range.start..start + range.end, Some(&name), depth + 1)?;
                 if let Content::Text(text) = content {
@@ -272,7 +299,7 @@ impl Walk<'_> {
                 array.unit = array.unit.take().or_else(|| unit.clone());
             }
         }
-        Some(())
+        Ok(())
     }
 }
 
@@ -307,9 +334,9 @@ impl Container for Mat {
         &self.arrays
     }
 
-    fn values(&mut self, index: usize) -> Result<Vec<f64>, Fault> {
+    fn values(&mut self, index: usize, budget: &Budget) -> Result<Vec<f64>, Fault> {
         let stored = &self.stored[index];
-        check_size(self.arrays[index].len(), &self.limits)?;
+        budget.values(self.arrays[index].len())?;
         let bytes = self.buffers[stored.buffer].get(stored.range.clone());
         Ok(stored.scalar.read_all(bytes.unwrap_or_default(), self.order))
     }

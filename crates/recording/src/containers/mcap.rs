@@ -1,5 +1,8 @@
 //! MCAP logs with messages of ROS 1, ROS 2 or JSON.
 
+use std::borrow::Cow;
+
+use mcap::read::Options;
 use mcap::{McapError, Message, MessageStream};
 
 use super::json::JsonColumns;
@@ -7,18 +10,30 @@ use super::mcap_chunks::decompressed;
 use super::ros::{Definition, Encoding};
 use super::topics::{Kind, Topics};
 use super::{Format, Loaded};
-use crate::Limits;
+use crate::budget::Budget;
 use crate::error::Problem;
 
-pub(super) fn open(bytes: &[u8], limits: &Limits) -> Result<Loaded, Problem> {
-    let mut topics = Topics::new();
-    for message in MessageStream::new(&decompressed(bytes, limits)?).map_err(damaged)? {
+/// Memory in bytes per byte of a definition.
+pub(super) const DEFINITION_BYTES: usize = 128;
+
+pub(super) fn open(bytes: &[u8], budget: &Budget) -> Result<Loaded, Problem> {
+    let mut topics = Topics::new(Format::Mcap);
+    let plain = decompressed(bytes, budget)?;
+    for message in MessageStream::new_with_options(&plain, Options::ValidateChunkCrcs.into()).map_err(damaged)? {
         let message = message.map_err(damaged)?;
         let channel = &message.channel;
-        let describe = || (channel.topic.clone(), kind(&message));
-        topics.push(i64::from(channel.id), i128::from(message.log_time), &message.data, limits, describe)?;
+        let describe = || {
+            let schema = channel.schema.as_ref().map_or(0, |schema| schema.data.len());
+            // The channels of a log can refer to one definition.
+            budget.hold("definitions of messages", DEFINITION_BYTES * schema)?;
+            Ok((channel.topic.clone(), kind(&message)))
+        };
+        topics.push(i64::from(channel.id), i128::from(message.log_time), &message.data, budget, describe)?;
     }
-    topics.finish(Format::Mcap)
+    if let Cow::Owned(plain) = plain {
+        budget.release(plain.len());
+    }
+    topics.finish(budget)
 }
 
 fn damaged(error: McapError) -> Problem {

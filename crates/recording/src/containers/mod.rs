@@ -16,33 +16,40 @@ mod mcap_chunks;
 mod name;
 mod npy;
 mod parquet;
+mod parquet_footer;
 mod parquet_pages;
 mod read;
 mod ros;
 mod tdms;
+mod thrift;
 mod topics;
 mod unpack;
 
 #[cfg(feature = "arrow-formats")]
 mod arrow;
 #[cfg(feature = "lab-formats")]
+mod compound_file;
+#[cfg(feature = "lab-formats")]
 mod excel;
 #[cfg(feature = "lab-formats")]
 mod hdf5;
 #[cfg(feature = "ros-formats")]
 mod rosbag2;
+#[cfg(feature = "lab-formats")]
+mod xls;
 
 use std::fs::File;
 use std::io::Read;
 
+use super::Format;
+use super::budget::Budget;
 use super::error::{Problem, Row};
-use super::{Format, Limits};
 
 pub(super) use foreign::guarded;
 pub(crate) use json_lines::open as open_json_lines;
 use loaded::Loaded;
 pub(super) use mat::open as open_mat;
-pub(super) use name::vectors;
+pub(super) use name::{has_signals, listed, vectors};
 pub(super) use read::{read, scan};
 
 #[derive(Debug, Clone, PartialEq)]
@@ -101,7 +108,12 @@ pub(super) trait Container {
     fn arrays(&self) -> &[Array];
 
     /// All elements of an array, in its order; NaN if the file has no number.
-    fn values(&mut self, index: usize) -> Result<Vec<f64>, Fault>;
+    fn values(&mut self, index: usize, budget: &Budget) -> Result<Vec<f64>, Fault>;
+
+    /// The reason why the file seems to end before its recording did.
+    fn unfinished(&self) -> Option<&str> {
+        None
+    }
 
     /// The location of a sample, for messages.
     fn row(&self, _index: usize, sample: usize) -> Row {
@@ -109,59 +121,55 @@ pub(super) trait Container {
     }
 }
 
-pub(super) fn open(format: Format, mut file: File, limits: &Limits) -> Result<Box<dyn Container>, Problem> {
+pub(super) fn open(format: Format, mut file: File, budget: &Budget) -> Result<Box<dyn Container>, Problem> {
     let mut whole = || {
         let mut bytes = vec![];
-        file.by_ref().take(limits.max_bytes).read_to_end(&mut bytes).map_err(Problem::Unreadable)?;
+        file.by_ref().take(budget.limits().max_bytes).read_to_end(&mut bytes).map_err(Problem::Unreadable)?;
+        budget.hold("bytes", bytes.len())?;
         Ok::<_, Problem>(bytes)
     };
     Ok(match format {
         Format::Csv | Format::JsonLines | Format::Rosbag1 => return Err(Problem::Unsupported(format)),
         Format::Npy => {
             let bytes = whole()?;
-            guarded(format, || Ok(Box::new(npy::open_array(&bytes, limits)?)))?
+            guarded(format, || Ok(Box::new(npy::open_array(&bytes, budget)?)))?
         }
         Format::Npz => {
             let bytes = whole()?;
-            guarded(format, || Ok(Box::new(npy::open_archive(bytes, limits)?)))?
+            guarded(format, || Ok(Box::new(npy::open_archive(bytes, budget)?)))?
         }
-        Format::Mat => mat::open(whole()?, limits)?,
-        Format::Tdms => Box::new(tdms::Tdms::open(whole()?, limits)?),
+        Format::Mat => mat::open(whole()?, budget)?,
+        Format::Tdms => Box::new(tdms::Tdms::open(whole()?, budget)?),
         Format::Mcap => {
             let bytes = whole()?;
-            guarded(format, || Ok(Box::new(mcap::open(&bytes, limits)?)))?
+            guarded(format, || Ok(Box::new(mcap::open(&bytes, budget)?)))?
         }
-        Format::Parquet => guarded(format, || Ok(Box::new(parquet::Parquet::open(file, limits)?)))?,
+        Format::Parquet => guarded(format, || Ok(Box::new(parquet::Parquet::open(file, budget)?)))?,
         #[cfg(feature = "lab-formats")]
         Format::Hdf5 => {
             let bytes = whole()?;
-            guarded(format, || Ok(Box::new(hdf5::Hdf5::open(bytes, limits)?)))?
+            guarded(format, || Ok(Box::new(hdf5::Hdf5::open(bytes, budget)?)))?
         }
         #[cfg(feature = "lab-formats")]
         Format::Excel => {
             let bytes = whole()?;
-            guarded(format, || Ok(Box::new(excel::Excel::open(bytes, limits)?)))?
+            guarded(format, || Ok(Box::new(excel::Excel::open(bytes, budget)?)))?
         }
         #[cfg(feature = "arrow-formats")]
         Format::Arrow => {
             let bytes = whole()?;
-            guarded(format, || Ok(Box::new(arrow::open(bytes, limits)?)))?
+            guarded(format, || Ok(Box::new(arrow::open(bytes, budget)?)))?
         }
         #[cfg(not(feature = "arrow-formats"))]
         Format::Arrow => return Err(Problem::Unsupported(format)),
         #[cfg(feature = "ros-formats")]
         Format::Rosbag2 => {
             let bytes = whole()?;
-            guarded(format, || Ok(Box::new(rosbag2::open(&bytes, limits)?)))?
+            guarded(format, || Ok(Box::new(rosbag2::open(&bytes, budget)?)))?
         }
         #[cfg(not(feature = "ros-formats"))]
         Format::Rosbag2 => return Err(Problem::Unsupported(format)),
         #[cfg(not(feature = "lab-formats"))]
         Format::Hdf5 | Format::Excel => return Err(Problem::Unsupported(format)),
     })
-}
-
-pub(super) fn check_size(len: usize, limits: &Limits) -> Result<(), Problem> {
-    let size = (len as u64).saturating_mul(8);
-    if size <= limits.max_bytes { Ok(()) } else { Err(Problem::TooLarge { size, limit: limits.max_bytes }) }
 }

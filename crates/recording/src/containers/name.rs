@@ -36,6 +36,21 @@ enum Pick {
     Index(usize),
 }
 
+/// Number of signals of an array that are listed.
+pub(crate) fn listed(dims: &[usize]) -> usize {
+    let longest = dims.iter().copied().max().unwrap_or(0);
+    if longest < 2 || dims.contains(&0) {
+        return 0;
+    }
+    let all = dims.iter().fold(1_usize, |product, dim| product.saturating_mul(*dim));
+    (all / longest).min(MAX_LISTED)
+}
+
+/// Returns true if an array has a signal.
+pub(crate) fn has_signals(arrays: &[Array]) -> bool {
+    arrays.iter().any(|array| listed(&array.dims) > 0)
+}
+
 /// The signals of arrays, at most [`MAX_LISTED`] per array.
 pub(crate) fn vectors(arrays: &[Array]) -> Vec<Vector> {
     arrays.iter().enumerate().flat_map(|(index, array)| of_array(index, array)).collect()
@@ -47,8 +62,7 @@ fn of_array(index: usize, array: &Array) -> Vec<Vector> {
     if len < 2 || array.dims.contains(&0) {
         return vec![];
     }
-    let others = array.len() / len;
-    let picks = (0..others.min(MAX_LISTED)).map(|mut number| {
+    let picks = (0..listed(&array.dims)).map(|mut number| {
         let pick = |(axis, &dim): (usize, &usize)| {
             if axis == longest {
                 return Pick::Samples;

@@ -7,13 +7,16 @@ use std::io::Cursor;
 use npyz::{DType, Endianness, NpyHeader, Order as Layout, TypeChar, TypeStr};
 
 use super::bytes::{Order, Scalar, Wide};
-use super::{Array, Format, Loaded, unpack};
-use crate::Limits;
+use super::{Array, Format, Loaded};
+use crate::budget::{Budget, recover};
 use crate::error::Problem;
 
 /// Largest depth of brackets in a header. A structured array has a list of pairs in a dictionary. The parser of headers
 /// takes exponential time in the depth.
 const MAX_DEPTH: i32 = 16;
+
+/// Maximum size of a header.
+const MAX_HEADER_BYTES: usize = 1 << 20;
 
 /// A file without names for its arrays gives them this one.
 const UNNAMED: &str = "array";
@@ -23,36 +26,33 @@ struct Numpy {
     arrays: Vec<Array>,
     values: Vec<Vec<f64>>,
     left_out: Vec<String>,
-    /// The size of the numbers, in bytes.
-    size: u64,
 }
 
 /// Reads an array.
-pub(super) fn open_array(bytes: &[u8], limits: &Limits) -> Result<Loaded, Problem> {
+pub(super) fn open_array(bytes: &[u8], budget: &Budget) -> Result<Loaded, Problem> {
     let mut found = Numpy::default();
-    found.add(Format::Npy, UNNAMED, bytes, limits)?;
+    found.add(Format::Npy, UNNAMED, bytes, budget)?;
     found.finish(Format::Npy)
 }
 
 /// Reads the arrays of an archive.
-pub(super) fn open_archive(bytes: Vec<u8>, limits: &Limits) -> Result<Loaded, Problem> {
+pub(super) fn open_archive(bytes: Vec<u8>, budget: &Budget) -> Result<Loaded, Problem> {
     let mut found = Numpy::default();
     let damaged = |error: &dyn std::fmt::Display| Format::Npz.damaged(error);
     let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|error| damaged(&error))?;
-    let mut left = limits.max_bytes;
     for index in 0..archive.len() {
         let entry = archive.by_index(index).map_err(|error| damaged(&error))?;
         let file = entry.name().map_err(|error| damaged(&error))?.into_owned();
         let Some(name) = npyz::npz::array_name_from_file_name(&file) else { continue };
-        let array = unpack::bounded(entry, left).map_err(|error| damaged(&error))?;
-        left = left.saturating_sub(array.len() as u64);
-        found.add(Format::Npz, name, &array, limits)?;
+        budget.check_name(name.len())?;
+        let array = budget.read(entry).map_err(|error| recover(Format::Npz, error))?;
+        found.add(Format::Npz, name, &array, budget)?;
     }
     found.finish(Format::Npz)
 }
 
 impl Numpy {
-    fn add(&mut self, format: Format, name: &str, bytes: &[u8], limits: &Limits) -> Result<(), Problem> {
+    fn add(&mut self, format: Format, name: &str, bytes: &[u8], budget: &Budget) -> Result<(), Problem> {
         check_header(bytes).map_err(|reason| format.damaged(reason))?;
         let mut data = bytes;
         let header = NpyHeader::from_reader(&mut data).map_err(|error| format.damaged(error))?;
@@ -78,17 +78,15 @@ impl Numpy {
             match number(of_field) {
                 Some((scalar, order, unit)) => {
                     // A number of one byte in the file has eight in memory.
-                    self.size = self.size.saturating_add(8 * count as u64);
-                    if self.size > limits.max_bytes {
-                        return Err(Problem::TooManyBytes { limit: limits.max_bytes });
-                    }
+                    budget.keep_values(count)?;
+                    budget.work("values", count.saturating_mul(8))?;
                     let mut wide = Wide::default();
                     let mut read = |element: &[u8]| match scalar {
                         Scalar::I64 => Some(wide.number(whole(element.get(at..)?, order)?)),
                         _ => scalar.read(element.get(at..)?, order),
                     };
                     let values = data.chunks_exact(stride).take(count).map(|element| read(element).unwrap_or(f64::NAN));
-                    let array = Array::new(field.unwrap_or(name), dims.clone());
+                    let array = budget.array(field.unwrap_or(name), dims.clone())?;
                     self.arrays.push(Array { column_major, unit: unit.map(str::to_owned), ..array });
                     self.values.push(values.collect());
                 }
@@ -116,8 +114,12 @@ fn check_header(bytes: &[u8]) -> Result<(), &'static str> {
         let (length, rest) = bytes.get(8..).and_then(<[u8]>::split_first_chunk).ok_or(CUT_OFF)?;
         (u32::from_le_bytes(*length) as usize, rest)
     };
+    let header = rest.get(..length).ok_or(CUT_OFF)?;
+    if length > MAX_HEADER_BYTES {
+        return Err("its header is longer than 1 MiB");
+    }
     let mut depth = 0;
-    for byte in rest.get(..length).ok_or(CUT_OFF)? {
+    for byte in header {
         match byte {
             b'[' | b'(' | b'{' => depth += 1,
             b']' | b')' | b'}' => depth -= 1,
@@ -172,7 +174,7 @@ mod tests {
 
     #[test]
     fn a_deeply_nested_header_and_one_that_is_cut_off_are_refused_at_once() {
-        let refused = |bytes: &[u8]| match open_array(bytes, &Limits::default()) {
+        let refused = |bytes: &[u8]| match open_array(bytes, &Budget::new(&crate::Limits::default())) {
             Err(problem) => problem.to_string(),
             Ok(_) => "read".to_owned(),
         };

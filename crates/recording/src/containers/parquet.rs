@@ -11,8 +11,8 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 
 use super::bytes::Wide;
 use super::parquet_pages::Pages;
-use super::{Array, Container, Fault, Format, check_size, guarded};
-use crate::Limits;
+use super::{Array, Container, Fault, Format, guarded, parquet_footer};
+use crate::budget::Budget;
 use crate::error::Problem;
 
 const BATCH: usize = 1 << 16;
@@ -23,7 +23,6 @@ pub(super) struct Parquet {
     arrays: Vec<Array>,
     /// The column index of each array.
     columns: Vec<usize>,
-    limits: Limits,
 }
 
 fn damaged(error: ParquetError) -> Problem {
@@ -31,13 +30,15 @@ fn damaged(error: ParquetError) -> Problem {
 }
 
 impl Parquet {
-    pub(super) fn open(file: File, limits: &Limits) -> Result<Self, Problem> {
+    pub(super) fn open(mut file: File, budget: &Budget) -> Result<Self, Problem> {
+        parquet_footer::check(&mut file, budget)?;
         let again = Arc::new(file.try_clone().map_err(Problem::Unreadable)?);
         let reader = SerializedFileReader::new(file).map_err(damaged)?;
         let metadata = reader.metadata().file_metadata();
         let rows = usize::try_from(metadata.num_rows()).unwrap_or(usize::MAX);
-        if rows > limits.max_samples {
-            return Err(Problem::TooManySamples { limit: limits.max_samples });
+        let limit = budget.limits().max_samples;
+        if rows > limit {
+            return Err(Problem::TooManySamples { limit });
         }
         let (mut arrays, mut columns, mut left_out) = (vec![], vec![], vec![]);
         for (index, column) in metadata.schema_descr().columns().iter().enumerate() {
@@ -67,35 +68,28 @@ impl Parquet {
                 // Writers name the element of a list `x.list.element` or `x.list.item`.
                 let name = if is_list { path.split(".list.").next().unwrap_or(&path) } else { &path };
                 let dims = if is_list { vec![rows, length] } else { vec![rows] };
-                arrays.push(Array { unit: unit.map(str::to_owned), ..Array::new(name, dims) });
+                arrays.push(Array { unit: unit.map(str::to_owned), ..budget.array(name, dims)? });
                 columns.push(index);
             }
         }
         if arrays.is_empty() || rows < 2 {
             return Err(Problem::no_signal(Format::Parquet, &left_out));
         }
-        Ok(Self { reader, file: again, arrays, columns, limits: limits.clone() })
+        Ok(Self { reader, file: again, arrays, columns })
     }
 
-    fn column(&self, index: usize) -> Result<Vec<f64>, Fault> {
+    fn column(&self, index: usize, budget: &Budget) -> Result<Vec<f64>, Fault> {
         let rows = self.arrays[index].len();
         let mut values = Vec::new();
-        let (metadata, max_bytes) = (self.reader.metadata(), self.limits.max_bytes);
+        let metadata = self.reader.metadata();
         let column = self.columns[index];
         let described = metadata.file_metadata().schema_descr().column(column);
         let length = self.arrays[index].dims.get(1).copied().unwrap_or(1);
         let list = List { rows: self.arrays[index].dims[0], length, defined: described.max_def_level() };
         let mut wide = Wide::default();
-        for (number, group) in metadata.row_groups().iter().enumerate() {
-            let rows_of_group = usize::try_from(group.num_rows()).unwrap_or(0);
-            let pages = Pages::of(&self.file, group.column(column), rows_of_group, max_bytes).map_err(damaged)?;
-            let reader = match pages {
-                Some(pages) => get_column_reader(described.clone(), Box::new(pages)),
-                None => {
-                    let group = self.reader.get_row_group(number).map_err(damaged)?;
-                    group.get_column_reader(column).map_err(damaged)?
-                }
-            };
+        for group in metadata.row_groups() {
+            let pages = Pages::of(&self.file, group.column(column), budget).map_err(damaged)?;
+            let reader = get_column_reader(described.clone(), Box::new(pages));
             let into = &mut values;
             match reader {
                 ColumnReader::BoolColumnReader(column) => numbers(column, list, into, |value| f64::from(*value)),
@@ -173,8 +167,8 @@ impl Container for Parquet {
         &self.arrays
     }
 
-    fn values(&mut self, index: usize) -> Result<Vec<f64>, Fault> {
-        check_size(self.arrays[index].len(), &self.limits)?;
-        guarded(Format::Parquet, || self.column(index))
+    fn values(&mut self, index: usize, budget: &Budget) -> Result<Vec<f64>, Fault> {
+        budget.values(self.arrays[index].len())?;
+        guarded(Format::Parquet, || self.column(index, budget))
     }
 }

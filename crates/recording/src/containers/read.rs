@@ -3,21 +3,23 @@
 use super::join::{Clock, Timed, join, other_clock};
 use super::name::{Vector, find, vectors};
 use super::{Container, Fault};
+use crate::budget::Budget;
 use crate::error::{Place, Problem, Row};
 use crate::read::{check_gaps, check_times};
 use crate::samples::intervals;
 use crate::signals::{Signal, Statistics};
 use crate::stamp::CALENDAR_S;
 use crate::table::not_increasing;
-use crate::{Column, Columns, IgnoredUnit, Limits, Quantity, Recording, RecordingError};
+use crate::{Column, Columns, IgnoredUnit, Quantity, Recording, RecordingError};
 
 /// Reads a recording of the signals that `columns` names.
 pub(crate) fn read(
     file: &str,
     container: &mut dyn Container,
     columns: &Columns,
-    limits: &Limits,
+    budget: &Budget,
 ) -> Result<Recording, RecordingError> {
+    let limits = budget.limits();
     let requested = [
         (Quantity::Time, Some(&columns.time).filter(|_| limits.rate_hz.is_none())),
         (Quantity::Position, Some(&columns.position)),
@@ -61,7 +63,7 @@ pub(crate) fn read(
     }
     let mut signals = [const { None }; Quantity::ALL.len()];
     for (quantity, column, vector) in &found {
-        signals[*quantity as usize] = Some(values(file, container, column, vector)?);
+        signals[*quantity as usize] = Some(values(file, container, column, vector, budget)?);
     }
     if let Some(rate_hz) = limits.rate_hz {
         signals[Quantity::Time as usize] = Some((0..times).map(|sample| sample as f64 / rate_hz).collect());
@@ -75,7 +77,7 @@ pub(crate) fn read(
                 Some(Clock::Times(index)) => Vector::whole(*index, &container.arrays()[*index]),
                 _ => time.clone(),
             };
-            let time_s = values(file, container, &columns.time, &of_clock)?;
+            let time_s = values(file, container, &columns.time, &of_clock, budget)?;
             let row = |sample: usize| container.row(of_clock.array, sample);
             let of_clock = Column::new(&of_clock.name, 1.0).unwrap_or_else(|_| columns.time.clone());
             check_order(file, &of_clock, &time_s, row)?;
@@ -116,6 +118,7 @@ pub(crate) fn read(
     let ignored =
         found.iter().filter_map(|(quantity, column, vector)| IgnoredUnit::of(*quantity, column, unit(vector)));
     let recording = recording.since(origin_s).with_joined(reports).with_ignored_units(ignored.collect());
+    let recording = recording.with_unfinished(container.unfinished().map(str::to_owned));
     check_gaps(file, recording, columns, limits, row)
 }
 
@@ -139,10 +142,12 @@ fn values(
     container: &mut dyn Container,
     column: &Column,
     vector: &Vector,
+    budget: &Budget,
 ) -> Result<Vec<f64>, RecordingError> {
     let place = || Place::file(file).in_column(column.name());
     let refuse = |row: Option<Row>, problem| row.map_or(place(), |row| place().at(row)).error(problem);
-    let whole = container.values(vector.array).map_err(|Fault { row, problem }| refuse(row, problem))?;
+    let whole = container.values(vector.array, budget).map_err(|Fault { row, problem }| refuse(row, problem))?;
+    budget.keep_values(vector.len).map_err(|problem| refuse(None, problem))?;
     let mut values: Vec<f64> = Vec::with_capacity(vector.len);
     for (sample, value) in vector.of(&whole).enumerate() {
         let scaled = column.convert(value);
@@ -162,8 +167,8 @@ fn values(
 const MIN_SHARE: f64 = 0.01;
 
 /// Lists the signals of a container, without unreadable arrays and arrays below [`MIN_SHARE`]. If no array is readable,
-/// the error is that of the first one.
-pub(crate) fn scan(file: &str, container: &mut dyn Container) -> Result<Vec<Signal>, RecordingError> {
+/// the error is that of the first one. A file beyond the budget is refused.
+pub(crate) fn scan(file: &str, container: &mut dyn Container, budget: &Budget) -> Result<Vec<Signal>, RecordingError> {
     let mut vectors = vectors(container.arrays());
     let longest = vectors.iter().map(|vector| vector.len).max().unwrap_or(0);
     vectors.retain(|vector| vector.len as f64 >= MIN_SHARE * longest as f64);
@@ -172,8 +177,11 @@ pub(crate) fn scan(file: &str, container: &mut dyn Container) -> Result<Vec<Sign
     let mut failure = None;
     for vector in vectors {
         if whole.as_ref().is_none_or(|(array, _)| *array != vector.array) {
-            whole = match container.values(vector.array) {
+            whole = match container.values(vector.array, budget) {
                 Ok(values) => Some((vector.array, values)),
+                Err(Fault { problem: problem @ Problem::OverBudget { .. }, .. }) => {
+                    return Err(Place::file(file).error(problem));
+                }
                 Err(fault) => {
                     failure.get_or_insert((vector.name.clone(), fault));
                     None

@@ -8,12 +8,20 @@
 use std::collections::HashMap;
 
 use super::bytes::{Cursor, Order, Scalar};
+use super::topics::Refusal;
+use crate::budget::Budget;
 
 /// Maximum number of elements of an array that is read. Longer arrays, such as images and point clouds, are not
 /// signals.
 pub(super) const MAX_ELEMENTS: usize = 64;
 
 const MAX_DEPTH: usize = 16;
+
+/// Maximum number of bytes of the name of a message, with its package.
+const MAX_MESSAGE_NAME_BYTES: usize = 256;
+
+/// Memory of a column in bytes, besides its name and its numbers.
+const COLUMN_BYTES: usize = 128;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Encoding {
@@ -56,6 +64,7 @@ pub(super) struct Definition {
 impl Definition {
     pub(super) fn parse(encoding: Encoding, name: &str, text: &str) -> Result<Self, String> {
         let root = short(name);
+        check_name(&root)?;
         let mut messages = HashMap::from([(root.clone(), vec![])]);
         let mut current = root.clone();
         for line in text.lines() {
@@ -65,6 +74,7 @@ impl Definition {
             }
             if let Some(name) = line.strip_prefix("MSG:") {
                 current = short(name.trim());
+                check_name(&current)?;
                 messages.entry(current.clone()).or_default();
                 continue;
             }
@@ -78,6 +88,13 @@ impl Definition {
     fn fields(&self, name: &str) -> Result<&[Field], String> {
         self.messages.get(name).map(Vec::as_slice).ok_or_else(|| format!("the message {name} is not defined"))
     }
+}
+
+fn check_name(name: &str) -> Result<(), String> {
+    if name.len() <= MAX_MESSAGE_NAME_BYTES {
+        return Ok(());
+    }
+    Err(format!("the name of a message has {} bytes, the limit is {MAX_MESSAGE_NAME_BYTES}", name.len()))
 }
 
 /// The name of a message without the folder `msg`.
@@ -161,7 +178,7 @@ impl Decoder {
 
     /// Returns true if a number is a time stamp.
     pub(super) fn is_stamp(&self, index: usize) -> bool {
-        self.stamps.iter().any(|(stamp, _)| *stamp == index)
+        self.stamps.binary_search_by_key(&index, |(stamp, _)| *stamp).is_ok()
     }
 
     /// Replaces `values` by the numbers of a message, one per name in [`Self::names`].
@@ -170,9 +187,11 @@ impl Decoder {
         bytes: &[u8],
         values: &mut Vec<f64>,
         first_stamps: &mut FirstStamps,
-    ) -> Result<(), String> {
+        budget: &Budget,
+    ) -> Result<(), Refusal> {
         values.clear();
         let mut reader = Reader {
+            budget,
             definition: &self.definition,
             cursor: Cursor::new(bytes, Order::Little),
             start: 0,
@@ -197,7 +216,7 @@ impl Decoder {
                 }
                 (self.names, self.lengths) = (Some(names), lengths);
             }
-            None if lengths != self.lengths => return Err("the length of an array in it changes".to_owned()),
+            None if lengths != self.lengths => return Err("the length of an array in it changes".to_owned().into()),
             None => {}
         }
         Ok(())
@@ -205,6 +224,7 @@ impl Decoder {
 }
 
 struct Reader<'a> {
+    budget: &'a Budget,
     definition: &'a Definition,
     cursor: Cursor<'a>,
     /// The origin of the alignment.
@@ -260,16 +280,16 @@ impl Reader<'_> {
         self.cursor.index().ok_or_else(cut_off)
     }
 
-    fn message(&mut self, name: &str, depth: usize) -> Result<(), String> {
+    fn message(&mut self, name: &str, depth: usize) -> Result<(), Refusal> {
         if depth > MAX_DEPTH {
-            return Err(format!("messages are nested deeper than {MAX_DEPTH}"));
+            return Err(format!("messages are nested deeper than {MAX_DEPTH}").into());
         }
         let definition = self.definition;
         let fields = definition.fields(name)?;
         // An empty message has one byte in ROS 2 and none in ROS 1. Without empty messages every field has at least one
         // byte, and the size of the file bounds the work.
         if fields.is_empty() {
-            return Err(format!("the message {name} has no fields"));
+            return Err(format!("the message {name} has no fields").into());
         }
         for field in fields {
             self.field(field, depth)?;
@@ -277,8 +297,9 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn field(&mut self, field: &Field, depth: usize) -> Result<(), String> {
+    fn field(&mut self, field: &Field, depth: usize) -> Result<(), Refusal> {
         let before = self.path.len();
+        self.budget.check_name(before + 1 + field.name.len())?;
         if before > 0 {
             self.path.push('.');
         }
@@ -296,38 +317,39 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn array(&mut self, kind: &Kind, count: usize, depth: usize) -> Result<(), String> {
+    fn array(&mut self, kind: &Kind, count: usize, depth: usize) -> Result<(), Refusal> {
         // An element has at least one byte, so that the number of bytes bounds this loop.
         if count > self.cursor.rest().len() {
-            return Err(cut_off());
+            return Err(cut_off().into());
         }
         let is_long = count > MAX_ELEMENTS;
         if let (true, Kind::Number(scalar)) = (is_long, kind) {
             self.align(scalar.size())?;
-            return self.cursor.take(count * scalar.size()).map(drop).ok_or_else(cut_off);
+            return Ok(self.cursor.take(count * scalar.size()).map(drop).ok_or_else(cut_off)?);
         }
         if !is_long && *kind != Kind::Text {
             self.lengths.push(count);
         }
-        let kept = (self.values.len(), self.names.as_ref().map(Vec::len), self.lengths.len(), self.stamps.len());
+        let kept = (self.values.len(), self.lengths.len(), self.stamps.len());
+        let names = if is_long { self.names.take() } else { None };
         let before = self.path.len();
         for index in 0..count {
-            self.path.push_str(&format!("[{index}]"));
+            if self.names.is_some() {
+                self.path.push_str(&format!("[{index}]"));
+            }
             self.element(kind, depth)?;
             self.path.truncate(before);
             if is_long {
                 self.values.truncate(kept.0);
-                self.lengths.truncate(kept.2);
-                self.stamps.truncate(kept.3);
-                if let (Some(names), Some(len)) = (&mut self.names, kept.1) {
-                    names.truncate(len);
-                }
+                self.lengths.truncate(kept.1);
+                self.stamps.truncate(kept.2);
             }
         }
+        self.names = names.or(self.names.take());
         Ok(())
     }
 
-    fn element(&mut self, kind: &Kind, depth: usize) -> Result<(), String> {
+    fn element(&mut self, kind: &Kind, depth: usize) -> Result<(), Refusal> {
         let value = match kind {
             Kind::Number(scalar) => self.number(*scalar)?,
             Kind::Stamp(seconds) => {
@@ -340,11 +362,12 @@ impl Reader<'_> {
             }
             Kind::Text => {
                 let length = self.length()?;
-                return self.cursor.take(length).map(drop).ok_or_else(cut_off);
+                return Ok(self.cursor.take(length).map(drop).ok_or_else(cut_off)?);
             }
             Kind::Message(name) => return self.message(name, depth + 1),
         };
         if let Some(names) = &mut self.names {
+            self.budget.hold("signals and their names", self.path.len() + COLUMN_BYTES)?;
             names.push(self.path.clone());
         }
         self.values.push(value);
@@ -409,6 +432,17 @@ float64 y";
         bytes
     }
 
+    fn budget() -> Budget {
+        Budget::new(&crate::Limits::default())
+    }
+
+    fn reason(refusal: Refusal) -> String {
+        match refusal {
+            Refusal::Message(reason) => reason,
+            Refusal::File(problem) => problem.to_string(),
+        }
+    }
+
     fn decoder() -> Decoder {
         Decoder::new(Definition::parse(Encoding::Cdr, "geometry_msgs/msg/WrenchStamped", WRENCH).expect("a definition"))
     }
@@ -418,7 +452,7 @@ float64 y";
         for order in [Order::Little, Order::Big] {
             let (mut decoder, mut values) = (decoder(), vec![]);
             decoder
-                .decode(&message(order, 1_700_000_000, &[7.0]), &mut values, &mut FirstStamps::new())
+                .decode(&message(order, 1_700_000_000, &[7.0]), &mut values, &mut FirstStamps::new(), &budget())
                 .expect("numbers");
             let names =
                 ["header.stamp", "wrench.force.x", "wrench.force.y", "joints[0]", "state[0]", "state[1]", "gain"];
@@ -426,11 +460,12 @@ float64 y";
             assert_eq!(values, [0.0, 1.5, -2.5, 7.0, 1.0, 2.0, 0.5]);
             values.clear();
             decoder
-                .decode(&message(order, 1_700_000_002, &[8.0]), &mut values, &mut FirstStamps::new())
+                .decode(&message(order, 1_700_000_002, &[8.0]), &mut values, &mut FirstStamps::new(), &budget())
                 .expect("numbers");
             assert_eq!(values[..4], [2.0, 1.5, -2.5, 8.0]);
             let refused = decoder
-                .decode(&message(order, 0, &[7.0, 8.0]), &mut values, &mut FirstStamps::new())
+                .decode(&message(order, 0, &[7.0, 8.0]), &mut values, &mut FirstStamps::new(), &budget())
+                .map_err(reason)
                 .expect_err("another length");
             assert_eq!(refused, "the length of an array in it changes");
         }
@@ -447,7 +482,7 @@ float64 y";
         bytes.extend((-4_i16).to_le_bytes());
         // A byte of ROS 1 is signed.
         bytes.push(0xff);
-        decoder.decode(&bytes, &mut values, &mut FirstStamps::new()).expect("numbers");
+        decoder.decode(&bytes, &mut values, &mut FirstStamps::new(), &budget()).expect("numbers");
         assert_eq!((values, decoder.names().join(" ").as_str()), (vec![0.0, 3.0, 2.5, -4.0, -1.0], "t a b d e"));
     }
 
@@ -463,7 +498,7 @@ float64 y";
         bytes.extend([0; 100]);
         bytes.resize(4 + (bytes.len() - 4).next_multiple_of(8), 0);
         bytes.extend(6.5_f64.to_le_bytes());
-        decoder.decode(&bytes, &mut values, &mut FirstStamps::new()).expect("numbers");
+        decoder.decode(&bytes, &mut values, &mut FirstStamps::new(), &budget()).expect("numbers");
         assert_eq!((values, decoder.names()), (vec![6.5], &["after".to_owned()][..]));
     }
 
@@ -471,13 +506,14 @@ float64 y";
     fn damaged_messages_and_definitions_are_refused() {
         let whole = message(Order::Little, 3, &[7.0]);
         for len in 0..whole.len() {
-            assert!(decoder().decode(&whole[..len], &mut vec![], &mut FirstStamps::new()).is_err(), "{len}");
+            assert!(decoder().decode(&whole[..len], &mut vec![], &mut FirstStamps::new(), &budget()).is_err(), "{len}");
         }
         let refused = |text: &str, bytes: &[u8]| {
             let definition = Definition::parse(Encoding::Cdr, "lab/A", text);
-            let numbers = definition
-                .and_then(|definition| Decoder::new(definition).decode(bytes, &mut vec![], &mut FirstStamps::new()));
-            numbers.expect_err("refused")
+            let mut numbers = |definition| {
+                Decoder::new(definition).decode(bytes, &mut vec![], &mut FirstStamps::new(), &budget()).map_err(reason)
+            };
+            definition.and_then(&mut numbers).expect_err("refused")
         };
         assert_eq!(refused("A again", &[0, 1, 0, 0]), "messages are nested deeper than 16");
         assert_eq!(refused("lab/B b", &[0, 1, 0, 0]), "the message lab/B is not defined");

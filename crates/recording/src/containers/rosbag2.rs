@@ -1,12 +1,16 @@
 //! Logs of ROS 2 in SQLite. Newer logs contain the definitions of their messages; for older ones the common messages of
 //! forces, poses and joints are defined here.
 
-use rusqlite::{Connection, OptionalExtension};
+use std::collections::HashMap;
+use std::hash::Hash;
 
+use rusqlite::{Connection, OptionalExtension, Row};
+
+use super::mcap::DEFINITION_BYTES;
 use super::ros::{Definition, Encoding};
 use super::topics::{Kind, Topics};
 use super::{Format, Loaded};
-use crate::Limits;
+use crate::budget::Budget;
 use crate::error::Problem;
 
 fn damaged(error: rusqlite::Error) -> Problem {
@@ -14,57 +18,109 @@ fn damaged(error: rusqlite::Error) -> Problem {
 }
 
 /// Reads a log in memory, so that SQLite writes no file beside it.
-pub(super) fn open(bytes: &[u8], limits: &Limits) -> Result<Loaded, Problem> {
+pub(super) fn open(bytes: &[u8], budget: &Budget) -> Result<Loaded, Problem> {
+    budget.hold("bytes", bytes.len())?;
     let mut log = Connection::open_in_memory().map_err(damaged)?;
-    log.deserialize_read_exact("main", bytes, bytes.len(), true).map_err(damaged)?;
-    if !has_table(&log, "topics")? || !has_table(&log, "messages")? {
-        return Err(Format::Rosbag2.damaged("it has no tables 'topics' and 'messages'"));
-    }
-    let has_definitions = has_table(&log, "message_definitions")?;
-    let mut rows = log
-        .prepare(
-            "SELECT messages.topic_id, messages.timestamp, messages.data FROM messages ORDER BY messages.timestamp",
-        )
+    let left = budget.left();
+    // Expressions in a damaged schema can ask for any amount of memory.
+    log.execute_batch(&format!("PRAGMA trusted_schema = OFF; PRAGMA hard_heap_limit = {}", left.max(1 << 20)))
         .map_err(damaged)?;
-    let mut rows = rows.query([]).map_err(damaged)?;
-    let mut topics = Topics::new();
+    log.deserialize_read_exact("main", bytes, bytes.len(), true).map_err(damaged)?;
+    for table in ["topics", "messages"] {
+        if !has_table(&log, table)? {
+            return Err(Format::Rosbag2.damaged("it has no tables 'topics' and 'messages'"));
+        }
+    }
+    let names: HashMap<i64, Topic> =
+        table(&log, "SELECT id, name, type, serialization_format FROM topics", budget, |row| {
+            Ok((row.get(0)?, (row.get(1)?, row.get(2)?, row.get(3)?)))
+        })?;
+    let definitions: HashMap<String, String> = match has_table(&log, "message_definitions")? {
+        true => table(
+            &log,
+            "SELECT topic_type, encoded_message_definition FROM message_definitions WHERE encoding = 'ros2msg'",
+            budget,
+            |row| Ok((row.get(0)?, row.get(1)?)),
+        )?,
+        false => HashMap::new(),
+    };
+    let mut topics = Topics::new(Format::Rosbag2);
+    let messages = messages(&log, budget)?;
+    for (time_ns, topic, data) in &messages {
+        let describe = || {
+            let Some(found) = names.get(topic) else {
+                return Ok((format!("topic {topic}"), Kind::LeftOut("the log does not describe it".to_owned())));
+            };
+            let size = definitions.get(&found.1).map_or(0, String::len);
+            budget.hold("definitions of messages", DEFINITION_BYTES * size)?;
+            Ok((found.0.clone(), kind(found, &definitions)))
+        };
+        topics.push(*topic, i128::from(*time_ns), data, budget, describe)?;
+    }
+    topics.finish(budget)
+}
+
+/// Reads a small table by its first column. The first row of a key counts.
+fn table<K: Eq + Hash, V>(
+    log: &Connection,
+    query: &str,
+    budget: &Budget,
+    read: impl Fn(&Row<'_>) -> rusqlite::Result<(K, V)>,
+) -> Result<HashMap<K, V>, Problem> {
+    let mut statement = log.prepare(query).map_err(damaged)?;
+    let columns = statement.column_count();
+    let mut rows = statement.query([]).map_err(damaged)?;
+    let mut found = HashMap::new();
     while let Some(row) = rows.next().map_err(damaged)? {
-        let (topic, time_ns): (i64, i64) = (row.get(0).map_err(damaged)?, row.get(1).map_err(damaged)?);
+        let size =
+            |column: usize| row.get_ref(column).ok().and_then(|value| value.as_bytes().ok()).map_or(8, <[u8]>::len);
+        budget.hold("topics", 128 + (0..columns).map(size).sum::<usize>())?;
+        let Ok((key, value)) = read(row) else { continue };
+        found.entry(key).or_insert(value);
+    }
+    Ok(found)
+}
+
+/// A message: its time in ns, its topic and its content.
+type Message = (i64, i64, Vec<u8>);
+
+/// The messages in the order of their times. SQLite would sort them without a limit.
+fn messages(log: &Connection, budget: &Budget) -> Result<Vec<Message>, Problem> {
+    let mut statement = log.prepare("SELECT timestamp, topic_id, data FROM messages").map_err(damaged)?;
+    let mut rows = statement.query([]).map_err(damaged)?;
+    let mut messages: Vec<Message> = vec![];
+    while let Some(row) = rows.next().map_err(damaged)? {
         let data = row.get_ref(2).map_err(damaged)?.as_blob().map_err(|error| Format::Rosbag2.damaged(error))?;
-        let describe = || describe(&log, topic, has_definitions);
-        topics.push(topic, i128::from(time_ns), data, limits, describe)?;
+        budget.hold("messages", size_of::<Message>() + data.len())?;
+        messages.push((row.get(0).map_err(damaged)?, row.get(1).map_err(damaged)?, data.to_vec()));
     }
-    topics.finish(Format::Rosbag2)
+    messages.sort_by_key(|(time_ns, ..)| *time_ns);
+    Ok(messages)
 }
 
-/// Returns true if the log has a table, which is not a view: a view can compute without end.
+/// Returns true if the log has a table of stored values: a view and a generated column can compute without end.
 fn has_table(log: &Connection, name: &str) -> Result<bool, Problem> {
-    let query = "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = ?1";
-    let found = log.query_row(query, [name], |_| Ok(())).optional();
-    found.map(|found| found.is_some()).map_err(damaged)
+    let query = "SELECT sql FROM sqlite_master WHERE type = 'table' AND name = ?1";
+    let found: Option<String> = log.query_row(query, [name], |row| row.get(0)).optional().map_err(damaged)?;
+    Ok(found.is_some_and(|definition| {
+        let definition = definition.to_lowercase();
+        let words = || definition.split(|character: char| !character.is_alphanumeric() && character != '_');
+        !words().any(|word| matches!(word, "as" | "virtual" | "generated"))
+    }))
 }
 
-/// The name and the encoding of a topic.
-fn describe(log: &Connection, topic: i64, has_definitions: bool) -> (String, Kind) {
-    let query = "SELECT name, type, serialization_format FROM topics WHERE id = ?1";
-    let found: Result<(String, String, String), _> =
-        log.query_row(query, [topic], |row| Ok((row.get(0)?, row.get(1)?, row.get(2)?)));
-    let (name, message, format) = match found {
-        Ok(found) => found,
-        Err(error) => return (format!("topic {topic}"), Kind::LeftOut(error.to_string())),
-    };
+/// Name, type and serialisation of a topic.
+type Topic = (String, String, String);
+
+/// The encoding of the messages of a topic.
+fn kind((_, message, format): &Topic, definitions: &HashMap<String, String>) -> Kind {
     if format != "cdr" {
-        return (name, Kind::LeftOut(format!("its messages are in '{format}'; those in cdr are read")));
+        return Kind::LeftOut(format!("its messages are in '{format}'; those in cdr are read"));
     }
-    let query =
-        "SELECT encoded_message_definition FROM message_definitions WHERE topic_type = ?1 AND encoding = 'ros2msg'";
-    let of_log: Option<String> =
-        if has_definitions { log.query_row(query, [&message], |row| row.get(0)).ok() } else { None };
-    let definition = match of_log.filter(|text| !text.is_empty()) {
-        Some(text) => Definition::parse(Encoding::Cdr, &message, &text),
-        None => common(&message),
-    };
-    (name, Kind::ros(definition))
+    Kind::ros(match definitions.get(message).filter(|text| !text.is_empty()) {
+        Some(text) => Definition::parse(Encoding::Cdr, message, text),
+        None => common(message),
+    })
 }
 
 /// The definition of a common message.
@@ -113,6 +169,10 @@ mod tests {
     use super::super::Container as _;
     use super::*;
 
+    fn budget() -> Budget {
+        Budget::new(&crate::Limits::default())
+    }
+
     /// A log with a topic of numbers, whose messages are `time_ns` and a value.
     fn log(message: &str, definition: Option<&str>, samples: &[(i64, f64)]) -> Vec<u8> {
         let mut log = Connection::open_in_memory().expect("memory");
@@ -141,15 +201,15 @@ mod tests {
     fn messages_are_read_by_their_own_or_a_common_definition() {
         let samples = [(1_767_225_600_000_000_000, 1.5), (1_767_225_600_250_000_000, 2.5)];
         for (message, definition) in [("std_msgs/msg/Float64", None), ("my/msg/Force", Some("float64 data"))] {
-            let mut found = open(&log(message, definition, &samples), &Limits::default()).expect(message);
+            let mut found = open(&log(message, definition, &samples), &budget()).expect(message);
             let names: Vec<&str> = found.arrays().iter().map(|array| array.name.as_str()).collect();
             assert_eq!(names, ["/force.data", "/force.log_time"]);
             assert_eq!(
-                (found.values(0).expect("data"), found.values(1).expect("times")),
+                (found.values(0, &budget()).expect("data"), found.values(1, &budget()).expect("times")),
                 (vec![1.5, 2.5], vec![0.0, 0.25])
             );
         }
-        let refusal = |bytes: &[u8]| open(bytes, &Limits::default()).err().expect("refused").to_string();
+        let refusal = |bytes: &[u8]| open(bytes, &budget()).err().expect("refused").to_string();
         assert!(refusal(&log("my/msg/Force", None, &samples)).contains("`ros2 bag convert`"));
         assert!(refusal(b"SQLite format 3\0 and nothing").contains("that cannot be read"));
         let damaged = &log("std_msgs/msg/Float64", None, &samples)[..6000];

@@ -4,11 +4,12 @@
 //! A file is a list of segments. A segment has a list of objects, which is new or continues the previous segment's
 //! list, and chunks of raw data. Each chunk contains some values of every object.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 use super::bytes::{Cursor, Order, Scalar};
-use super::{Array, Container, Fault, Format, check_size};
-use crate::Limits;
+use super::{Array, Container, Fault, Format};
+use crate::budget::{Budget, short};
 use crate::error::Problem;
 
 const LEAD_IN_BYTES: usize = 28;
@@ -23,6 +24,9 @@ const DAQMX: u32 = 1 << 7;
 /// Raw data index of an object without data, and of an object with the index of the previous segment.
 const NO_DATA: u32 = 0xffff_ffff;
 const SAME_DATA: u32 = 0;
+
+/// Work in bytes per channel of a new list of objects.
+const LAYOUT_BYTES: usize = 64;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Kind {
@@ -80,7 +84,7 @@ impl Kind {
     }
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct Index {
     kind: Kind,
     count: usize,
@@ -115,6 +119,8 @@ struct Channel {
     increment_s: Option<f64>,
     offset_s: f64,
     unit: Option<String>,
+    /// The entry in the list of active objects.
+    entry: Option<u64>,
 }
 
 enum ArraySource {
@@ -127,17 +133,27 @@ pub(super) struct Tdms {
     channels: Vec<Channel>,
     arrays: Vec<Array>,
     sources: Vec<ArraySource>,
-    limits: Limits,
+    unfinished: Option<String>,
 }
 
 impl Tdms {
-    pub(super) fn open(bytes: Vec<u8>, limits: &Limits) -> Result<Self, Problem> {
-        let mut reader = Reader { bytes: &bytes, channels: vec![], by_path: HashMap::new(), active: vec![] };
+    pub(super) fn open(bytes: Vec<u8>, budget: &Budget) -> Result<Self, Problem> {
+        let mut reader = Reader {
+            bytes: &bytes,
+            budget,
+            channels: vec![],
+            by_path: HashMap::new(),
+            active: vec![],
+            layout: Layout::default(),
+            is_layout_new: true,
+            entries: 0,
+            unfinished: None,
+        };
         let mut at = 0;
         while at < bytes.len() {
             at = reader.segment(at)?;
         }
-        let channels = reader.channels;
+        let (channels, unfinished) = (reader.channels, reader.unfinished);
         let (mut arrays, mut sources) = (vec![], vec![]);
         for (index, channel) in channels.iter().enumerate() {
             let is_number = channel.index.is_some_and(|index| matches!(index.kind, Kind::Number(_) | Kind::Stamp));
@@ -145,26 +161,45 @@ impl Tdms {
                 continue;
             }
             if channel.increment_s.is_some() {
-                let name = format!("time({})", channel.path);
-                arrays.push(Array { unit: Some("s".into()), ..Array::new(name, vec![channel.len]) });
+                let array = budget.array(&format!("time({})", channel.path), vec![channel.len])?;
+                arrays.push(Array { unit: Some("s".into()), ..array });
                 sources.push(ArraySource::Clock(index));
             }
-            arrays.push(Array { unit: channel.unit.clone(), ..Array::new(&channel.path, vec![channel.len]) });
+            let array = budget.array(&channel.path, vec![channel.len])?;
+            arrays.push(Array { unit: channel.unit.clone(), ..array });
             sources.push(ArraySource::Values(index));
         }
-        if super::vectors(&arrays).is_empty() {
+        if !super::has_signals(&arrays) {
             return Err(Problem::no_signal(Format::Tdms, &[]));
         }
-        Ok(Self { channels, arrays, sources, limits: limits.clone(), bytes })
+        Ok(Self { channels, arrays, sources, unfinished, bytes })
     }
 }
 
 struct Reader<'a> {
     bytes: &'a [u8],
+    budget: &'a Budget,
     channels: Vec<Channel>,
     by_path: HashMap<String, usize>,
-    /// The objects of the segment with raw data, in the order of their data.
-    active: Vec<usize>,
+    /// The objects of the segment with raw data, in the order of their data, with their entries. An object with another
+    /// entry is no longer active at this place.
+    active: Vec<(usize, u64)>,
+    entries: u64,
+    /// The data of the active objects, unless the list of objects has changed.
+    layout: Layout,
+    is_layout_new: bool,
+    unfinished: Option<String>,
+}
+
+/// The data of a chunk.
+#[derive(Debug, Default)]
+struct Layout {
+    /// The objects with data, in the order of their data.
+    indices: Vec<(usize, Index)>,
+    chunk_bytes: usize,
+    row_bytes: usize,
+    /// True if every object has as many values as the first one.
+    is_even: bool,
 }
 
 impl Reader<'_> {
@@ -187,6 +222,9 @@ impl Reader<'_> {
         }
         let left = self.bytes.len() - lead_in.at;
         // LabVIEW writes the length of a segment when the segment ends. Without the length, this segment is the last.
+        if next == u64::MAX {
+            self.unfinished = Some("its last segment has no end".to_owned());
+        }
         let next = if next == u64::MAX { left } else { usize::try_from(next).map_err(|_| cut())? };
         let raw = usize::try_from(raw).map_err(|_| cut())?;
         if next > left || raw > next {
@@ -196,107 +234,185 @@ impl Reader<'_> {
         if flags & META_DATA != 0 {
             let mut at = Cursor::new(&self.bytes[..content + next], order);
             at.at = content;
-            self.objects(&mut at, flags & NEW_OBJECTS != 0).ok_or_else(|| damaged("its list of objects is damaged"))?;
+            let is_read = self.objects(&mut at, flags & NEW_OBJECTS != 0)?;
+            is_read.ok_or_else(|| damaged("its list of objects is damaged"))?;
+            if at.at != content + raw {
+                return Err(damaged("the list of objects of a segment does not end where its raw data begins"));
+            }
         }
         if flags & RAW_DATA != 0 {
-            self.raw(content + raw, next - raw, flags & INTERLEAVED != 0, order)
-                .ok_or_else(|| damaged("its raw data is damaged"))?;
+            self.raw(&Raw {
+                start: content + raw,
+                size: next - raw,
+                is_interleaved: flags & INTERLEAVED != 0,
+                is_last: content + next == self.bytes.len(),
+                order,
+            })?;
         }
         Ok(content + next)
     }
 
-    fn objects(&mut self, at: &mut Cursor<'_>, are_new: bool) -> Option<()> {
+    /// Reads a list of objects; `None` if it is damaged.
+    fn objects(&mut self, at: &mut Cursor<'_>, are_new: bool) -> Result<Option<()>, Problem> {
         if are_new {
-            self.active.clear();
+            self.is_layout_new = true;
+            self.active.drain(..).for_each(|(index, _)| self.channels[index].entry = None);
+        }
+        let Some(count) = at.u32() else { return Ok(None) };
+        for _ in 0..count {
+            let Some(path) = text(at) else { return Ok(None) };
+            if !self.by_path.contains_key(&*path) {
+                self.budget.check_name(path.len())?;
+                self.budget.hold("channels and their names", size_of::<Channel>() + 4 * path.len())?;
+            }
+            if self.object(at, &path).is_none() {
+                return Ok(None);
+            }
+        }
+        Ok(Some(()))
+    }
+
+    /// Reads the description of an object after its path; `None` if it is damaged.
+    fn object(&mut self, at: &mut Cursor<'_>, path: &str) -> Option<()> {
+        let index = match self.by_path.get(path) {
+            Some(index) => *index,
+            None => {
+                self.channels.push(Channel { path: shown(path), ..Channel::default() });
+                self.by_path.insert(path.to_owned(), self.channels.len() - 1);
+                self.channels.len() - 1
+            }
+        };
+        let channel = &mut self.channels[index];
+        let has_data = match at.u32()? {
+            NO_DATA => false,
+            SAME_DATA => channel.index.is_some(),
+            _ => {
+                let kind = Kind::parse(at.u32()?)?;
+                let dimensions = at.u32()?;
+                let count = usize::try_from(at.u64()?).ok()?;
+                let size = match kind {
+                    Kind::Text => usize::try_from(at.u64()?).ok()?,
+                    _ => count.checked_mul(kind.size())?,
+                };
+                let is_same = channel.index.is_none_or(|before| before.kind == kind);
+                if dimensions != 1 || !is_same {
+                    return None;
+                }
+                let described = Some(Index { kind, count, size });
+                self.is_layout_new |= channel.index != described;
+                channel.index = described;
+                true
+            }
+        };
+        match (has_data, channel.entry) {
+            (true, None) => {
+                self.is_layout_new = true;
+                self.entries += 1;
+                channel.entry = Some(self.entries);
+                self.active.push((index, self.entries));
+            }
+            (false, Some(_)) => {
+                self.is_layout_new = true;
+                channel.entry = None;
+            }
+            _ => {}
         }
         for _ in 0..at.u32()? {
-            let path = text(at)?;
-            let index = match self.by_path.get(&path) {
-                Some(index) => *index,
-                None => {
-                    self.channels.push(Channel { path: shown(&path), ..Channel::default() });
-                    self.by_path.insert(path, self.channels.len() - 1);
-                    self.channels.len() - 1
+            let name = text(at)?;
+            let value = property(at)?;
+            match (&*name, value) {
+                ("wf_increment", Property::Number(increment_s)) if increment_s > 0.0 => {
+                    channel.increment_s = Some(increment_s);
                 }
-            };
-            let has_data = match at.u32()? {
-                NO_DATA => false,
-                SAME_DATA => self.channels[index].index.is_some(),
-                _ => {
-                    let kind = Kind::parse(at.u32()?)?;
-                    let dimensions = at.u32()?;
-                    let count = usize::try_from(at.u64()?).ok()?;
-                    let size = match kind {
-                        Kind::Text => usize::try_from(at.u64()?).ok()?,
-                        _ => count.checked_mul(kind.size())?,
-                    };
-                    let channel = &mut self.channels[index];
-                    let is_same = channel.index.is_none_or(|before| before.kind == kind);
-                    if dimensions != 1 || !is_same {
-                        return None;
-                    }
-                    channel.index = Some(Index { kind, count, size });
-                    true
-                }
-            };
-            let place = self.active.iter().position(|active| *active == index);
-            match (has_data, place) {
-                (true, None) => self.active.push(index),
-                (false, Some(place)) => drop(self.active.remove(place)),
+                ("wf_start_offset", Property::Number(offset_s)) => channel.offset_s = offset_s,
+                ("unit_string", Property::Text(unit)) if !unit.is_empty() => channel.unit = Some(unit),
                 _ => {}
-            }
-            for _ in 0..at.u32()? {
-                let name = text(at)?;
-                let value = property(at)?;
-                let channel = &mut self.channels[index];
-                match (name.as_str(), value) {
-                    ("wf_increment", Property::Number(increment_s)) if increment_s > 0.0 => {
-                        channel.increment_s = Some(increment_s);
-                    }
-                    ("wf_start_offset", Property::Number(offset_s)) => channel.offset_s = offset_s,
-                    ("unit_string", Property::Text(unit)) if !unit.is_empty() => channel.unit = Some(unit),
-                    _ => {}
-                }
             }
         }
         Some(())
     }
 
-    fn raw(&mut self, start: usize, size: usize, is_interleaved: bool, order: Order) -> Option<()> {
+    /// Computes the data of a chunk from the active objects; `None` if their sizes are too large.
+    fn renew_layout(&mut self) -> Option<()> {
+        let channels = &self.channels;
+        self.active.retain(|(index, entry)| channels[*index].entry == Some(*entry));
+        let index_of = |(channel, _): &(usize, u64)| Some((*channel, channels[*channel].index?));
         let indices: Vec<(usize, Index)> =
-            self.active.iter().filter_map(|index| Some((*index, self.channels[*index].index?))).collect();
+            self.active.iter().filter_map(index_of).filter(|(_, index)| index.size > 0).collect();
         let chunk_bytes = indices.iter().try_fold(0_usize, |sum, (_, index)| sum.checked_add(index.size))?;
-        if chunk_bytes == 0 {
-            return Some(());
-        }
-        let chunks = size / chunk_bytes;
-        let row_bytes: usize = indices.iter().map(|(_, index)| index.kind.size()).sum();
-        let rows = indices.first()?.1.count;
-        let is_even = |(_, index): &(usize, Index)| index.count == rows && index.kind != Kind::Text;
-        if is_interleaved && !indices.iter().all(is_even) {
-            return None;
-        }
-        let mut from = start;
-        for (channel, index) in indices {
-            let stride = if is_interleaved { row_bytes } else { index.kind.size() };
-            let channel = &mut self.channels[channel];
-            channel.runs.push(Run { start: from, count: index.count, stride, chunks, chunk_bytes, order });
-            channel.len = channel.len.checked_add(index.count.checked_mul(chunks)?)?;
-            from += if is_interleaved { index.kind.size() } else { index.size };
-        }
+        let row_bytes = indices.iter().map(|(_, index)| index.kind.size()).sum();
+        let rows = indices.first().map_or(0, |(_, index)| index.count);
+        let is_even = indices.iter().all(|(_, index)| index.count == rows && index.kind != Kind::Text);
+        self.layout = Layout { indices, chunk_bytes, row_bytes, is_even };
+        self.is_layout_new = false;
         Some(())
+    }
+
+    /// Notes where the values of the active objects are in the raw data of a segment.
+    fn raw(&mut self, raw: &Raw) -> Result<(), Problem> {
+        let damaged = || Format::Tdms.damaged("its raw data is damaged");
+        if self.is_layout_new {
+            // Every segment can change the list of objects.
+            self.budget.work("channels in its segments", LAYOUT_BYTES * self.active.len())?;
+            self.renew_layout().ok_or_else(damaged)?;
+        }
+        let Layout { chunk_bytes, row_bytes, is_even, .. } = self.layout;
+        if chunk_bytes == 0 {
+            return match raw.size {
+                0 => Ok(()),
+                size => Err(Format::Tdms.damaged(format!("{size} bytes of raw data belong to no channel"))),
+            };
+        }
+        let (chunks, rest) = (raw.size / chunk_bytes, raw.size % chunk_bytes);
+        if rest > 0 && !raw.is_last {
+            return Err(Format::Tdms.damaged(format!("{rest} bytes of raw data belong to no channel")));
+        }
+        if rest > 0 {
+            let note = format!("the last {rest} bytes of raw data are left out, which are no whole chunk");
+            self.unfinished = Some(note);
+        }
+        if chunks == 0 {
+            return Ok(());
+        }
+        if raw.is_interleaved && !is_even {
+            return Err(damaged());
+        }
+        let mut from = raw.start;
+        for (channel, index) in &self.layout.indices {
+            let stride = if raw.is_interleaved { row_bytes } else { index.kind.size() };
+            if matches!(index.kind, Kind::Number(_) | Kind::Stamp) {
+                self.budget.hold("channels in its segments", size_of::<Run>())?;
+                let channel = &mut self.channels[*channel];
+                let run = Run { start: from, count: index.count, stride, chunks, chunk_bytes, order: raw.order };
+                channel.runs.push(run);
+                let count = index.count.checked_mul(chunks).and_then(|count| channel.len.checked_add(count));
+                channel.len = count.ok_or_else(damaged)?;
+            }
+            from += if raw.is_interleaved { index.kind.size() } else { index.size };
+        }
+        Ok(())
     }
 }
 
-fn text(at: &mut Cursor<'_>) -> Option<String> {
+/// The raw data of a segment.
+struct Raw {
+    start: usize,
+    size: usize,
+    is_interleaved: bool,
+    /// True for the last segment of the file, which can be cut off.
+    is_last: bool,
+    order: Order,
+}
+
+fn text<'a>(at: &mut Cursor<'a>) -> Option<Cow<'a, str>> {
     let length = at.index()?;
-    Some(String::from_utf8_lossy(at.take(length)?).into_owned())
+    Some(String::from_utf8_lossy(at.take(length)?))
 }
 
 fn property(at: &mut Cursor<'_>) -> Option<Property> {
     Some(match Kind::parse(at.u32()?)? {
         Kind::Number(scalar) => Property::Number(scalar.read(at.take(scalar.size())?, at.order)?),
-        Kind::Text => Property::Text(text(at)?),
+        Kind::Text => Property::Text(short(&text(at)?)),
         other => {
             at.take(other.size())?;
             Property::Other
@@ -323,8 +439,12 @@ impl Container for Tdms {
         &self.arrays
     }
 
-    fn values(&mut self, index: usize) -> Result<Vec<f64>, Fault> {
-        check_size(self.arrays[index].len(), &self.limits)?;
+    fn unfinished(&self) -> Option<&str> {
+        self.unfinished.as_deref()
+    }
+
+    fn values(&mut self, index: usize, budget: &Budget) -> Result<Vec<f64>, Fault> {
+        budget.values(self.arrays[index].len())?;
         let channel = match self.sources[index] {
             ArraySource::Values(channel) => &self.channels[channel],
             ArraySource::Clock(channel) => {

@@ -3,26 +3,50 @@
 //!
 //! Unreadable messages, such as Protocol Buffers, are omitted. The log is rejected if no signal remains.
 
+use std::collections::HashMap;
+
 use super::json::JsonColumns;
 use super::ros::{Decoder, Definition, FirstStamps};
 use super::{Array, Format, Loaded};
-use crate::Limits;
+use crate::budget::Budget;
 use crate::error::Problem;
 
 /// The topics of a log while its messages are read.
 pub(super) struct Topics {
+    format: Format,
     topics: Vec<Topic>,
+    /// The index of the topic of each channel.
+    by_channel: HashMap<i64, usize>,
     start_ns: Option<i128>,
     first_stamps: FirstStamps,
-    bytes: u64,
 }
 
 struct Topic {
-    channel: i64,
     name: String,
     log_time_s: Vec<f64>,
     kind: Kind,
     columns: Vec<Vec<f64>>,
+}
+
+/// The reason why a message is not read.
+#[derive(Debug)]
+pub(super) enum Refusal {
+    /// The messages of the topic are omitted.
+    Message(String),
+    /// The file is refused.
+    File(Problem),
+}
+
+impl From<String> for Refusal {
+    fn from(reason: String) -> Self {
+        Self::Message(reason)
+    }
+}
+
+impl From<Problem> for Refusal {
+    fn from(problem: Problem) -> Self {
+        Self::File(problem)
+    }
 }
 
 /// The encoding of the messages of a topic.
@@ -54,16 +78,19 @@ enum Meaning {
 }
 
 impl Topic {
-    fn push(&mut self, data: &[u8], first_stamps: &mut FirstStamps) -> Result<(), String> {
+    fn push(&mut self, data: &[u8], first_stamps: &mut FirstStamps, budget: &Budget) -> Result<(), Refusal> {
         match &mut self.kind {
             Kind::Ros { decoder, row } => {
-                decoder.decode(data, row, first_stamps)?;
+                decoder.decode(data, row, first_stamps, budget)?;
                 self.columns.resize_with(row.len(), Vec::new);
                 for (column, value) in self.columns.iter_mut().zip(row) {
                     column.push(*value);
                 }
             }
-            Kind::Json(columns) => columns.push(data).map_err(|error| format!("a message in JSON: {error}"))?,
+            Kind::Json(columns) => columns.push(data, budget).map_err(|refusal| match refusal {
+                Refusal::Message(reason) => Refusal::Message(format!("a message in JSON: {reason}")),
+                file => file,
+            })?,
             Kind::LeftOut(_) => {}
         }
         Ok(())
@@ -95,8 +122,9 @@ impl Topic {
 }
 
 impl Topics {
-    pub(super) fn new() -> Self {
-        Self { topics: vec![], start_ns: None, first_stamps: FirstStamps::new(), bytes: 0 }
+    pub(super) fn new(format: Format) -> Self {
+        let (topics, by_channel) = (vec![], HashMap::new());
+        Self { format, topics, by_channel, start_ns: None, first_stamps: FirstStamps::new() }
     }
 
     /// Adds a message of a channel. `describe` gives the name and the encoding of a new channel.
@@ -105,37 +133,43 @@ impl Topics {
         channel: i64,
         log_time_ns: i128,
         data: &[u8],
-        limits: &Limits,
-        describe: impl FnOnce() -> (String, Kind),
+        budget: &Budget,
+        describe: impl FnOnce() -> Result<(String, Kind), Problem>,
     ) -> Result<(), Problem> {
         let start_ns = *self.start_ns.get_or_insert(log_time_ns);
-        let known = self.topics.iter().position(|topic| topic.channel == channel);
-        let index = known.unwrap_or_else(|| {
-            let (name, kind) = describe();
-            self.topics.push(Topic { channel, name, log_time_s: vec![], kind, columns: vec![] });
-            self.topics.len() - 1
-        });
+        let index = match self.by_channel.get(&channel) {
+            Some(index) => *index,
+            None => {
+                let (name, kind) = describe()?;
+                budget.check_name(name.len())?;
+                budget.hold("topics", size_of::<Topic>() + name.len())?;
+                self.topics.push(Topic { name, log_time_s: vec![], kind, columns: vec![] });
+                self.by_channel.insert(channel, self.topics.len() - 1);
+                self.topics.len() - 1
+            }
+        };
         let topic = &mut self.topics[index];
         if matches!(topic.kind, Kind::LeftOut(_)) {
             return Ok(());
         }
-        if topic.log_time_s.len() >= limits.max_samples {
-            return Err(Problem::TooManySamples { limit: limits.max_samples });
+        let limit = budget.limits().max_samples;
+        if topic.log_time_s.len() >= limit {
+            return Err(Problem::TooManySamples { limit });
         }
-        if let Err(reason) = topic.push(data, &mut self.first_stamps) {
-            topic.kind = Kind::LeftOut(reason);
-            topic.columns = vec![];
-            return Ok(());
-        }
-        topic.log_time_s.push(1e-9 * (log_time_ns - start_ns) as f64);
-        self.bytes += 8 * (1 + topic.width() as u64);
-        if self.bytes > limits.max_bytes {
-            return Err(Problem::TooManyBytes { limit: limits.max_bytes });
+        budget.keep_values(1 + topic.width())?;
+        match topic.push(data, &mut self.first_stamps, budget) {
+            Ok(()) => topic.log_time_s.push(1e-9 * (log_time_ns - start_ns) as f64),
+            Err(Refusal::Message(reason)) => {
+                topic.kind = Kind::LeftOut(reason);
+                topic.columns = vec![];
+            }
+            Err(Refusal::File(problem)) => return Err(problem),
         }
         Ok(())
     }
 
-    pub(super) fn finish(self, format: Format) -> Result<Loaded, Problem> {
+    pub(super) fn finish(self, budget: &Budget) -> Result<Loaded, Problem> {
+        let format = self.format;
         let left_out = self.topics.iter().find_map(|topic| match &topic.kind {
             Kind::LeftOut(reason) => Some(format!("the topic {} cannot be read: {reason}", topic.name)),
             _ => None,
@@ -152,16 +186,11 @@ impl Topics {
             let log_time = ("log_time".to_owned(), log_time_s, Meaning::SharedTime);
             for (name, mut column, meaning) in signals.into_iter().chain([log_time]) {
                 column.resize(rows, f64::NAN);
-                let whole = format!("{topic_name}.{name}");
+                budget.check_name(topic_name.len() + 1 + name.len())?;
+                let array = budget.array(&format!("{topic_name}.{name}"), vec![rows])?;
                 let unit = (meaning != Meaning::Number).then(|| "s".to_owned());
                 let is_shared_time = meaning == Meaning::SharedTime;
-                arrays.push(Array {
-                    aliases: vec![name],
-                    unit,
-                    clock,
-                    is_shared_time,
-                    ..Array::new(whole, vec![rows])
-                });
+                arrays.push(Array { aliases: vec![name], unit, clock, is_shared_time, ..array });
                 columns.push(column);
             }
         }
@@ -176,12 +205,12 @@ impl Topics {
 mod tests {
     use super::super::ros::Encoding;
     use super::*;
-    use crate::{Columns, Recording, RecordingError};
+    use crate::{Columns, Limits, Recording, RecordingError};
 
     /// A log of the topics `/a` and `/b`. Each value is the time of its stamp, in s since the first stamp of the log;
     /// the messages of `/b` are logged 30 ms late.
     fn log(stamp_of_b: &str) -> Loaded {
-        let mut topics = Topics::new();
+        let (mut topics, budget) = (Topics::new(Format::Mcap), Budget::new(&Limits::default()));
         let start_ns = 1_700_000_000_000_000_000_i128;
         for k in 0..100 {
             for (channel, name, due, late_ns) in [(1, "/a", k % 10 == 0, 0), (2, "/b", k > 2, 30_000_000)] {
@@ -192,20 +221,20 @@ mod tests {
                 let data = [&seconds[..], &rest, &(1e-9 * since_ns as f64).to_le_bytes()].concat();
                 let definition =
                     || Definition::parse(Encoding::Ros1, "lab/Sample", &format!("time {field}\nfloat64 value"));
-                let describe = || (name.to_owned(), Kind::ros(definition()));
+                let describe = || Ok((name.to_owned(), Kind::ros(definition())));
                 if due {
-                    topics.push(channel, stamp_ns + late_ns, &data, &Limits::default(), describe).expect("a message");
+                    topics.push(channel, stamp_ns + late_ns, &data, &budget, describe).expect("a message");
                 }
             }
         }
-        topics.finish(Format::Mcap).expect("two topics")
+        topics.finish(&budget).expect("two topics")
     }
 
     fn joined_by(time: &str, mut log: Loaded) -> Result<Recording, RecordingError> {
         let column = |name: &str| name.parse().expect("a column");
         let columns =
             Columns { time: column(time), position: column("/a.value"), velocity: None, force: column("/b.value") };
-        super::super::read("log.mcap", &mut log, &columns, &Limits::default())
+        super::super::read("log.mcap", &mut log, &columns, &Budget::new(&Limits::default()))
     }
 
     #[test]

@@ -2,6 +2,8 @@
 
 use std::io::Read;
 
+use super::arrays::first_where;
+use super::budget::Budget;
 use super::error::{Place, Problem, Row};
 use super::header::Layout;
 use super::labview::X_VALUE;
@@ -49,6 +51,7 @@ pub fn read_csv<R: Read>(
         samples.push(&mut rows, &layout)?;
         has_row = rows.next()?;
     }
+    let last_line = samples.time_s.len().checked_sub(1).map_or(0, |row| samples.lines.of(row));
     let recording = samples.finish(source, rows.origin_s(&columns.time))?;
     let of = |(quantity, column, index): (Quantity, Option<&Column>, Option<usize>)| {
         IgnoredUnit::of(quantity, column?, rows.unit(index?))
@@ -59,6 +62,7 @@ pub fn read_csv<R: Read>(
         (Quantity::Velocity, columns.velocity.as_ref(), layout.velocity),
         (Quantity::Force, Some(&columns.force), Some(layout.force)),
     ];
+    let recording = recording.with_unfinished(rows.unfinished(last_line));
     Ok(recording.with_ignored_units(requested.into_iter().filter_map(of).collect()))
 }
 
@@ -72,6 +76,9 @@ pub(super) fn names_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Re
 /// As [`read_csv`], for a text that is not a table.
 pub fn scan_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Result<Vec<Signal>, RecordingError> {
     let (mut rows, names) = Rows::open(source, reader, limits, |names| Ok(names.to_vec()))?;
+    let budget = Budget::new(limits);
+    let charged = names.iter().try_for_each(|name| budget.signals(1, name.len()));
+    charged.map_err(|problem| Place::file(source).error(problem))?;
     let mut statistics = vec![(Statistics::default(), Stamps::default()); names.len()];
     let mut has_row = rows.next()?;
     if has_row && rows.take_units() {
@@ -81,13 +88,15 @@ pub fn scan_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Result<Vec
     let mut count = 0;
     while has_row {
         rows.check_room(count, limits.max_samples)?;
+        let mut work = 0;
         for (index, (statistics, stamps)) in statistics.iter_mut().enumerate() {
             let value = match clock {
                 Some(clock) if names[index] == X_VALUE && rows.is_empty_or(index, &[]) => clock.time_s(count),
-                _ => rows.number_or_date(index, stamps).unwrap_or(f64::NAN),
+                _ => rows.number_or_date(index, stamps, &mut work).unwrap_or(f64::NAN),
             };
             statistics.push(value);
         }
+        budget.work("fields", work).map_err(|problem| rows.place().error(problem))?;
         count += 1;
         has_row = rows.next()?;
     }
@@ -116,6 +125,8 @@ struct Samples<'a> {
     velocity_m_per_s: Vec<f64>,
     force_n: Vec<f64>,
     lines: Lines,
+    /// Number of rows that were read, with those that repeat the first time.
+    rows: usize,
 }
 
 impl<'a> Samples<'a> {
@@ -128,17 +139,19 @@ impl<'a> Samples<'a> {
             velocity_m_per_s: Vec::new(),
             force_n: Vec::new(),
             lines: Lines::default(),
+            rows: 0,
         }
     }
 
     fn push<R: Read>(&mut self, rows: &mut Rows<'_, R>, layout: &Layout) -> Result<(), RecordingError> {
-        rows.check_room(self.time_s.len(), self.limits.max_samples)?;
+        rows.check_room(self.rows, self.limits.max_samples)?;
         rows.check_width(layout.width)?;
         let time_s = self.time_s(rows, layout)?;
         // Some programs write the first time twice. The last row with it counts.
         if self.time_s == [time_s] {
-            *self = Self::new(self.columns, self.limits);
+            *self = Self { rows: self.rows, ..Self::new(self.columns, self.limits) };
         }
+        self.rows += 1;
         self.position_m.push(rows.number(layout.position, &self.columns.position)?);
         if let (Some(index), Some(column)) = (layout.velocity, &self.columns.velocity) {
             self.velocity_m_per_s.push(rows.number(index, column)?);
@@ -181,7 +194,7 @@ impl<'a> Samples<'a> {
     }
 }
 
-/// Checks that no gap exceeds the limit, and returns the recording. `row` gives the place of a sample.
+/// Checks that no gap and no value exceeds its limit, and returns the recording. `row` gives the place of a sample.
 pub(super) fn check_gaps(
     source: &str,
     recording: Recording,
@@ -189,7 +202,20 @@ pub(super) fn check_gaps(
     limits: &Limits,
     row: impl Fn(usize) -> Row,
 ) -> Result<Recording, RecordingError> {
-    check_times(source, &columns.time, limits, (recording.time_s(), recording.median_interval_s()), row)?;
+    check_times(source, &columns.time, limits, (recording.time_s(), recording.median_interval_s()), &row)?;
+    let signals = [
+        (Quantity::Position, Some(&columns.position), recording.position_m()),
+        (Quantity::Velocity, columns.velocity.as_ref(), recording.velocity_m_per_s().unwrap_or(&[])),
+        (Quantity::Force, Some(&columns.force), recording.force_n()),
+    ];
+    for (quantity, column, samples) in signals {
+        if let (Some(column), Some(sample)) =
+            (column, first_where(samples, |value| value.abs() > Limits::MAX_MAGNITUDE))
+        {
+            let problem = Problem::TooBig { value: samples[sample], quantity };
+            return Err(Place::file(source).at(row(sample)).in_column(column.name()).error(problem));
+        }
+    }
     Ok(recording)
 }
 

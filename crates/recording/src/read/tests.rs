@@ -320,7 +320,10 @@ fn samples_have_a_limit() {
     let limited = |table: &str| read_csv("pop.csv", table.as_bytes(), &columns(), &limits);
     assert_eq!(limited("t,x,f\n0,0,0\n1,0,0\n\n#\n").expect("two").len(), 2);
     let error = limited("t,x,f\n0,0,0\n1,0,0\n2,0,0\n").expect_err("three");
-    assert_eq!(error.to_string(), "pop.csv line 4: more than 2 samples; downsample the recording or raise max_samples");
+    assert_eq!(
+        error.to_string(),
+        "pop.csv line 4: more than 2 samples; downsample the recording or raise recording.max_samples"
+    );
 }
 
 #[test]
@@ -342,6 +345,27 @@ fn almost_a_table() -> impl Strategy<Value = String> {
         "é", "1,2,3\n",
     ]);
     prop::collection::vec(piece, 0..60).prop_map(|pieces| format!("t,x,f\n{}", pieces.concat()))
+}
+
+/// A number of any exponent that a position can have, and also twice the number.
+fn plausible(number: f64) -> f64 {
+    if number.abs() <= 0.5 * Limits::MAX_MAGNITUDE { number } else { 1.0 / number }
+}
+
+#[test]
+fn a_value_that_no_needle_has_is_reported_with_its_place() {
+    assert_eq!(
+        refusal("t,x,f\n0,0,0\n0.1,0,0\n\n0.2,0,1e9\n"),
+        "pop.csv line 5, column 'f': is 1e9 N, at most 1e6 N; correct it, or give the unit or the factor of the column"
+    );
+}
+
+#[test]
+fn a_last_line_without_its_end_is_noted() {
+    let table = "t,x,f\n0,0,0\n0.1,0,0\n0.2,0,1";
+    let cut = read(table).expect("a recording");
+    assert!(cut.unfinished().is_some_and(|reason| reason.contains("its last line, 4,")), "{:?}", cut.unfinished());
+    assert_eq!(read(format!("{table}\n")).expect("a recording").unfinished(), None);
 }
 
 proptest! {
@@ -369,7 +393,7 @@ proptest! {
 
     #[test]
     fn written_numbers_read_back_as_the_same_bits(
-        rows in prop::collection::btree_map(-1_000_000_i64..1_000_000, prop::num::f64::NORMAL.prop_map(|x| x / 4.0), 2..50),
+        rows in prop::collection::btree_map(-1_000_000_i64..1_000_000, prop::num::f64::NORMAL.prop_map(plausible), 2..50),
     ) {
         let time_s: Vec<f64> = rows.keys().map(|&t| t as f64 / 3.0).collect();
         let position_m: Vec<f64> = rows.into_values().collect();
