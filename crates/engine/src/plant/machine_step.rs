@@ -112,7 +112,7 @@ impl Rest {
             (matrix[(n, 0)], matrix[(n, n)]) = (gains.proportional + gains.position, 1.0);
             right[n] = gains.proportional * reference_m;
         }
-        let no_rest = || PlantError::NoRest { reference_m };
+        let no_rest = || PlantError::NoRest { side: "slave", start_m: reference_m };
         let mut solution = solve(matrix, &right).ok_or_else(no_rest)?;
         // At rest the velocity is 0; a rounding error would release a mass that friction holds.
         solution[1] = 0.0;
@@ -123,7 +123,7 @@ impl Rest {
 
 /// Solves `M x = r` with rows and columns scaled to similar sizes; `None` if there is no solution. A singular system has
 /// the solution of least norm.
-fn solve(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+pub(super) fn solve(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     let (mut scaled, mut right) = (matrix, right.clone());
     let size = |largest: f64| if largest > 0.0 { largest } else { 1.0 };
     for i in 0..scaled.nrows() {
