@@ -87,6 +87,7 @@ fn other_parts(scenario: &Scenario, delays: Option<&VaryingDelays>) -> Vec<LeftO
         (enabled && !is_held, "augmentation.hold", "a hold other than a freeze"),
         (enabled && stops, "augmentation.reengage", "a ramp that stops under load"),
         (enabled && damps, "augmentation.force_law", "the added damping"),
+        (scenario.master_model.has_coulomb_friction(), "master.coulomb_friction_n", "the master's Coulomb friction"),
         (scenario.slave.has_coulomb_friction(), "slave.coulomb_friction_n", "the slave's Coulomb friction"),
         (scenario.link.passivity.scheme != Scheme::None, "passivity.scheme", "the passivity scheme"),
         (has_jitter && !is_covered, "channel.jitter_s", JITTER[why]),

@@ -1,7 +1,9 @@
 //! The linear loop of a scenario with a tissue: the parameters that determine its stability.
 
 use super::{Parameter, TissueRange};
-use trocar_engine::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameters, SlaveParameters};
+use trocar_engine::plant::{
+    ActuatorLimits, ArmParameters, ControlTiming, MasterModelSettings, MasterParameters, SlaveParameters,
+};
 use trocar_engine::teleoperation::LinkSettings;
 use trocar_scenario::{DelayTicks, waits_for_tick};
 
@@ -16,6 +18,8 @@ pub struct LinearLoop {
     pub timing: ControlTiming,
     /// The master.
     pub master: MasterParameters,
+    /// The model of a master other than the appendix'.
+    pub master_model: MasterModelSettings,
     /// The arm.
     pub arm: ArmParameters,
     /// The slave.
@@ -78,7 +82,13 @@ impl LinearLoop {
     /// True if a sample that arrives within a tick takes effect at the next one.
     #[must_use]
     pub fn waits_for_tick(&self) -> bool {
-        waits_for_tick(self.timing, &self.link, &self.slave)
+        waits_for_tick(self.timing, &self.link, self.has_general_machine())
+    }
+
+    /// True if the master or the slave is another machine than the appendix'.
+    #[must_use]
+    pub fn has_general_machine(&self) -> bool {
+        self.master_model.is_general() || self.slave.is_general()
     }
 
     fn places(&mut self, parameter: Parameter) -> Vec<&mut f64> {

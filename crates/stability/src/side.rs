@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::machines::Machines;
 use super::{LinearLoop, StabilityError};
-use trocar_engine::plant::{MachineColumn, MachineStep, SLAVE_STATES, SampledGains};
+use trocar_engine::plant::{ArmedColumn, ArmedStep, MachineColumn, MachineStep, SLAVE_STATES, SampledGains};
 
 /// `x_{k+1} = A x_k + b_now w_k + b_before w_{k-1}`, `y_k = c x_k`: `w` is the received signal and `y` the sent one,
 /// both at the tick.
@@ -54,7 +54,7 @@ impl States {
     }
 }
 
-/// Maximum number of states of a side: up to eight of the machine, two of the motor or the controller, two of the
+/// Maximum number of states of a side: up to ten of the machine with the arm, two of the motor or the controller, two of the
 /// acceleration, two of the force reading.
 const MAX_STATES: usize = 14;
 
@@ -178,6 +178,9 @@ impl Side {
         settings: &LinearLoop,
         local_command: LocalCommand,
     ) -> Result<Self, StabilityError> {
+        if let Some(step) = &machines.general_master {
+            return Self::general_master(step, settings, local_command);
+        }
         let link = &settings.link;
         let (at_master, at_slave) = link.controller.gains(&link.machines)?;
         let scale = link.machines.position_scale;
@@ -242,6 +245,43 @@ impl Side {
         let split = machines.late_master.as_ref().map(|late| place(&late.feedback));
         let desired = (place(&step.desired_now), place(&step.desired_next));
         Ok(Self::of(states, now, split, [sent, local, zero()], Some(desired)))
+    }
+
+    /// Builds a general master with its arm and its controller on the tick. Coulomb friction and the constant force are
+    /// left out.
+    fn general_master(
+        step: &ArmedStep,
+        settings: &LinearLoop,
+        local_command: LocalCommand,
+    ) -> Result<Self, StabilityError> {
+        let link = &settings.link;
+        let (at_master, at_slave) = link.controller.gains(&link.machines)?;
+        let scale = link.machines.position_scale;
+        let place = |column: &ArmedColumn| first(&column[..step.states]);
+        let mut states = States::new(MAX_STATES);
+        states.add(step.states);
+        for (j, column) in step.transition[..step.states].iter().enumerate() {
+            states.a.set_column(j, &place(column));
+        }
+        let (position, velocity, hand) = (unit(0), unit(1), place(&step.hand_force));
+        // The motor resists: its force in the direction of insertion is -U_m.
+        let command = -place(&step.motor);
+        let mut now = command.clone();
+        let gain = settings.master.force_integral_gain;
+        if gain != 0.0 {
+            let integral = states.add(1);
+            states.a += &command * (unit(integral) * gain).transpose();
+            states.set(integral, &(unit(integral) - &hand * settings.tick_s));
+            now[integral] = settings.tick_s;
+        }
+        let local = &position * (at_master.position * scale) + &velocity * (at_master.velocity * scale)
+            - &hand * at_master.hand;
+        if local_command == LocalCommand::Closed {
+            states.a += &now * local.transpose();
+        }
+        let sent = &position * scale + &velocity * at_slave.velocity + &hand * at_slave.hand_force;
+        let desired = (place(&step.desired_now), place(&step.desired_next));
+        Ok(Self::of(states, now, None, [sent, local, zero()], Some(desired)))
     }
 
     /// Builds the slave on its tissue: `w` is the received part of the reference, `y` the sent part of `F_ed`.
