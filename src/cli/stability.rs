@@ -1,5 +1,7 @@
 //! `trocar stability`.
 
+use std::path::{Path, PathBuf};
+
 use clap::Args;
 
 use super::error::CliError;
@@ -7,9 +9,10 @@ use super::finish::Finish;
 use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, interrupt, progress};
 use trocar_document::Study as _;
+use trocar_recording::{Limits, open_response};
 use trocar_report::html::{Again, command_line};
 use trocar_scenario::{Source, keys_outside_loop};
-use trocar_stability::{Axis, Parameter, Terminations, TissueRange};
+use trocar_stability::{Axis, FrequencyResponse, MeasuredSides, Parameter, Terminations, TissueRange};
 use trocar_studies::run::delays_rounded;
 use trocar_studies::stability_check::{MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
 
@@ -33,6 +36,8 @@ Examples:
   trocar stability my.toml --arms 1000      limits over people
   trocar stability my.toml --absolute channel.delay_s=0:0.1:50 --hand 10:inf
                                             absolute stability over the delay
+  trocar stability my.toml --slave-response slave.csv
+                                            with a measured slave
   trocar stability my.toml --simulate       and compare with simulations";
 
 /// Analyse the stability of the loop.
@@ -74,6 +79,15 @@ pub(super) struct StabilityArgs {
     /// write z_width.csv
     #[arg(long, value_name = "LOW:HIGH:COUNT")]
     z_width: Option<String>,
+    /// Also analyse the loop with the measured frequency response of the master, from the feedback force (N) to the
+    /// handle's position in its direction (m), with the hand on it: a CSV with frequency_hz, magnitude (or magnitude_db)
+    /// and phase_deg (or phase_rad). Writes measured_loop_gain.csv and the figure measured
+    #[arg(long, value_name = "FILE")]
+    master_response: Option<PathBuf>,
+    /// The same with the measured frequency response of the slave, from its reference (m) to the position of the free
+    /// needle (m)
+    #[arg(long, value_name = "FILE")]
+    slave_response: Option<PathBuf>,
     /// Also compute the limits for COUNT people drawn at random around the scenario's arm, and write population.csv.
     /// The flag is short for --set population.arm=people and population.size. The [population] of a scenario can also
     /// draw tissues and delays
@@ -113,6 +127,10 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         StabilityStudy::of(&scenario, (x, y), args.tissue.as_ref().map(|range| tissue(range)).transpose()?)?;
     if let Some(axis) = &of_walls {
         study.compute_z_width(axis)?;
+    }
+    let (master, slave) = (response(args.master_response.as_deref())?, response(args.slave_response.as_deref())?);
+    if master.is_some() || slave.is_some() {
+        study.compute_measured(&MeasuredSides { master, slave })?;
     }
     if of_absolute.is_some() || of_tissue.is_some() || args.hand != DEFAULT_HAND {
         let damping_n_s_per_m = of_tissue.unwrap_or(study.bounded.terminations.damping_n_s_per_m);
@@ -166,18 +184,28 @@ fn command(args: &StabilityArgs, name: &str) -> String {
             words.extend([flag.to_owned(), value.clone()]);
         }
     }
+    let file = |path: &Option<PathBuf>| path.as_ref().map(|path| path.display().to_string());
     let further = [
         ("--tissue", &args.tissue),
         ("--tissue-damping", &args.tissue_damping),
         ("--absolute", &args.absolute),
         ("--locus", &args.locus),
         ("--z-width", &args.z_width),
+        ("--master-response", &file(&args.master_response)),
+        ("--slave-response", &file(&args.slave_response)),
     ];
     for (flag, value) in further {
         words.extend(value.iter().flat_map(|value| [flag.to_owned(), value.clone()]));
     }
     words.extend(args.simulate.then(|| "--simulate".to_owned()));
     command_line(words.into_iter().chain(["--report".to_owned()]))
+}
+
+fn response(file: Option<&Path>) -> Result<Option<FrequencyResponse>, CliError> {
+    let Some(file) = file else { return Ok(None) };
+    let rows = open_response(file, &Limits::default()).map_err(CliError::Response)?;
+    let rows = rows.iter().map(|row| [row.frequency_hz, row.magnitude, row.phase_rad]);
+    Ok(FrequencyResponse::new(rows))
 }
 
 fn walls(text: &str) -> Result<Axis, CliError> {

@@ -98,8 +98,7 @@ impl Scenario {
 
     /// Checks the construction of all parts without building an engine.
     pub(super) fn check_parts(&self) -> Result<(), ScenarioError> {
-        let (tick_s, start_m) = (self.grid.tick_s(), self.start_m());
-        let reference_m = self.position_scale() * start_m;
+        let (tick_s, reference_m) = (self.grid.tick_s(), self.slave_start_m());
         let invalid = |error| self.values().out_of_range(&error);
         self.whole_steps().map_err(|error| self.unbuildable(&error))?;
         if self.has_general_machine() {
@@ -117,6 +116,7 @@ impl Scenario {
             }
             TissueSpec::Recording { .. } | TissueSpec::Unit(_) => {}
         }
+        self.master_reading::<f64>()?;
         AnySensor::<f64>::new(&self.sensor, tick_s, (self.seed, 0)).map(drop).map_err(invalid)
     }
 
@@ -251,7 +251,7 @@ impl Scenario {
         let rest_s = |delay: DelayTicks| (1.0 - delay.share) * tick_s;
         let master = MasterStep::new(&self.master, &self.arm, self.timing, rest_s(self.backward)).map_err(plant)?;
         let slave = SlaveStep::new(&self.slave, self.timing, rest_s(self.forward)).map_err(plant)?;
-        let reference_m = self.position_scale() * self.start_m();
+        let reference_m = self.slave_start_m();
         Ok(FractionalDelayPlants::new(self.exact_plants()?, &master, &slave, reference_m))
     }
 
@@ -285,7 +285,7 @@ impl Scenario {
     fn plants_of_appendix<L: Lane>(&self) -> Result<ExactPlants<L>, ScenarioError> {
         let start_m = self.start_m();
         let (master, slave) = self.whole_steps().map_err(|error| self.unbuildable(&error))?;
-        Ok(ExactPlants::new(&master, &slave, start_m, self.position_scale() * start_m))
+        Ok(ExactPlants::new(&master, &slave, start_m, self.slave_start_m()))
     }
 
     /// Like [`Scenario::exact_engine`], with sampled controllers and the scenario's actuator limits.
@@ -302,8 +302,7 @@ impl Scenario {
 
     fn limited_plants<L: Lane>(&self) -> Result<LimitedPlants<L>, ScenarioError> {
         let machines = (&self.master, &self.arm, &self.slave);
-        let start_m = self.start_m();
-        let reference_m = self.position_scale() * start_m;
+        let (start_m, reference_m) = (self.start_m(), self.slave_start_m());
         let plants = LimitedPlants::new(machines, &self.actuators, self.grid.tick_s(), start_m, reference_m);
         plants.map_err(|error| self.unbuildable(&error))
     }
@@ -311,8 +310,7 @@ impl Scenario {
     /// The side of an appendix' master comes from plants with the appendix' slave, which is not used.
     fn general_plants(&self) -> Result<GeneralPlants, ScenarioError> {
         let plant = |error| self.unbuildable(&error);
-        let (tick_s, start_m) = (self.grid.tick_s(), self.start_m());
-        let reference_m = self.position_scale() * start_m;
+        let (tick_s, start_m, reference_m) = (self.grid.tick_s(), self.start_m(), self.slave_start_m());
         let limits = &self.actuators;
         let slave = match self.engine {
             EngineKind::Exact => GeneralSlave::exact(&self.slave, limits, tick_s, reference_m),
@@ -338,8 +336,7 @@ impl Scenario {
 
     fn integrated_plants(&self) -> IntegratedPlants {
         let machines = (&self.master, &self.arm, &self.slave);
-        let start_m = self.start_m();
-        let reference_m = self.position_scale() * start_m;
+        let (start_m, reference_m) = (self.start_m(), self.slave_start_m());
         IntegratedPlants::new(machines, self.timing, self.grid.tick_s(), start_m, reference_m)
             .limited(&self.actuators)
             .split(self.backward.share, self.forward.share)

@@ -10,6 +10,8 @@ use trocar_engine::teleoperation::{
     RecoverySettings, Scales, Scheme,
 };
 
+const SLAVE_START: &str = "slave.start_m";
+
 pub(super) fn link_settings(
     values: &mut Values,
     (master, model): (&MasterParameters, &MasterModelSettings),
@@ -108,6 +110,10 @@ fn check_compatible(
         return Err(values.error("master.coupling", message).remedy(remedy));
     }
     check_general(values, (kind, scheme), model, slave)?;
+    if scheme != Scheme::None && slave.start_m.is_some() {
+        let message = format!("{} needs both sides to start at the same place", scheme.word());
+        return Err(values.error(SLAVE_START, message).remedy("remove it, or use passivity.scheme = \"none\""));
+    }
     if kind.models_slave() && slave.damping == Damping::AsPrinted {
         let message = format!("{} needs velocity damping of the slave", kind.word());
         return Err(values

@@ -4,11 +4,13 @@
 //! [`Scenario::unread`], and a row of [`GROUPS`], which serves reading, checks, sweeps, the schema, the starter file
 //! and the reference.
 
+use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use trocar_core::error::InvalidValue;
 use trocar_core::settings::Key;
 
+use super::clutch::{ClutchSettings, clutch};
 use super::engine_kind::EngineKind;
 use super::error::ScenarioError;
 use super::link::link_settings;
@@ -40,7 +42,8 @@ use trocar_engine::plant::{
 };
 use trocar_engine::sensor::SensorSettings;
 use trocar_engine::teleoperation::{
-    ComplianceSettings, ControllerSettings, LinkSettings, Machines, PassivitySettings, RecoverySettings, Scales,
+    ComplianceSettings, ControllerSettings, EncoderSettings, LinkSettings, Machines, PassivitySettings,
+    RecoverySettings, Scales,
 };
 use trocar_engine::tissue::{LAYER_KEYS, OrganMotion, ReplayIndex, TissueSettings};
 use trocar_recording::{ColumnSettings, FileSettings, Limits, OffsetSettings, Resampled, ScaleSettings, SignSettings};
@@ -62,6 +65,10 @@ pub struct Scenario {
     pub master: MasterParameters,
     /// The model of a master other than the appendix'.
     pub master_model: MasterModelSettings,
+    /// The encoder of the master.
+    pub encoder: EncoderSettings,
+    /// The ticks at which the clutch of the master is open.
+    pub clutch: Arc<[Range<u64>]>,
     /// The arm.
     pub arm: ArmParameters,
     /// The slave.
@@ -140,6 +147,8 @@ impl Scenario {
             seed,
             master: MasterParameters::DEFAULT,
             master_model: MasterModelSettings::default(),
+            encoder: EncoderSettings::DEFAULT,
+            clutch: Arc::default(),
             arm: ArmParameters::DEFAULT,
             slave: SlaveParameters::default(),
             actuators: ActuatorLimits::DEFAULT,
@@ -283,6 +292,11 @@ pub(super) const GROUPS: &[Group] = &[
         ..PLAIN
     },
     Group {
+        keys: EncoderSettings::KEYS,
+        read: |of| of.set(EncoderSettings::read, EncoderSettings::validate, |to| &mut to.encoder),
+        ..PLAIN
+    },
+    Group {
         keys: MasterFileSettings::KEYS,
         also: &[MasterModelSettings::KEYS],
         whole: MasterFileSettings::KEYS,
@@ -353,6 +367,15 @@ pub(super) const GROUPS: &[Group] = &[
         read: |of| {
             let (forward, backward) = schedules(of.values, &of.scenario.grid)?;
             (of.scenario.forward_schedule, of.scenario.backward_schedule) = (forward, backward);
+            Ok(())
+        },
+        ..PLAIN
+    },
+    Group {
+        keys: ClutchSettings::KEYS,
+        also: &[PassivitySettings::KEYS],
+        read: |of| {
+            of.scenario.clutch = clutch(of.values, &of.scenario.grid)?;
             Ok(())
         },
         ..PLAIN

@@ -99,6 +99,12 @@ fn other_parts(scenario: &Scenario, delays: Option<&VaryingDelays>) -> Vec<LeftO
         (scenario.reflex.reacts(), "perception.reflex", "the operator's reflex"),
         (scenario.stretch.acts(), "operator.stretch_short_gain_n_s_per_m", "the stretch reflexes"),
         (scenario.stiffening.acts(), "operator.stiffening_per_n", "the grip that stiffens"),
+        (!scenario.clutch.is_empty(), "operator.clutch_s", "the clutch"),
+        (
+            scenario.encoder.encoder_resolution_m > 0.0,
+            "master.encoder_resolution_m",
+            "the steps of the master's encoder",
+        ),
         (sensor.position_resolution_m > 0.0, "sensor.position_resolution_m", "the steps of the position sensor"),
         (sensor.force_resolution_n > 0.0, "sensor.force_resolution_n", "the steps of the force sensor"),
     ];

@@ -99,6 +99,18 @@ pub struct Ports {
     at_slave: SlaveGains,
 }
 
+/// The response of the force reading at `s = jω`.
+pub(super) fn force_reading(settings: &LinearLoop, s: Complex64) -> Complex64 {
+    let one = Complex64::new(1.0, 0.0);
+    let ticks = std::f64::consts::TAU * settings.force_bandwidth_hz * settings.tick_s;
+    if settings.force_bandwidth_hz <= 0.0 {
+        return one;
+    }
+    let before = (-s * settings.tick_s).exp();
+    let (keep, mean) = ((-ticks).exp(), -(-ticks).exp_m1() / ticks);
+    (before * (mean - keep) + (1.0 - mean)) / (one - before * keep)
+}
+
 /// The slave without its controller beside a general machine, otherwise with it unless it is sampled.
 fn slave_of(settings: &LinearLoop) -> Result<StateSpace<Continuous>, StabilityError> {
     Ok(if settings.has_general_machine() {
@@ -165,13 +177,7 @@ impl Ports {
         let scale = machines.position_scale;
 
         // The responses of force sensor and differentiator.
-        let ticks = std::f64::consts::TAU * settings.force_bandwidth_hz * tick_s;
-        let read = if settings.force_bandwidth_hz > 0.0 {
-            let (keep, mean) = ((-ticks).exp(), -(-ticks).exp_m1() / ticks);
-            (before * (mean - keep) + (1.0 - mean)) / (one - before * keep)
-        } else {
-            one
-        };
+        let read = force_reading(settings, s);
         let weight =
             -(-std::f64::consts::TAU * settings.link.controller.four_channel.acceleration_bandwidth_hz * tick_s)
                 .exp_m1();

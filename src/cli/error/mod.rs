@@ -13,6 +13,7 @@ use crate::explore::ExploreError;
 use trocar_core::error::InvalidValue;
 use trocar_detect::calibration::CalibrationError;
 use trocar_identify::IdentifyError;
+use trocar_recording::RecordingError;
 use trocar_report::html::HtmlError;
 use trocar_report::{OutputError, PictureError};
 use trocar_scenario::ScenarioError;
@@ -68,6 +69,9 @@ pub(super) enum CliError {
     NoCase { case: u64, cases: u64 },
     #[error("{axis}: {reason}")]
     Axis { axis: String, reason: String },
+    /// A measured frequency response cannot be read.
+    #[error(transparent)]
+    Response(RecordingError),
     #[error(transparent)]
     Stability(#[from] StabilityError),
     #[error(transparent)]
@@ -192,7 +196,10 @@ impl CliError {
             | Self::Moved { .. }
             | Self::Roc(_)
             | Self::Axis { .. }
-            | Self::Stability(StabilityError::Plant(_) | StabilityError::Parameter(_))
+            | Self::Response(_)
+            | Self::Stability(
+                StabilityError::Plant(_) | StabilityError::Parameter(_) | StabilityError::Measured { .. },
+            )
             | Self::Exists { .. }
             | Self::NoCase { .. }
             | Self::LongSweep { .. }

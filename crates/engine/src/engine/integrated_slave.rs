@@ -44,6 +44,8 @@ impl System<f64, State> for Driven<'_> {
 #[derive(Debug, Clone)]
 pub struct IntegratedSlave {
     equations: Equations,
+    is_loaded: bool,
+    constant_n: f64,
     friction_n: f64,
     part_s: f64,
     state: State,
@@ -62,19 +64,22 @@ impl IntegratedSlave {
             SlaveModel::MassDamper => Equations::of_mass(slave.mass_kg, slave.damping_n_s_per_m),
             SlaveModel::StateSpace => Equations::of_matrices(&slave.a, &slave.b, &slave.c),
         };
-        if slave.model == SlaveModel::Appendix || !slave.load {
+        let is_general = slave.model != SlaveModel::Appendix;
+        if !is_general {
             equations.external.fill(0.0);
         }
+        let constant_n = if is_general { slave.constant_force_n } else { 0.0 };
         let state = match slave.model {
             SlaveModel::Appendix | SlaveModel::TransferFunction => {
-                Some(equations.rest_of_function(position_m, [command, 0.0]))
+                Some(equations.rest_of_function(position_m, [command, constant_n]))
             }
             SlaveModel::MassDamper => Some(State::from_vec(vec![position_m, 0.0])),
-            SlaveModel::StateSpace => equations.rest_of_matrices(position_m, [command, 0.0]),
+            SlaveModel::StateSpace => equations.rest_of_matrices(position_m, [command, constant_n]),
         };
         let state = state.ok_or(PlantError::NoRest { side: "slave", start_m: position_m })?;
         let friction_n = if slave.model == SlaveModel::MassDamper { slave.coulomb_friction_n } else { 0.0 };
-        Ok(Self { equations, friction_n, part_s: tick_s / PARTS as f64, state })
+        let (is_loaded, part_s) = (is_general && slave.load, tick_s / PARTS as f64);
+        Ok(Self { equations, is_loaded, constant_n, friction_n, part_s, state })
     }
 
     /// Returns the position in m and the velocity in m/s.
@@ -83,18 +88,18 @@ impl IntegratedSlave {
         self.equations.output(self.state.as_slice())
     }
 
-    /// Steps over a tick with a held motor force and external force in N.
+    /// Steps over a tick with a held motor force and force of the tissue in N.
     ///
     /// # Errors
     /// [`IntegrationError`].
-    pub fn advance(&mut self, command: f64, external_n: f64) -> Result<(), IntegrationError> {
+    pub fn advance(&mut self, command: f64, tissue_n: f64) -> Result<(), IntegrationError> {
+        let external_n = if self.is_loaded { tissue_n + self.constant_n } else { self.constant_n };
         for _ in 0..PARTS {
             if self.friction_n == 0.0 {
                 self.state = self.integrate(command, external_n)?;
                 continue;
             }
-            // The loaded mass has the same column for both forces, the unloaded one none for the external force.
-            let force_n = if self.equations.external[1] == 0.0 { command } else { command + external_n };
+            let force_n = command + external_n;
             let velocity = self.state[1];
             if velocity == 0.0 && force_n.abs() <= self.friction_n {
                 continue;

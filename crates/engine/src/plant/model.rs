@@ -78,7 +78,7 @@ impl Machine {
             SlaveModel::StateSpace => Model::Matrices { a: &slave.a, b: &slave.b, c: &slave.c },
         };
         let Self { mut system } = Self::described("slave", model)?;
-        if slave.model == SlaveModel::Appendix || !slave.load {
+        if slave.model == SlaveModel::Appendix {
             let mut b = system.b().clone();
             b.column_mut(1).fill(0.0);
             system = StateSpace::continuous(system.a().clone(), b, system.c().clone(), system.d().clone())

@@ -8,8 +8,8 @@ use super::{Check, CheckError, check, worst_events};
 use trocar_base::warning::{Code, Warning};
 use trocar_scenario::{Scenario, ScenarioError, Source};
 use trocar_stability::{
-    AbsoluteOver, Analysis, Axis, Bounded, Locus, LoopResponse, Population, StabilityMap, Switching, SwitchingSettings,
-    Terminations, TissueRange, ZWidth, map,
+    AbsoluteOver, Analysis, Axis, Bounded, Locus, LoopResponse, MeasuredLoop, MeasuredSides, Population, StabilityMap,
+    Switching, SwitchingSettings, Terminations, TissueRange, ZWidth, map,
 };
 
 /// Maximum tissue stiffness of the switching analysis, in N/m.
@@ -28,6 +28,8 @@ pub struct StabilityStudy {
     pub map: StabilityMap,
     /// The switching analysis, or the reason why there is none.
     pub switching: Result<Switching, &'static str>,
+    /// The loop with measured frequency responses, if there are any.
+    pub measured: Option<MeasuredLoop>,
     /// The Z-width, if computed.
     pub z_width: Option<ZWidth>,
     /// The limits over the scenario's population, if it has one.
@@ -82,6 +84,7 @@ impl StabilityStudy {
             analysis,
             map,
             switching,
+            measured: None,
             z_width: None,
             population,
             bounded,
@@ -91,6 +94,15 @@ impl StabilityStudy {
             locus: None,
             worst_events: None,
         })
+    }
+
+    /// Analyses the loop with measured frequency responses of its sides.
+    ///
+    /// # Errors
+    /// [`CheckError`].
+    pub fn compute_measured(&mut self, sides: &MeasuredSides) -> Result<(), CheckError> {
+        self.measured = Some(MeasuredLoop::of(&self.analysis.settings, sides)?);
+        Ok(())
     }
 
     /// Computes the Z-width over the values of an axis of [`Parameter::Damping`].

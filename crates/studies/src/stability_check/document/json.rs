@@ -5,6 +5,7 @@ use serde::Serialize;
 use serde_json::Value as Json;
 
 use super::absolute::{AbsolutePart, BoundedPart};
+use super::measured::MeasuredPart;
 use super::population::PopulationPart;
 use super::switching::SwitchingPart;
 use super::verdict::{JitterPart, LoopPart};
@@ -28,6 +29,8 @@ pub struct StabilityFile<'a> {
     warnings: Vec<Warning>,
     #[serde(flatten)]
     of_loop: LoopPart<'a>,
+    /// The loop with measured frequency responses, with `--master-response` or `--slave-response`.
+    measured: Option<MeasuredPart>,
     /// The Z-width, with `--z-width`.
     z_width: Option<ZWidthPart>,
     /// The limits over the population of the scenario; `None` without a population.
@@ -174,6 +177,7 @@ pub(super) fn json(study: &StabilityStudy) -> Json {
         scenario: name,
         warnings: study.warnings(),
         of_loop,
+        measured: study.measured.as_ref().map(|measured| MeasuredPart::of(measured, &study.analysis)),
         z_width: study.z_width.as_ref().map(ZWidthPart::of),
         population: study.population.as_ref().map(PopulationPart::of),
         limits: limits.iter().map(LimitPart::of).collect(),

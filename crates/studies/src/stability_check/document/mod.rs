@@ -5,6 +5,7 @@ mod certificate;
 mod data;
 mod figures;
 mod json;
+mod measured;
 mod population;
 mod response;
 mod switching;
@@ -68,6 +69,12 @@ fn sections(study: &StabilityStudy) -> Vec<Section> {
     limits.table(tables::sensitivity_table(analysis));
     // The map comes first, because it answers the question and shows the point of the scenario.
     let mut sections = vec![of_map, of_loop, limits];
+    if let Some(measured) = &study.measured {
+        let mut section = Section::new("measured", "Measured responses");
+        measured::lines(measured, analysis).into_iter().for_each(|line| section.text(line));
+        section.figure("measured");
+        sections.push(section);
+    }
     if let Some(population) = &study.population {
         let mut section = Section::new("population", "Population");
         let [stable, smallest] = population::lines(population);
@@ -123,6 +130,7 @@ fn data_tables(study: &StabilityStudy) -> Vec<DataTable<'_>> {
         response::loop_gain(response),
     ];
     tables.extend(response::step(response));
+    tables.extend(study.measured.as_ref().map(measured::table));
     tables.extend(study.absolute.as_ref().map(absolute::table));
     tables.extend(study.locus.as_ref().map(|locus| response::locus(locus, analysis.settings.tick_s)));
     tables.extend(study.z_width.as_ref().map(z_width::table));
