@@ -149,6 +149,35 @@ def stability(
     return Stability(report, contents, columns)
 
 
+def verify_certificate(path: str | os.PathLike[str]) -> dict[str, int]:
+    """Verifies a file ``certificate.json`` in interval arithmetic, without the search that found it.
+
+    Parameters
+    ----------
+    path
+        The file, which ``trocar stability`` writes.
+
+    Returns
+    -------
+    dict of int
+        The number of verified conditions of each certificate, by name.
+
+    Raises
+    ------
+    OSError
+        For a file that cannot be read.
+    ValueError
+        For a file without a certificate, for one that was changed, and for an inequality that does not hold.
+
+    >>> import trocar
+    >>> trocar.verify_certificate("certificate.json")
+    Traceback (most recent call last):
+    FileNotFoundError: [Errno 2] No such file or directory: 'certificate.json'
+    """
+    with open(path, encoding="utf-8", newline="") as file:
+        return dict(_core.verify_certificate(file.read()))
+
+
 class StateSpace:
     """A linear system in SI units, returned by :func:`state_space`: one side of the teleoperator in continuous time,
     ``x' = A x + B u``, or the loop from tick to tick, ``x_{k+1} = A x_k + B u_k``; both with ``y = C x + D u``.

@@ -1,6 +1,8 @@
 //! `trocar stability`.
 
 use clap::Args;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
 
 use super::error::CliError;
 use super::finish::Finish;
@@ -11,7 +13,7 @@ use trocar_report::html::{Again, command_line};
 use trocar_scenario::{Source, keys_outside_loop};
 use trocar_stability::{Axis, Parameter, Terminations, TissueRange};
 use trocar_studies::run::delays_rounded;
-use trocar_studies::stability_check::{MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
+use trocar_studies::stability_check::{MAX_STIFFNESS_N_PER_M, StabilityStudy, Verified, is_tissue, verify};
 
 const DEFAULT_X: &str = "scaling.force=0.1:10:200";
 const DEFAULT_Y: &str = "tissue.stiffness_n_per_m=10:2000:200";
@@ -33,7 +35,9 @@ Examples:
   trocar stability my.toml --arms 1000      limits over people
   trocar stability my.toml --absolute channel.delay_s=0:0.1:50 --hand 10:inf
                                             absolute stability over the delay
-  trocar stability my.toml --simulate       and compare with simulations";
+  trocar stability my.toml --simulate       and compare with simulations
+  trocar stability --verify out/my/certificate.json
+                                            verify a certificate";
 
 /// Analyse the stability of the loop.
 #[derive(Debug, Args)]
@@ -79,6 +83,10 @@ pub(super) struct StabilityArgs {
     /// draw tissues and delays
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     arms: Option<u64>,
+    /// Verify the inequalities of a certificate.json in interval arithmetic instead, without an analysis; exit code 1 if
+    /// they do not hold
+    #[arg(long, value_name = "FILE", exclusive = true)]
+    verify: Option<PathBuf>,
     /// Also write report.html: one self-contained page with the map, limits, sensitivities, ports and events
     #[arg(long)]
     report: bool,
@@ -96,7 +104,21 @@ impl StabilityArgs {
     }
 }
 
+fn verified(path: &Path) -> Result<(), CliError> {
+    let named = || path.display().to_string();
+    let text = std::fs::read_to_string(path).map_err(|source| CliError::Unreadable { path: named(), source })?;
+    let all = verify(&text).map_err(|source| CliError::Certificate { path: named(), source })?;
+    let mut out = std::io::stdout().lock();
+    for Verified { name, conditions } in all {
+        writeln!(out, "{name}: {conditions} conditions hold").map_err(CliError::Print)?;
+    }
+    Ok(())
+}
+
 pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
+    if let Some(path) = &args.verify {
+        return verified(path);
+    }
     let axis = |text: &String| Axis::parse(text).map_err(|reason| CliError::Axis { axis: text.clone(), reason });
     let (x, y) = (axis(&args.x)?, axis(&args.y)?);
     if x.parameter.varies_with(y.parameter) {

@@ -150,6 +150,16 @@ fn five_and_ten_ticks_each_way_are_certified_with_the_supervisors_time() {
 }
 
 #[test]
+fn amplified_forces_are_certified_at_the_enforced_time() {
+    let switching = analysed(&["augmentation.force_law=amplify"], TISSUE);
+    // With lost contact at any tick and an additional force.
+    let peaks = switching.peaks.as_ref().expect("certified");
+    assert_eq!(peaks.certificate.dwell_ticks, switching.phases.refractory);
+    assert!(peaks.decay_per_s > 0.0 && peaks.certificate.verify().is_ok());
+    assert!(switching.is_certified(), "{:?}", switching.dwell_ticks());
+}
+
+#[test]
 fn a_kept_gap_is_certified_in_contact() {
     let switching = analysed(&["augmentation.reengage=clutch"], TISSUE);
     assert!(switching.is_certified() && switching.kept_gap.is_some() && switching.certificate.is_none());
@@ -307,7 +317,7 @@ fn the_command_writes_the_printed_results_of_the_switching() {
     let command =
         ["stability", "builtin:paper/augmented.toml", "--set", "augmentation.reengage=snap", "--tissue", "50:600"];
     let printed = folder.good(&[&command[..], &small].concat());
-    for phrase in ["switching: 50.00 to 600.0 N/m", "certificate: the motion decays", "certified", "growth per event"] {
+    for phrase in ["switching: 50.00 to 600.0 N/m", "certificate: decays", "certified", "growth per event"] {
         assert!(printed.contains(phrase), "no {phrase:?} in\n{printed}");
     }
     let out = folder.path("out/augmented");
@@ -317,5 +327,16 @@ fn the_command_writes_the_printed_results_of_the_switching() {
         assert!(out.join(name).is_file(), "{name}");
     }
     folder.good(&["check", out.join("worst_events.toml").to_str().expect("a path")]);
+    let certificate = out.join("certificate.json");
+    let verify = ["stability", "--verify", certificate.to_str().expect("a path")];
+    assert!(folder.good(&verify).contains("statement: "), "no statement");
+    let text = std::fs::read_to_string(&certificate).expect("read");
+    let at = text.rfind(|letter: char| letter.is_ascii_digit()).expect("a digit");
+    let other = if &text[at..=at] == "1" { "2" } else { "1" };
+    std::fs::write(&certificate, format!("{}{other}{}", &text[..at], &text[at + 1..])).expect("written");
+    let changed = folder.trocar(&verify);
+    assert!(changed.code == 1 && changed.err.contains("digest"), "{}", changed.err);
+    std::fs::write(&certificate, "{}").expect("written");
+    folder.refused(&verify, &["not a certificate file"]);
     folder.refused(&["stability", "--tissue", "600:50"], &["LOW:HIGH"]);
 }

@@ -68,8 +68,9 @@ pub use sampled::{SampledBound, SampledWall};
 pub use sensitivity::{Sensitivity, sensitivities};
 pub use shares::ShareMap;
 pub use switching::{
-    Certificate, Cycle, DwellPoint, EventBound, GAP_M, Growth, Inequality, KeptGap, LONGEST_DWELL_S, Lyapunov, Phases,
-    Reach, Sequence, SimulatedCycle, SimulatedGrowth, StateMap, StateSpace, Summand, Switching, SwitchingSettings,
+    Certificate, Cycle, DwellPoint, EventBound, GAP_M, Growth, Inequality, KeptGap, LONGEST_DWELL_S, Lyapunov, Peaks,
+    Phases, Reach, Sequence, SimulatedCycle, SimulatedGrowth, StateMap, StateSpace, Summand, Switching,
+    SwitchingSettings, adversary,
 };
 pub use systems::{Locus, LoopSystem, PolesAndZeros};
 pub use tissue::{TissueRange, TissueSource};

@@ -21,7 +21,7 @@ use trocar_studies::compare::PaperError;
 use trocar_studies::fmu::UnitError;
 use trocar_studies::roc::RocError;
 use trocar_studies::run::RunError;
-use trocar_studies::stability_check::CheckError;
+use trocar_studies::stability_check::{CheckError, VerificationError};
 use trocar_studies::sweep::SweepError;
 
 #[derive(Debug, Error)]
@@ -70,6 +70,10 @@ pub(super) enum CliError {
     Axis { axis: String, reason: String },
     #[error(transparent)]
     Stability(#[from] StabilityError),
+    #[error("{path}: {source}")]
+    Certificate { path: String, source: VerificationError },
+    #[error("{path}: {source}")]
+    Unreadable { path: String, source: std::io::Error },
     #[error(transparent)]
     Explore(#[from] ExploreError),
     #[error(transparent)]
@@ -193,6 +197,8 @@ impl CliError {
             | Self::Roc(_)
             | Self::Axis { .. }
             | Self::Stability(StabilityError::Plant(_) | StabilityError::Parameter(_))
+            | Self::Certificate { source: VerificationError::Form(_), .. }
+            | Self::Unreadable { .. }
             | Self::Exists { .. }
             | Self::NoCase { .. }
             | Self::LongSweep { .. }
@@ -209,6 +215,7 @@ impl CliError {
             Self::Interrupted { .. }
             | Self::Warnings { .. }
             | Self::Stability(_)
+            | Self::Certificate { .. }
             | Self::Run(RunError::Engine { .. })
             | Self::Output(_)
             | Self::Picture(_)

@@ -107,6 +107,21 @@ pub(super) fn product(a: &Enclosure, b: &Enclosure) -> Enclosure {
     a.iter().map(of_row).collect()
 }
 
+/// `S⁻¹ A` for a lower triangular `S`, by forward substitution.
+pub(super) fn solved(scale: &DMatrix<f64>, mut rows: Enclosure) -> Enclosure {
+    for i in 0..rows.len() {
+        for k in (0..i).filter(|&k| scale[(i, k)] != 0.0) {
+            for j in 0..rows[i].len() {
+                rows[i][j] = rows[i][j] - Interval::exact(scale[(i, k)]) * rows[k][j];
+            }
+        }
+        for entry in &mut rows[i] {
+            *entry = entry.over(Interval::exact(scale[(i, i)]));
+        }
+    }
+    rows
+}
+
 /// `A + B`.
 pub(super) fn sum(a: &Enclosure, b: &Enclosure) -> Enclosure {
     a.iter().zip(b).map(|(a, b)| a.iter().zip(b).map(|(x, y)| *x + *y).collect()).collect()

@@ -19,12 +19,13 @@
 
 use nalgebra::DMatrix;
 
-use super::certificate::{Powers, StateMap, StateSpace};
+use super::certificate::{StateMap, StateSpace};
 use super::interval::{Enclosure, Interval, magnitude, middle, power, product};
 use super::modes::{Modes, Space};
 use super::responses::{Responses, Start, Track};
 use super::scaling::Scales;
 use super::settings::Phases;
+use super::verify::Powers;
 use crate::StabilityError;
 use trocar_base::interrupt;
 use trocar_core::augmentation::cross_fade;
@@ -103,7 +104,7 @@ struct Event {
 }
 
 fn scaled(modes: &Modes, scales: &Scales, map: &DMatrix<f64>, spaces: (Space, Space)) -> Enclosure {
-    scales.scaled(modes, &modes.between(map, spaces.0, spaces.1), false, spaces)
+    scales.scaled(modes, &modes.between(map, spaces.0, spaces.1), spaces)
 }
 
 impl Event {
@@ -122,7 +123,7 @@ impl Event {
         let mut left = DMatrix::zeros(n + 2, frozen.len());
         let mut gap_of_reference: f64 = 0.0;
         let rows = [modes.slave(), modes.fed_back()]
-            .map(|row| scales.scaled(modes, &modes.row(&row, whole), false, (whole, Space::Number)));
+            .map(|row| scales.scaled(modes, &modes.row(&row, whole), (whole, Space::Number)));
         let mut of_frozen = [vec![], vec![]];
         for ticks in 0..=phases.held.1 {
             interrupt::check();
@@ -260,7 +261,7 @@ impl Proof<'_> {
         let starts = self.modes.vertices().map(|vertex| {
             let state = self.modes.after_step(vertex);
             let state = self.modes.row(&DMatrix::from_row_slice(1, state.len(), state.as_slice()), Space::LoopGap);
-            self.scales.scaled(self.modes, &state.transpose(), false, (Space::Number, Space::LoopGap))
+            self.scales.scaled(self.modes, &state.transpose(), (Space::Number, Space::LoopGap))
         });
         let state = starts.reduce(|a, b| a.iter().zip(&b).map(|(a, b)| vec![a[0].with(b[0])]).collect())?;
         let state = state.into_iter().map(|row| row[0]).collect();
@@ -375,7 +376,7 @@ mod tests {
             let (modes, phases, found) = proof(settings);
             let found = found.expect("certified");
             let mut random = ChaCha8Rng::seed_from_u64(24);
-            let (gap, mut state) = (modes.places_all() - 1, DMatrix::zeros(modes.places_all(), 1));
+            let (gap, mut state) = (modes.states() + super::super::modes::GAP, DMatrix::zeros(modes.places_all(), 1));
             state[gap] = 1.0;
             for _ in 0..2000 {
                 state = modes.teleoperation(0) * &state;

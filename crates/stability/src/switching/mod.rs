@@ -6,11 +6,14 @@
 //! - `modes`: the maps of each phase;
 //! - `conditions`, `certificate`: a certificate that every sequence of events with a minimum dwell between them decays,
 //!   found by semidefinite programming and verified in interval arithmetic;
+//! - `peaks`: bounds of motions under a tissue force in addition to springs and dampers: the statement about a scenario;
+//! - `verify`: the verification of a certificate, which knows nothing of the search;
 //! - `reach`: bounds of motions from the certificate;
 //! - `ascent`, `products`: the worst sequences found, with a tissue that changes at every tick or is constant, to show
 //!   how tight the certificate is;
 //! - `event`: the effect of each re-engaging policy at the end of one event.
 
+mod adversary;
 mod ascent;
 mod certificate;
 mod conditions;
@@ -18,6 +21,7 @@ mod event;
 mod interval;
 mod kept_gap;
 mod modes;
+mod peaks;
 mod products;
 mod reach;
 mod responses;
@@ -26,11 +30,14 @@ mod sdp;
 mod search;
 mod semidefinite;
 mod settings;
+mod verify;
 
+pub use adversary::adversary;
 pub use ascent::{Cycle, Growth};
 pub use certificate::{Certificate, Inequality, Lyapunov, StateMap, StateSpace, Summand};
 pub use event::EventBound;
 pub use kept_gap::KeptGap;
+pub use peaks::Peaks;
 pub use products::{SimulatedCycle, SimulatedGrowth};
 pub use reach::{Reach, Sequence};
 pub use settings::{Phases, SwitchingSettings};
@@ -75,6 +82,8 @@ pub struct Switching {
     pub covers_lost_contact: Option<bool>,
     /// Bounds of motions with the refractory time between events; `None` if not certified, or with a delay.
     pub reach: Option<Reach>,
+    /// Bounds of the motion per newton of additional tissue force, with the decay of every motion; `None` if not certified.
+    pub peaks: Option<Peaks>,
     /// The worst growth per event found at the refractory time, with a tissue chosen at every tick.
     pub growth: Growth,
     /// The growth at the refractory time on one constant stiffness, which a scenario can simulate.
@@ -93,6 +102,12 @@ impl Switching {
     /// # Errors
     /// [`StabilityError`].
     pub fn of(settings: &SwitchingSettings) -> Result<Self, StabilityError> {
+        let (springs, peaks) = rayon::join(|| Self::of_springs(&settings.with_least_damping()), || Peaks::of(settings));
+        Ok(Self { settings: settings.clone(), peaks: peaks?, ..springs? })
+    }
+
+    /// The analysis without the damping that some tissues have in addition, and without an additional force.
+    fn of_springs(settings: &SwitchingSettings) -> Result<Self, StabilityError> {
         let phases = settings.phases();
         let modes = Modes::new(settings)?;
         let steps = Steps::new(&modes, phases);
@@ -131,6 +146,7 @@ impl Switching {
         Ok(Self {
             phases,
             reach,
+            peaks: None,
             certificate,
             kept_gap,
             at_refractory: tightest,
@@ -167,6 +183,7 @@ impl Switching {
     /// # Errors
     /// [`StabilityError`].
     pub fn certified_dwell(settings: &SwitchingSettings) -> Result<Option<u64>, StabilityError> {
+        let settings = &settings.with_least_damping();
         let modes = Modes::new(settings)?;
         let mut search = Search::new(settings, &modes, settings.phases());
         Ok(Proof::shortest(settings, &mut search)?.map(|found| found.dwell_ticks()))
@@ -181,6 +198,7 @@ impl Switching {
         if settings.keeps_gap() {
             return Ok(Self::certified_dwell(settings)?.is_some_and(|found| found <= dwell_ticks.max(1)));
         }
+        let settings = &settings.with_least_damping();
         let modes = Modes::new(settings)?;
         Search::new(settings, &modes, settings.phases()).is_certified(dwell_ticks.max(1))
     }

@@ -76,14 +76,18 @@ impl Reach {
             .vertices()
             .map(|vertex| DMatrix::from_column_slice(modes.places_all(), 1, modes.after_step(vertex).as_slice()))
             .collect();
-        let focus =
-            |rows: Vec<DMatrix<f64>>, frozen: DMatrix<f64>| Focus { rows, frozen, bound: 1.0, starts: starts.clone() };
+        let focus = |rows: Vec<DMatrix<f64>>, frozen: Vec<DMatrix<f64>>| Focus {
+            rows,
+            frozen,
+            bound: 1.0,
+            starts: starts.clone(),
+        };
         let of_force: Vec<DMatrix<f64>> =
             modes.vertices().map(|vertex| modes.force(vertex)).chain([modes.fed_back()]).collect();
         let [slave_found, force_found] = found(steps, choice.dwell);
         let (slave, force) = rayon::join(
-            || bound(modes, phases, choice, &focus(vec![modes.slave()], modes.slave()), slave_found),
-            || bound(modes, phases, choice, &focus(of_force.clone(), modes.fed_back()), force_found),
+            || bound(modes, phases, choice, &focus(vec![modes.slave()], vec![modes.slave()]), slave_found),
+            || bound(modes, phases, choice, &focus(of_force.clone(), vec![modes.fed_back()]), force_found),
         );
         let (Some(slave), Some(force)) = (slave?, force?) else { return Ok(None) };
         let (worst, simulated) = on_one_stiffness(settings, phases, choice.dwell)?;

@@ -20,10 +20,10 @@
 //! Responses are interval enclosures from products of a few powers of `A`. `Σ |A^j v|` from tick `N` on is at most
 //! `G |v| β / (1 - β)`, with `G = Σ |A^j|` before tick `N` and `β = |A^N|` in the maximum norm.
 
-use super::certificate::first_powers;
 use super::interval::{Enclosure, Interval, magnitude, power, product, sum};
 use super::modes::{Modes, Space};
 use super::scaling::Scales;
+use super::verify::first_powers;
 use crate::StabilityError;
 use nalgebra::DMatrix;
 use trocar_base::interrupt;
@@ -172,7 +172,7 @@ impl Responses {
             return Ok(None);
         }
         let space = Space::LoopGap;
-        let row = |row: &DMatrix<f64>| scales.scaled(modes, &modes.row(row, space), false, (space, Space::Number));
+        let row = |row: &DMatrix<f64>| scales.scaled(modes, &modes.row(row, space), (space, Space::Number));
         let (softest, stiffest) = (row(&modes.force(0)), row(&modes.force(1)));
         let (hand, hand_stiffest) = (row(&modes.hand(0)), row(&modes.hand(1)));
         let pairs = [(modes.of_force(), softest, stiffest), (modes.of_reference(), hand, hand_stiffest)];
@@ -181,14 +181,14 @@ impl Responses {
             let is_force = k == 0;
             if is_force || !modes.has_unique_motion() {
                 let into = modes.row(&into.transpose(), space).transpose();
-                let column = scales.scaled(modes, &into, false, (Space::Number, space));
+                let column = scales.scaled(modes, &into, (Space::Number, space));
                 channels.push(Channel { column, is_force });
                 signals.extend([soft.clone(), difference(&stiff, &soft)]);
             }
         }
         let at_alarm = |vertex: usize| {
             let entry = modes.between(&(modes.freeze() * modes.teleoperation(vertex)), space, Space::Frozen);
-            let row = scales.scaled(modes, &entry, false, (space, Space::Frozen)).swap_remove(modes.states());
+            let row = scales.scaled(modes, &entry, (space, Space::Frozen)).swap_remove(modes.states());
             vec![row]
         };
         let first = at_alarm(0);
@@ -196,7 +196,7 @@ impl Responses {
         signals.insert(2 * channels.len(), first);
         signals.push(row(&modes.slave()));
         let map = |vertex: usize| {
-            scales.scaled(modes, &modes.between(&modes.teleoperation(vertex), space, space), false, (space, space))
+            scales.scaled(modes, &modes.between(&modes.teleoperation(vertex), space, space), (space, space))
         };
         let ends = [map(0), map(1)];
         let (ticks, states) = (ticks as usize, modes.states());

@@ -6,7 +6,7 @@ use serde_json::Value as Json;
 
 use super::absolute::{AbsolutePart, BoundedPart};
 use super::population::PopulationPart;
-use super::switching::SwitchingPart;
+use super::switching::{StatementPart, SwitchingPart};
 use super::verdict::{JitterPart, LoopPart};
 use super::z_width::ZWidthPart;
 use crate::stability_check::{Check, Disagreement, StabilityStudy};
@@ -39,6 +39,7 @@ pub struct StabilityFile<'a> {
     ports: PortsPart,
     /// Colgate and Schenkel's condition for passivity; `None` if it does not apply.
     sampled_data: Option<SampledPart>,
+    certificate: StatementPart,
     switching: SwitchingPart,
     map: MapPart,
     /// The comparison of the map with simulated runs, if requested.
@@ -188,6 +189,7 @@ pub(super) fn json(study: &StabilityStudy) -> Json {
             over: study.absolute.as_ref().map(AbsolutePart::of),
         },
         sampled_data: sampled.as_ref().map(SampledPart::of),
+        certificate: StatementPart::of(study),
         switching: SwitchingPart::of(study),
         map: MapPart {
             x: AxisPart::of(&map.x, settings),

@@ -101,11 +101,12 @@ fn sections(study: &StabilityStudy) -> Vec<Section> {
     let mut events = Section::new("events", "Events");
     match &study.switching {
         Ok(switching) => {
-            switching::lines(study, switching).into_iter().for_each(|line| events.text(line));
+            events.text(switching::statement(study));
+            switching::lines(switching).into_iter().for_each(|line| events.text(line));
             events.table(switching::event_table(&switching.events));
             events.figure("switching");
         }
-        Err(reason) => events.text(format!("Switching: not analysed ({reason}).")),
+        Err(_) => events.text(switching::statement(study)),
     }
     sections.push(events);
     sections

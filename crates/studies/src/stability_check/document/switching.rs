@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::stability_check::StabilityStudy;
+use crate::stability_check::{StabilityStudy, Statement};
 use trocar_core::augmentation::Reengage;
 use trocar_document::{Cell, DataTable, Number, Table, Unit, significant};
-use trocar_stability::{EventBound, GAP_M, LONGEST_DWELL_S, Switching};
+use trocar_stability::{EventBound, GAP_M, LONGEST_DWELL_S, Switching, SwitchingSettings};
 
 fn policy(reengage: Reengage) -> &'static str {
     match reengage {
@@ -26,7 +26,7 @@ fn milliseconds(switching: &Switching, ticks: u64) -> String {
     format!("{} ms", significant(1e3 * seconds(switching, ticks)))
 }
 
-pub(super) fn lines(study: &StabilityStudy, switching: &Switching) -> Vec<String> {
+pub(super) fn lines(switching: &Switching) -> Vec<String> {
     let ms = |ticks| milliseconds(switching, ticks);
     let (softest, stiffest) = switching.settings.stiffness_n_per_m;
     let phases = switching.phases;
@@ -43,17 +43,17 @@ pub(super) fn lines(study: &StabilityStudy, switching: &Switching) -> Vec<String
     let conditions = conditions.or(switching.kept_gap.as_ref().map(|found| found.conditions));
     lines.push(match (switching.dwell_ticks(), conditions) {
         (Some(dwell), Some(conditions)) => format!(
-            "certificate: the motion decays under any sequence of events with {} of teleoperation between them; \
+            "springs alone: the motion decays under any sequence of events with {} of teleoperation between them; \
              {conditions} conditions verified",
             ms(dwell),
         ),
         _ => format!(
-            "certificate: none found with up to {LONGEST_DWELL_S} s of teleoperation between events; \
+            "springs alone: no certificate found with up to {LONGEST_DWELL_S} s of teleoperation between events; \
              this does not show instability"
         ),
     });
     let enforced = match (switching.dwell_ticks(), switching.is_certified()) {
-        (_, true) => certified_for(study, switching),
+        (_, true) => format!("certified for springs of {} to {} N/m", significant(softest), significant(stiffest)),
         (Some(dwell), false) => {
             format!("not certified, augmentation.refractory_s must be {}", seconds(switching, dwell))
         }
@@ -101,23 +101,53 @@ pub(super) fn lines(study: &StabilityStudy, switching: &Switching) -> Vec<String
     lines
 }
 
-fn certified_for(study: &StabilityStudy, switching: &Switching) -> String {
-    let (softest, stiffest) = switching.settings.stiffness_n_per_m;
-    let range = format!("{} to {} N/m", significant(softest), significant(stiffest));
-    if !study.verdict.left_out.is_empty() {
-        return format!("certified for {range} without what the analysis leaves out; unknown for the scenario");
-    }
-    if study.covers_tissue() == Some(true) {
-        return format!("certified for {range}, which is the whole tissue of the scenario");
-    }
-    let (low, high) = study.tissue().stiffness_n_per_m;
-    if low < softest || high > stiffest {
-        let (low, high) = (significant(low), significant(high));
-        return format!("certified for {range}; the tissue has {low} to {high} N/m, so the scenario is not covered");
+/// The statement of the certificate, with its numbers.
+pub(super) fn statement(study: &StabilityStudy) -> String {
+    let statement = study.statement();
+    let word = statement.word();
+    let (peaks, step_n) = match statement {
+        Statement::None(reason) => return format!("certificate: {word} ({reason})"),
+        Statement::Decays(peaks) => (peaks, None),
+        Statement::Bounded(peaks, step_n) => (peaks, Some(step_n)),
+    };
+    let mm = |metres: f64| significant(1e3 * metres);
+    let motion = |times: f64| {
+        format!(
+            "the needle at most {} mm and the hand at most {} mm",
+            mm(peaks.needle_m_per_n * times),
+            mm(peaks.hand_m_per_n * times)
+        )
+    };
+    let tissue = study.switching.as_ref().map(|switching| tissue(&switching.settings)).unwrap_or_default();
+    let decay = significant(peaks.decay_per_s);
+    let swing = step_n.map_or_else(
+        || format!("the effect of every rupture and of every other motion decays with {decay} 1/s of teleoperation"),
+        |step_n| {
+            format!("a swing by the steps of the force sensor moves {}, and larger motions decay with {decay} 1/s of teleoperation", motion(step_n))
+        },
+    );
+    let left_out: Vec<String> = study.verdict.left_out.iter().map(ToString::to_string).collect();
+    let without = if left_out.is_empty() { String::new() } else { format!("; left out: {}", left_out.join("; ")) };
+    format!(
+        "certificate: {word}. With {tissue}, and any further force: {swing}, under any events that keep the enforced \
+         times. 1 N of drop, friction or noise moves {} ({} and {} mm without events){without}",
+        motion(1.0),
+        mm(peaks.found_m_per_n[0]),
+        mm(peaks.found_m_per_n[1]),
+    )
+}
+
+fn tissue(settings: &SwitchingSettings) -> String {
+    let ((softest, stiffest), (least, most)) = (settings.stiffness_n_per_m, settings.damping_n_s_per_m);
+    if stiffest == 0.0 && most == 0.0 {
+        return "a recorded force, which closes no loop".to_owned();
     }
     format!(
-        "certified for springs of {range}; the scenario is not covered, as the certificate leaves out {}",
-        study.tissue().left_out().unwrap_or_default()
+        "{} to {} N/m and {} to {} N·s/m at any tick, lost contact",
+        significant(softest),
+        significant(stiffest),
+        significant(least),
+        significant(most),
     )
 }
 
@@ -271,6 +301,53 @@ struct ReleasedPart {
     force_n: f64,
     /// Maximum change of the feedback force in a tick, in N.
     force_step_n: f64,
+}
+
+/// The statement of the certificate about the scenario.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct StatementPart {
+    /// `decays`, `bounded` or `none`.
+    statement: &'static str,
+    /// The statement as a sentence.
+    sentence: String,
+    /// The reason for `none`.
+    reason: Option<&'static str>,
+    /// The scenario that shows a growing motion, if there is one.
+    counterexample: Option<&'static str>,
+    /// Decay rate of every motion during teleoperation, in 1/s.
+    decay_per_s: Option<f64>,
+    /// Bound of the needle's motion per newton of additional force, in m/N.
+    needle_m_per_n: Option<f64>,
+    /// Bound of the hand's motion per newton of additional force, in m/N.
+    hand_m_per_n: Option<f64>,
+    /// The additional force of the sensor's steps in N, for `bounded`.
+    sensor_force_n: Option<f64>,
+    /// The parts of the scenario that the statement leaves out.
+    left_out: Vec<String>,
+}
+
+impl StatementPart {
+    pub(super) fn of(study: &StabilityStudy) -> Self {
+        let found = study.statement();
+        let (peaks, reason, sensor_force_n) = match found {
+            Statement::Decays(peaks) => (Some(peaks), None, None),
+            Statement::Bounded(peaks, step_n) => (Some(peaks), None, Some(step_n)),
+            Statement::None(reason) => (None, Some(reason), None),
+        };
+        let grows = study.switching.as_ref().is_ok_and(|switching| switching.shown.found >= 1.0);
+        let is_shown = peaks.is_none() && grows && study.worst_events.is_some();
+        Self {
+            statement: found.word(),
+            sentence: statement(study),
+            reason,
+            counterexample: is_shown.then_some("worst_events.toml"),
+            decay_per_s: peaks.map(|peaks| peaks.decay_per_s),
+            needle_m_per_n: peaks.map(|peaks| peaks.needle_m_per_n),
+            hand_m_per_n: peaks.map(|peaks| peaks.hand_m_per_n),
+            sensor_force_n,
+            left_out: study.verdict.left_out.iter().map(ToString::to_string).collect(),
+        }
+    }
 }
 
 impl SwitchingPart {
