@@ -22,6 +22,7 @@
 mod analysis;
 mod axis_text;
 mod bounded;
+mod certificate;
 mod closed_loop;
 mod coverage;
 mod error;
@@ -39,6 +40,7 @@ mod reached;
 mod response;
 mod response_path;
 mod sampled;
+mod semidefinite;
 mod sensitivity;
 mod shares;
 mod side;
@@ -52,6 +54,7 @@ mod z_width;
 
 pub use analysis::{Analysis, LIMITED, PortPoint};
 pub use bounded::{AbsoluteOver, AbsolutePoint, Bounded, NeededDamping, Terminations, arm_impedance};
+pub use certificate::{Certificate, Inequality, Lyapunov, StateMap, StateSpace, Summand};
 pub use closed_loop::ClosedLoop;
 pub use coverage::{LeftOut, LoopLimit, left_out, left_out_with, loop_limits, unmodelled};
 pub use error::StabilityError;
@@ -68,9 +71,8 @@ pub use sampled::{SampledBound, SampledWall};
 pub use sensitivity::{Sensitivity, sensitivities};
 pub use shares::ShareMap;
 pub use switching::{
-    Certificate, Cycle, DwellPoint, EventBound, GAP_M, Growth, Inequality, KeptGap, LONGEST_DWELL_S, Lyapunov, Peaks,
-    Phases, Reach, Sequence, SimulatedCycle, SimulatedGrowth, StateMap, StateSpace, Summand, Switching,
-    SwitchingSettings, adversary,
+    Cycle, DwellPoint, EventBound, GAP_M, Growth, KeptGap, LONGEST_DWELL_S, Peaks, Phases, Reach, Sequence,
+    SimulatedCycle, SimulatedGrowth, Switching, SwitchingSettings, adversary,
 };
 pub use systems::{Locus, LoopSystem, PolesAndZeros};
 pub use tissue::{TissueRange, TissueSource};

@@ -10,9 +10,9 @@ use nalgebra::{Complex, DMatrix, DVector};
 use std::sync::Arc;
 
 use super::modes::{Modes, Space};
-use super::semidefinite::times;
 use super::settings::Phases;
 use crate::StabilityError;
+use crate::semidefinite::times;
 use trocar_base::interrupt;
 use trocar_base::parallel::{map, try_map};
 use trocar_core::augmentation::cross_fade;

@@ -33,9 +33,9 @@
 
 use nalgebra::DMatrix;
 
-use super::interval::{Interval, power};
 use super::modes::{Modes, Space};
 use super::settings::Phases;
+use crate::certificate::interval::{Interval, power};
 use trocar_core::augmentation::cross_fade;
 
 /// Weight of a condition per second relative to one per event; a tick's condition has its share.

@@ -19,14 +19,14 @@
 
 use nalgebra::DMatrix;
 
-use super::certificate::{StateMap, StateSpace};
-use super::interval::{Enclosure, Interval, magnitude, middle, power, product};
 use super::modes::{Modes, Space};
 use super::responses::{Responses, Start, Track};
 use super::scaling::Scales;
 use super::settings::Phases;
-use super::verify::Powers;
 use crate::StabilityError;
+use crate::certificate::Powers;
+use crate::certificate::interval::{Enclosure, Interval, magnitude, middle, power, product};
+use crate::certificate::{StateMap, StateSpace};
 use trocar_base::interrupt;
 use trocar_core::augmentation::cross_fade;
 

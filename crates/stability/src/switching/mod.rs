@@ -4,10 +4,9 @@
 //! module does:
 //!
 //! - `modes`: the maps of each phase;
-//! - `conditions`, `certificate`: a certificate that every sequence of events with a minimum dwell between them decays,
-//!   found by semidefinite programming and verified in interval arithmetic;
+//! - `conditions`, `attempt`: a certificate that every sequence of events with a minimum dwell between them decays,
+//!   found by semidefinite programming and verified by `crate::certificate`;
 //! - `peaks`: bounds of motions under a tissue force in addition to springs and dampers: the statement about a scenario;
-//! - `verify`: the verification of a certificate, which knows nothing of the search;
 //! - `reach`: bounds of motions from the certificate;
 //! - `ascent`, `products`: the worst sequences found, with a tissue that changes at every tick or is constant, to show
 //!   how tight the certificate is;
@@ -15,10 +14,9 @@
 
 mod adversary;
 mod ascent;
-mod certificate;
+mod attempt;
 mod conditions;
 mod event;
-mod interval;
 mod kept_gap;
 mod modes;
 mod peaks;
@@ -26,15 +24,11 @@ mod products;
 mod reach;
 mod responses;
 mod scaling;
-mod sdp;
 mod search;
-mod semidefinite;
 mod settings;
-mod verify;
 
 pub use adversary::adversary;
 pub use ascent::{Cycle, Growth};
-pub use certificate::{Certificate, Inequality, Lyapunov, StateMap, StateSpace, Summand};
 pub use event::EventBound;
 pub use kept_gap::KeptGap;
 pub use peaks::Peaks;
@@ -43,6 +37,7 @@ pub use reach::{Reach, Sequence};
 pub use settings::{Phases, SwitchingSettings};
 
 use crate::StabilityError;
+use crate::certificate::Certificate;
 use ascent::Steps;
 use modes::Modes;
 use search::Search;

@@ -14,11 +14,12 @@
 
 use nalgebra::DMatrix;
 
-use super::certificate::{Certificate, attempt};
+use super::attempt::attempt;
 use super::conditions::{Choice, Focus};
 use super::modes::{Modes, Space};
 use super::settings::SwitchingSettings;
 use crate::StabilityError;
+use crate::certificate::Certificate;
 
 /// Tried pieces of the functions in time, decay rates of `V` as shares of twice the rate of the slowest mode, and time
 /// constants of the function on a held gap in s. Few pieces and fast decays come first: they give smaller bounds sooner.

@@ -4,11 +4,12 @@ use nalgebra::DMatrix;
 
 use super::SwitchingSettings;
 use super::ascent::{Steps, farthest};
-use super::certificate::{Certificate, attempt};
+use super::attempt::attempt;
 use super::conditions::{Choice, Focus};
 use super::modes::Modes;
 use super::settings::Phases;
 use crate::StabilityError;
+use crate::certificate::Certificate;
 use trocar_base::interrupt;
 use trocar_base::parallel::try_map;
 use trocar_core::augmentation::cross_fade;

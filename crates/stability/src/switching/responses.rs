@@ -20,11 +20,11 @@
 //! Responses are interval enclosures from products of a few powers of `A`. `Σ |A^j v|` from tick `N` on is at most
 //! `G |v| β / (1 - β)`, with `G = Σ |A^j|` before tick `N` and `β = |A^N|` in the maximum norm.
 
-use super::interval::{Enclosure, Interval, magnitude, power, product, sum};
 use super::modes::{Modes, Space};
 use super::scaling::Scales;
-use super::verify::first_powers;
 use crate::StabilityError;
+use crate::certificate::first_powers;
+use crate::certificate::interval::{Enclosure, Interval, magnitude, power, product, sum};
 use nalgebra::DMatrix;
 use trocar_base::interrupt;
 

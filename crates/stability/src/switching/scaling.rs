@@ -3,9 +3,9 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::conditions::Focus;
-use super::interval::{Enclosure, exact, product, rounded, solved};
 use super::modes::{Modes, Space};
 use crate::StabilityError;
+use crate::certificate::interval::{Enclosure, exact, product, rounded, solved};
 
 /// Number of doublings in a Gramian's sum: 2^40 ticks, longer than any transient.
 const DOUBLINGS: usize = 40;

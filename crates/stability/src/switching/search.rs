@@ -1,11 +1,12 @@
 //! The search for the certificates with the shortest dwell and with the smallest growth.
 
-use super::certificate::{Certificate, attempt};
+use super::attempt::attempt;
 use super::conditions::Choice;
 use super::modes::Modes;
 use super::settings::Phases;
 use super::{LONGEST_DWELL_S, SwitchingSettings};
 use crate::StabilityError;
+use crate::certificate::Certificate;
 use trocar_base::parallel::try_map;
 
 /// The ratio of dwells at which the search for the shortest one ends.

@@ -1,11 +1,11 @@
-//! The verification of a certificate, in interval arithmetic. It knows nothing of the search.
+//! The verification of a certificate, in interval arithmetic.
 
 use nalgebra::DMatrix;
 
-use super::certificate::{Certificate, Inequality, Summand};
 use super::interval::{
     Enclosure, Interval, exact, is_positive_definite, power, product, rounded, solved, sum, transpose,
 };
+use super::{Certificate, Inequality, Summand};
 
 impl Certificate {
     /// Verifies every inequality for every power: that the sum of `factor Mᵀ P M` is positive definite. Maps and factors
@@ -73,7 +73,7 @@ fn is_finite(matrix: &DMatrix<f64>) -> bool {
 }
 
 /// The inequalities that are not verified, each with its first power.
-pub(super) fn unverified(certificate: &Certificate) -> Vec<(usize, u64)> {
+pub(crate) fn unverified(certificate: &Certificate) -> Vec<(usize, u64)> {
     let scale = |space: usize| &certificate.spaces[space].scale;
     let maps: Vec<Enclosure> = (certificate.maps.iter())
         .map(|map| solved(scale(map.to), product(&rounded(&map.matrix), &exact(scale(map.from)))))
@@ -118,7 +118,7 @@ fn first_unverified(certificate: &Certificate, maps: &[Enclosure], inequality: &
 }
 
 /// `M^n R` for all `n` of a range, as products of a few powers, which limits the rounding.
-pub(super) struct Powers {
+pub(crate) struct Powers {
     begin: u64,
     /// `M^k` for `k` below the stride.
     steps: Vec<Enclosure>,
@@ -127,7 +127,7 @@ pub(super) struct Powers {
 }
 
 /// Each power is the product of two powers of half its exponent.
-pub(super) fn first_powers(base: &Enclosure, count: usize) -> Vec<Enclosure> {
+pub(crate) fn first_powers(base: &Enclosure, count: usize) -> Vec<Enclosure> {
     let mut all = vec![power(base, 0), base.clone()];
     for n in 2..count {
         all.push(product(&all[n / 2], &all[n - n / 2]));
@@ -137,7 +137,7 @@ pub(super) fn first_powers(base: &Enclosure, count: usize) -> Vec<Enclosure> {
 }
 
 impl Powers {
-    pub(super) fn new(base: &Enclosure, (begin, end): (u64, u64), right: &Enclosure) -> Self {
+    pub(crate) fn new(base: &Enclosure, (begin, end): (u64, u64), right: &Enclosure) -> Self {
         let stride = ((end - begin) as f64).sqrt() as usize + 1;
         let leaps = (end - begin) as usize / stride + 1;
         let to_begin = product(&power(base, begin), right);
@@ -146,7 +146,7 @@ impl Powers {
         Self { begin, steps: first_powers(base, stride), leaps }
     }
 
-    pub(super) fn get(&self, n: u64) -> Enclosure {
+    pub(crate) fn get(&self, n: u64) -> Enclosure {
         let (stride, n) = (self.steps.len(), (n - self.begin) as usize);
         product(&self.steps[n % stride], &self.leaps[n / stride])
     }
