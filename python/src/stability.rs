@@ -36,6 +36,7 @@ pub(crate) fn stability<'py>(
     y: &str,
     tissue: Option<(f64, f64)>,
     simulate: bool,
+    event_limits: bool,
     threads: usize,
     tell: Option<Py<PyAny>>,
 ) -> PyResult<Analysed<'py>> {
@@ -63,6 +64,9 @@ pub(crate) fn stability<'py>(
                 done.fetch_add(1, Ordering::Relaxed);
             };
             study.simulate(&scenario, stop, count)?;
+        }
+        if event_limits {
+            study.compute_event_limits()?;
         }
         Ok(study)
     })?;

@@ -323,6 +323,7 @@ def stability(
     y: str,
     tissue: tuple[float, float] | None,
     simulate: bool,
+    event_limits: bool,
     threads: int,
     tell: Callable[[int, int], None] | None,
 ) -> tuple[dict[str, Any], dict[str, Any], dict[str, NDArray[Any]]]: ...

@@ -83,6 +83,9 @@ pub(super) struct StabilityArgs {
     /// draw tissues and delays
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     arms: Option<u64>,
+    /// Also search for the limits of the certificate of events, such as the largest certified amplification; takes minutes
+    #[arg(long)]
+    event_limits: bool,
     /// Verify the inequalities of a certificate.json in interval arithmetic instead, without an analysis; exit code 1 if
     /// they do not hold
     #[arg(long, value_name = "FILE", exclusive = true)]
@@ -147,6 +150,9 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         study.simulate(&scenario, interrupt::stop_flag(), || bar.inc(1))?;
         bar.finish_and_clear();
     }
+    if args.event_limits {
+        study.compute_event_limits()?;
+    }
     if let Some(axis) = &of_locus {
         study.compute_locus(axis)?;
     }
@@ -198,7 +204,8 @@ fn command(args: &StabilityArgs, name: &str) -> String {
     for (flag, value) in further {
         words.extend(value.iter().flat_map(|value| [flag.to_owned(), value.clone()]));
     }
-    words.extend(args.simulate.then(|| "--simulate".to_owned()));
+    let flags = [("--simulate", args.simulate), ("--event-limits", args.event_limits)];
+    words.extend(flags.iter().filter(|(_, is_set)| *is_set).map(|(flag, _)| (*flag).to_owned()));
     command_line(words.into_iter().chain(["--report".to_owned()]))
 }
 

@@ -125,7 +125,6 @@ fn the_certificates_of_delays_and_other_architectures_agree_with_the_manual() {
         ("controller.kind=local-force", &["0", "0.001"]),
         ("controller.kind=position-position", &["0"]),
         ("controller.kind=four-channel", &["0"]),
-        ("augmentation.reengage=clutch", &["0", "0.001", "0.005", "0.01"]),
     ] {
         let cell = |delay_s: &&str| {
             let delays = ["forward", "backward"].map(|way| format!("channel.{way}_delay_s={delay_s}"));
@@ -160,19 +159,15 @@ fn amplified_forces_are_certified_at_the_enforced_time() {
 }
 
 #[test]
-fn a_kept_gap_is_certified_in_contact() {
+fn a_gap_that_is_kept_has_no_certificate_and_grows_in_no_sequence() {
     let switching = analysed(&["augmentation.reengage=clutch"], TISSUE);
-    assert!(switching.is_certified() && switching.kept_gap.is_some() && switching.certificate.is_none());
+    assert!(switching.certificate.is_none() && switching.peaks.is_none() && !switching.is_certified());
     // On the softest tissue an event keeps 93 % of the gap, the ratio of the arm's spring to both springs together.
     let arm = &switching.settings.of_loop.arm;
     let spring = arm.k_a_n_per_m * arm.k_h_n_per_m / (arm.k_a_n_per_m + arm.k_h_n_per_m);
     let at_rest = spring / (spring + TISSUE.0);
     assert!((switching.growth.found / at_rest - 1.0).abs() < 0.01, "{} {at_rest}", switching.growth.found);
-    // The found and the certified growth enclose the true one within a per cent.
-    let certified = switching.certified_growth().expect("certified");
-    assert!(switching.growth.found <= certified && certified < 1.01 * switching.growth.found, "{certified}");
-    // Out of contact the gap does not change.
-    assert_eq!(switching.covers_lost_contact, Some(false));
+    assert!(!switching.shows_growth());
 }
 
 #[test]
@@ -185,14 +180,10 @@ fn a_hundred_thousand_random_sequences_stay_within_the_certified_bound() {
         "augmentation.refractory_s=0.15",
     ];
     let snap = ["augmentation.reengage=snap"];
-    let clutch = ["augmentation.reengage=clutch"];
     // Number of sequences, ticks of each, and the minimum fraction of the bounds that they reach.
-    for (settings, count, ticks, share) in [
-        (&[][..], 2_000, 2_500, 0.1),
-        (&snap[..], 1_000, 2_500, 0.1),
-        (&clutch[..], 1_000, 2_500, 0.1),
-        (&short[..], 96_000, 240, 0.1),
-    ] {
+    for (settings, count, ticks, share) in
+        [(&[][..], 2_000, 2_500, 0.1), (&snap[..], 1_000, 2_500, 0.1), (&short[..], 96_000, 240, 0.1)]
+    {
         let switching = analysed(settings, TISSUE);
         assert!(switching.is_certified(), "{settings:?}");
         let reach = switching.reach.as_ref().expect("bounded");

@@ -36,6 +36,7 @@ mod mode;
 mod parameter;
 mod population;
 mod ports;
+mod re_engaging;
 mod reached;
 mod response;
 mod response_path;
@@ -67,12 +68,13 @@ pub use mode::Mode;
 pub use parameter::Parameter;
 pub use population::{LimitQuantiles, Member, Population, Quantile, Worst};
 pub use ports::{Hybrid, Ports, is_passive_impedance};
+pub use re_engaging::EventBound;
 pub use sampled::{SampledBound, SampledWall};
 pub use sensitivity::{Sensitivity, sensitivities};
 pub use shares::ShareMap;
 pub use switching::{
-    Cycle, DwellPoint, EventBound, GAP_M, Growth, KeptGap, LONGEST_DWELL_S, Peaks, Phases, Reach, Sequence,
-    SimulatedCycle, SimulatedGrowth, Switching, SwitchingSettings, adversary,
+    Cycle, DwellPoint, GAP_M, Growth, LONGEST_DWELL_S, Peaks, Phases, Reach, Sequence, SimulatedCycle, SimulatedGrowth,
+    Switching, SwitchingSettings, adversary,
 };
 pub use systems::{Locus, LoopSystem, PolesAndZeros};
 pub use tissue::{TissueRange, TissueSource};

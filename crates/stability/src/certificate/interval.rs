@@ -30,11 +30,6 @@ impl Interval {
         }
     }
 
-    /// The hull of both intervals.
-    pub(crate) fn with(self, other: Self) -> Self {
-        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
-    }
-
     fn squared(self) -> Self {
         let (a, b) = (self.low.abs(), self.high.abs());
         let spans_zero = self.low <= 0.0 && self.high >= 0.0;
@@ -71,10 +66,6 @@ impl Mul for Interval {
         // A product with an exact 0 is exact; most entries of the maps are 0.
         if min == 0.0 && max == 0.0 { Self::exact(0.0) } else { Self { low: min.next_down(), high: max.next_up() } }
     }
-}
-
-pub(crate) fn magnitude(entry: Interval) -> f64 {
-    entry.low.abs().max(entry.high.abs())
 }
 
 pub(crate) type Enclosure = Vec<Vec<Interval>>;

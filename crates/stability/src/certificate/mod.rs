@@ -5,7 +5,7 @@ mod verify;
 
 use nalgebra::DMatrix;
 
-pub(crate) use verify::{Powers, first_powers, unverified};
+pub(crate) use verify::unverified;
 
 /// A quadratic function of a certificate.
 #[derive(Debug, Clone)]

@@ -9,10 +9,12 @@ use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use std::sync::Arc;
+
+use super::ascent::{Choices, Steps};
 use super::modes::{Modes, Space};
-use super::settings::{Phases, SwitchingSettings};
+use super::settings::SwitchingSettings;
 use crate::StabilityError;
-use trocar_core::augmentation::cross_fade;
 
 /// Extra ticks of teleoperation between events, at most.
 const EXTRA_TICKS: [u64; 3] = [0, 20, 400];
@@ -27,11 +29,12 @@ pub fn adversary(
     seed: u64,
 ) -> Result<[f64; 2], StabilityError> {
     let modes = Modes::new(&SwitchingSettings { loses_contact: true, ..settings.clone() })?;
+    let steps = Steps::new(&modes, settings.phases());
     let mut largest = [0.0_f64; 2];
-    for sequence in 0..sequences {
+    for stream in 0..sequences {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        rng.set_stream(sequence);
-        let steps = steps(&modes, settings.phases(), events, &mut rng);
+        rng.set_stream(stream);
+        let steps = sequence(&steps, events, &mut rng);
         for (largest, row) in largest.iter_mut().zip([modes.slave(), modes.hand_position()]) {
             let strategies = std::iter::once(None).chain(modes.vertices().map(Some));
             let found = strategies.map(|strategy| reached(&modes, &steps, &row, strategy));
@@ -42,41 +45,32 @@ pub fn adversary(
 }
 
 /// The maps of the ticks, each with its choices, and true if the additional force acts.
-type Step = (Vec<DMatrix<f64>>, bool);
+type Step = (Choices, bool);
 
-fn steps(modes: &Modes, phases: Phases, events: usize, rng: &mut ChaCha8Rng) -> Vec<Step> {
-    let each = |map: &dyn Fn(usize) -> DMatrix<f64>| -> Vec<DMatrix<f64>> { modes.vertices().map(map).collect() };
-    let teleoperation = each(&|vertex| modes.teleoperation(vertex));
-    let frozen: Vec<DMatrix<f64>> = modes
-        .vertices()
-        .flat_map(|vertex| modes.shares().iter().map(move |&share| modes.frozen(vertex, share)))
-        .collect();
-    let release = each(&|vertex| modes.release(vertex));
-    let mut steps = vec![];
+fn sequence(steps: &Steps<'_>, events: usize, rng: &mut ChaCha8Rng) -> Vec<Step> {
+    let (modes, phases) = (steps.modes(), steps.phases);
+    let force = |choices: &Choices, ticks: u64| (0..ticks).map(|_| (Arc::clone(choices), true)).collect::<Vec<_>>();
+    let mut all = vec![];
     for _ in 0..events {
         let extra = EXTRA_TICKS[rng.random_range(0..EXTRA_TICKS.len())];
-        for _ in 0..phases.refractory + rng.random_range(0..=extra) {
-            steps.push((teleoperation.clone(), true));
-        }
-        steps.push((teleoperation.clone(), true));
-        steps.push((vec![modes.freeze()], false));
-        for _ in 0..rng.random_range(phases.held.0..=phases.held.1) {
-            steps.push((frozen.clone(), true));
-        }
-        steps.push((release.clone(), false));
+        all.extend(force(&steps.teleoperation, phases.refractory + rng.random_range(0..=extra) + 1));
+        all.push((Arc::clone(&steps.freeze), false));
+        all.extend(force(&steps.frozen, rng.random_range(phases.held.0..=phases.held.1)));
+        all.push((Arc::clone(&steps.release), false));
         // The gap shrinks at any rate; it is closed before the time of teleoperation begins.
         let closes_in = rng.random_range(0..2 * phases.blend + 1);
         for tick in 0..phases.blend.max(closes_in) {
-            let weight = cross_fade(((tick + 1) as f64 / phases.blend as f64).min(1.0));
-            let share = if tick < closes_in && rng.random_bool(0.9) { 1.0 } else { rng.random_range(0.0..1.0) };
-            let shrink = |map: DMatrix<f64>| modes.closed() * &map * (1.0 - share) + map * share;
-            steps.push((each(&|vertex| shrink(modes.blend(vertex, weight))), true));
+            all.extend(force(steps.blends.get(tick as usize).unwrap_or(&steps.teleoperation), 1));
+            if tick >= closes_in || rng.random_bool(0.1) {
+                let share = rng.random_range(0.0..1.0);
+                let whole = DMatrix::identity(modes.places_all(), modes.places_all());
+                all.push((Arc::new(vec![modes.closed() * (1.0 - share) + whole * share]), false));
+            }
         }
-        steps.push((vec![modes.closed()], false));
+        all.push((Arc::clone(&steps.closed), false));
     }
-    let last = rng.random_range(0..phases.refractory + 400);
-    steps.extend((0..last).map(|_| (teleoperation.clone(), true)));
-    steps
+    all.extend(force(&steps.teleoperation, rng.random_range(0..phases.refractory + 400)));
+    all
 }
 
 fn reached(modes: &Modes, steps: &[Step], row: &DMatrix<f64>, constant: Option<usize>) -> f64 {
@@ -103,49 +97,4 @@ fn reached(modes: &Modes, steps: &[Step], row: &DMatrix<f64>, constant: Option<u
 /// The size of `p` without the force, and the effect of the force.
 fn size(p: &DMatrix<f64>, input: &DMatrix<f64>) -> f64 {
     p.norm() + (p * input)[(0, 0)].abs()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{LinearLoop, Peaks, TissueRange};
-    use trocar_scenario::{Scenario, Source};
-
-    fn settings(given: &[&str], stiffness_n_per_m: (f64, f64), most_n_s_per_m: f64) -> SwitchingSettings {
-        let given: Vec<String> = given.iter().map(|&one| one.to_owned()).collect();
-        let scenario = Scenario::load(&Source::parse("builtin:paper/augmented.toml"), &given).expect("loads");
-        let of_loop = LinearLoop::of(&scenario, TissueRange::spring(stiffness_n_per_m.1, 0.0)).expect("analysed");
-        let settings = SwitchingSettings::of(&scenario, of_loop, stiffness_n_per_m).expect("covered");
-        SwitchingSettings { damping_n_s_per_m: (0.0, most_n_s_per_m), ..settings }
-    }
-
-    #[test]
-    fn no_sequence_of_events_springs_and_forces_exceeds_the_bounds() {
-        for (given, stiffness, damping) in [
-            (&[][..], (0.0, 800.0), 10.0),
-            (&["augmentation.reengage=snap", "channel.forward_delay_s=0.003"][..], (0.0, 600.0), 5.0),
-            (&["augmentation.force_law=amplify"][..], (50.0, 400.0), 0.0),
-            (&["augmentation.hold=none", "augmentation.force_law=damp"][..], (0.0, 500.0), 5.0),
-            (&["controller.kind=local-force"][..], (0.0, 500.0), 5.0),
-        ] {
-            let settings = settings(given, stiffness, damping);
-            let peaks = Peaks::of(&settings).expect("analysed").unwrap_or_else(|| panic!("not certified: {given:?}"));
-            assert!(peaks.certificate.verify().is_ok(), "{given:?}");
-            let found = adversary(&settings, (6, 3), 1).expect("analysed");
-            for (found, bound) in found.into_iter().zip([peaks.needle_m_per_n, peaks.hand_m_per_n]) {
-                assert!(found <= bound, "{given:?}: {found} beyond {bound}");
-                // The adversary is no weakling: events interrupt the motion without them.
-                assert!(found > 0.5 * peaks.found_m_per_n[0].min(peaks.found_m_per_n[1]), "{given:?}: {found}");
-            }
-        }
-    }
-
-    #[test]
-    fn a_certificate_with_a_changed_map_is_not_verified() {
-        let peaks = Peaks::of(&settings(&[], (0.0, 600.0), 5.0)).expect("analysed").expect("certified");
-        let mut changed = peaks.certificate;
-        let map = changed.maps.iter_mut().find(|map| map.name == "teleoperation_1").expect("there");
-        map.matrix[(0, 0)] *= 1.05;
-        assert!(changed.verify().is_err());
-    }
 }

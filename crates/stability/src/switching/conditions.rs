@@ -23,8 +23,6 @@
 //! Control Optim.* 45, 2006; functions linear between nodes after Allerhand and Shaked, *IEEE Trans. Autom. Control*
 //! 56, 2011).
 //!
-//! For a gap that is kept, see `kept_gap.rs`.
-//!
 //! The functions and the condition for a tick are linear in time between nodes; the condition holds in a piece if it
 //! holds at its first and last tick. If the frozen map depends on the tissue, functions `P_F(t)` on the frozen states
 //! replace its powers; with `Γ` on the states that are constant while frozen, `max(P_F, Γ)` cannot grow.

@@ -100,7 +100,7 @@ struct Vertex {
 /// A map starts from the states before the tick's force: an event that begins at tick `k` uses `x`, the anchor `F*` and
 /// the last reference at `k - 1`.
 #[derive(Debug, Clone)]
-pub(super) struct Modes {
+pub(crate) struct Modes {
     master: Side,
     slaves: Vec<Side>,
     /// Whole ticks of both delays.
@@ -117,7 +117,7 @@ pub(super) struct Modes {
 }
 
 impl Modes {
-    pub(super) fn new(settings: &SwitchingSettings) -> Result<Self, StabilityError> {
+    pub(crate) fn new(settings: &SwitchingSettings) -> Result<Self, StabilityError> {
         let machines = Machines::new(&settings.of_loop)?;
         let (softest, stiffest) = settings.stiffness_n_per_m;
         let (least, most) = settings.damping_n_s_per_m;
@@ -162,7 +162,7 @@ impl Modes {
         })
     }
 
-    pub(super) fn states(&self) -> usize {
+    pub(crate) fn states(&self) -> usize {
         self.master.a.nrows() + self.slaves[0].a.nrows() + self.delay
     }
 
@@ -170,11 +170,11 @@ impl Modes {
         self.states() + EXTRA
     }
 
-    pub(super) fn master_states(&self) -> usize {
+    pub(crate) fn master_states(&self) -> usize {
         self.master.a.nrows()
     }
 
-    pub(super) fn delay(&self) -> usize {
+    pub(crate) fn delay(&self) -> usize {
         self.delay
     }
 
@@ -188,7 +188,7 @@ impl Modes {
         Ok((-largest.ln() / self.tick_s).max(0.0))
     }
 
-    pub(super) fn without_delay(&self) -> Self {
+    pub(crate) fn without_delay(&self) -> Self {
         Self { delay: 0, ..self.clone() }
     }
 
@@ -310,7 +310,7 @@ impl Modes {
     }
 
     /// The slave's target: the arrived, scaled hand position and the slave's contribution, in m.
-    pub(super) fn hand(&self, vertex: usize) -> DMatrix<f64> {
+    pub(crate) fn hand(&self, vertex: usize) -> DMatrix<f64> {
         let nothing = DVector::zeros(self.master.c.len());
         let local = self.weights(&nothing, &self.slaves[vertex].local) + self.input(self.slaves[vertex].external.local);
         let arrived = match self.delay {
@@ -320,11 +320,11 @@ impl Modes {
         local + arrived
     }
 
-    pub(super) fn slave(&self) -> DMatrix<f64> {
+    pub(crate) fn slave(&self) -> DMatrix<f64> {
         self.unit(self.master.a.nrows())
     }
 
-    pub(super) fn force(&self, vertex: usize) -> DMatrix<f64> {
+    pub(crate) fn force(&self, vertex: usize) -> DMatrix<f64> {
         self.weights(&self.master.local, &self.slaves[vertex].c) + self.input(self.slaves[vertex].external.sent)
     }
 
@@ -344,15 +344,15 @@ impl Modes {
         column
     }
 
-    pub(super) fn of_reference(&self) -> DMatrix<f64> {
+    pub(crate) fn of_reference(&self) -> DMatrix<f64> {
         self.column(self.master.a.nrows(), &self.slaves[0].now)
     }
 
-    pub(super) fn of_force(&self) -> DMatrix<f64> {
+    pub(crate) fn of_force(&self) -> DMatrix<f64> {
         self.column(0, &self.master.now)
     }
 
-    pub(super) fn of_desired(&self) -> DMatrix<f64> {
+    pub(crate) fn of_desired(&self) -> DMatrix<f64> {
         match &self.master.desired {
             Some((now, next)) => self.column(0, &(now + next)),
             None => DMatrix::zeros(self.states() + EXTRA, 1),
@@ -383,7 +383,7 @@ impl Modes {
     }
 
     /// The map of both sides and the delay without reference and feedback force. Keeps all extra states.
-    pub(super) fn apart(&self, vertex: usize) -> DMatrix<f64> {
+    pub(crate) fn apart(&self, vertex: usize) -> DMatrix<f64> {
         let slave = &self.slaves[vertex];
         let (m, s, n) = (self.master.a.nrows(), slave.a.nrows(), self.states());
         let mut a = DMatrix::zeros(n + EXTRA, n + EXTRA);

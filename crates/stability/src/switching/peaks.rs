@@ -34,6 +34,9 @@ const TRIED: [(u64, f64, f64); 8] = [
     (8, 0.004, 0.2),
 ];
 
+/// Number of tried choices if there is a certificate of similar settings.
+const SIMILAR: usize = 3;
+
 /// The ratio of the smallest certified bound to the largest uncertified one at which the search ends, and the largest
 /// tried bound relative to the motion without events.
 const MAX_RATIO: f64 = 1.2;
@@ -56,6 +59,36 @@ pub struct Peaks {
     pub found_m_per_n: [f64; 2],
     /// Decay rate of the motion during teleoperation in 1/s.
     pub decay_per_s: f64,
+    /// The index in `TRIED` of the functions.
+    tried: usize,
+}
+
+/// The loop, its phases, and the choices of functions to try. `None` if no functions can exist.
+fn tried(settings: &SwitchingSettings) -> Result<Option<(Modes, f64, [Choice; TRIED.len()])>, StabilityError> {
+    let modes = Modes::new(&SwitchingSettings { loses_contact: true, ..settings.clone() })?;
+    let slowest_per_s = modes.slowest_decay_per_s()?;
+    if settings.keeps_gap() || slowest_per_s <= 0.0 {
+        return Ok(None);
+    }
+    let dwell = settings.phases().refractory;
+    let choices = TRIED.map(|(pieces, share, hold_s)| {
+        let rate_per_s = 2.0 * share * slowest_per_s;
+        let contraction = (-rate_per_s * modes.tick_s * dwell as f64).exp();
+        Choice { dwell, hold_s, contraction, rate_per_s, pieces, is_driven: true }
+    });
+    Ok(Some((modes, slowest_per_s, choices)))
+}
+
+fn certify(
+    modes: &Modes,
+    settings: &SwitchingSettings,
+    choice: Choice,
+    focus: Option<&Focus>,
+) -> Result<Option<Certificate>, StabilityError> {
+    match attempt(modes, settings.phases(), choice, focus) {
+        Err(StabilityError::Solver { .. }) => Ok(None),
+        attempt => attempt,
+    }
 }
 
 impl Peaks {
@@ -64,22 +97,8 @@ impl Peaks {
     /// # Errors
     /// [`StabilityError`].
     pub fn of(settings: &SwitchingSettings) -> Result<Option<Self>, StabilityError> {
-        let modes = Modes::new(&SwitchingSettings { loses_contact: true, ..settings.clone() })?;
-        let phases = settings.phases();
-        let slowest_per_s = modes.slowest_decay_per_s()?;
-        if settings.may_keep_gap() || slowest_per_s <= 0.0 {
-            return Ok(None);
-        }
-        let certify = |choice: Choice, focus: Option<&Focus>| match attempt(&modes, phases, choice, focus) {
-            Err(StabilityError::Solver { .. }) => Ok(None),
-            attempt => attempt,
-        };
-        let choices = TRIED.map(|(pieces, share, hold_s)| {
-            let rate_per_s = 2.0 * share * slowest_per_s;
-            let dwell = phases.refractory;
-            let contraction = (-rate_per_s * modes.tick_s * dwell as f64).exp();
-            Choice { dwell, hold_s, contraction, rate_per_s, pieces, is_driven: true }
-        });
+        let Some((modes, slowest_per_s, choices)) = tried(settings)? else { return Ok(None) };
+        let certify = |choice: Choice, focus: &Focus| certify(&modes, settings, choice, Some(focus));
         let rows = [modes.slave(), modes.hand_position()];
         let found = largest_without_events(&modes, &rows, slowest_per_s);
         // Each quantity is a position over its bound, so the certificate shows the bounds.
@@ -89,24 +108,40 @@ impl Peaks {
             Focus { frozen: rows.clone(), rows, bound: 1.0, starts: vec![] }
         };
         let mut best = None;
-        for choice in choices {
-            if let Some(certificate) = certify(choice, Some(&focus(LARGEST)))? {
-                best = Some((choice, certificate));
+        for (tried, choice) in choices.into_iter().enumerate() {
+            if let Some(certificate) = certify(choice, &focus(LARGEST))? {
+                best = Some((tried, choice, certificate));
                 break;
             }
         }
-        let Some((choice, mut certificate)) = best else { return Ok(None) };
+        let Some((tried, choice, mut certificate)) = best else { return Ok(None) };
         let (mut ratio, mut fails) = (LARGEST, 1.0);
         while ratio > MAX_RATIO * fails {
             let middle = (ratio * fails).sqrt();
-            match certify(choice, Some(&focus(middle)))? {
+            match certify(choice, &focus(middle))? {
                 Some(other) => (ratio, certificate) = (middle, other),
                 None => fails = middle,
             }
         }
         let [needle_m_per_n, hand_m_per_n] = found.map(|found| found * ratio);
         let decay_per_s = 0.5 * choice.rate_per_s;
-        Ok(Some(Self { certificate, needle_m_per_n, hand_m_per_n, found_m_per_n: found, decay_per_s }))
+        Ok(Some(Self { certificate, needle_m_per_n, hand_m_per_n, found_m_per_n: found, decay_per_s, tried }))
+    }
+
+    /// True if every motion decays, without bounds of the motion. Tries the functions of a certificate of similar
+    /// settings, if there is one, and the next less cautious ones.
+    ///
+    /// # Errors
+    /// [`StabilityError`].
+    pub fn exist(settings: &SwitchingSettings, similar: Option<&Self>) -> Result<bool, StabilityError> {
+        let Some((modes, _, choices)) = tried(settings)? else { return Ok(false) };
+        let (first, count) = similar.map_or((0, TRIED.len()), |peaks| (peaks.tried, SIMILAR));
+        for choice in choices.iter().skip(first).take(count) {
+            if certify(&modes, settings, *choice, None)?.is_some() {
+                return Ok(true);
+            }
+        }
+        Ok(false)
     }
 }
 

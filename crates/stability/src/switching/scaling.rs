@@ -69,12 +69,6 @@ impl Scales {
         Ok(Self { of_loop, metre, newton, number: 1.0, start: 1.0 })
     }
 
-    /// A separate scale for each state, for bounds of single states.
-    pub(super) fn of_single_states(&self) -> Self {
-        let sizes = DVector::from_fn(self.of_loop.nrows(), |i, _| power_of_two(self.of_loop.row(i).norm()));
-        Self { of_loop: DMatrix::from_diagonal(&sizes), ..self.clone() }
-    }
-
     pub(super) fn with_focus(&self, modes: &Modes, focus: &Focus) -> Self {
         let space = Space::FadingGap;
         let scale = self.of(modes, space);

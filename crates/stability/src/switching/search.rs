@@ -43,6 +43,8 @@ pub(super) struct Search<'a> {
     modes: &'a Modes,
     phases: Phases,
     longest: u64,
+    /// True if a gap can remain, which the functions do not cover.
+    keeps_gap: bool,
     pieces: u64,
     holds_s: &'static [f64],
     /// The time constant of the certificate with the shortest dwell.
@@ -53,14 +55,14 @@ impl<'a> Search<'a> {
     pub(super) fn new(settings: &SwitchingSettings, modes: &'a Modes, phases: Phases) -> Self {
         let pieces = pieces(modes);
         let holds_s = if modes.has_gap() { &HOLDS_S[..] } else { &HOLDS_S[..1] };
-        Self { modes, phases, longest: settings.longest_dwell_ticks(), pieces, holds_s, hold_s: None }
-    }
-
-    pub(super) fn modes(&self) -> &'a Modes {
-        self.modes
+        let (longest, keeps_gap) = (settings.longest_dwell_ticks(), settings.keeps_gap());
+        Self { modes, phases, longest, keeps_gap, pieces, holds_s, hold_s: None }
     }
 
     fn certify(&self, choice: Choice) -> Result<Option<Certificate>, StabilityError> {
+        if self.keeps_gap {
+            return Ok(None);
+        }
         match attempt(self.modes, self.phases, choice, None) {
             // The states of an unstable loop cannot be scaled.
             Err(StabilityError::Solver { .. }) => Ok(None),

@@ -109,14 +109,8 @@ impl SwitchingSettings {
 
     /// True if an event can leave a gap that is kept: with a clutch, or if a ramp stops under load.
     #[must_use]
-    pub fn may_keep_gap(&self) -> bool {
-        let stops = matches!(self.augmentation.reengage, Reengage::RampUntilLoad { .. });
-        self.keeps_gap() || stops && self.augmentation.hold == HoldSettings::Frozen
-    }
-
-    /// True if the gap after an event is kept.
-    #[must_use]
     pub fn keeps_gap(&self) -> bool {
-        self.augmentation.reengage == Reengage::Clutch && self.augmentation.hold == HoldSettings::Frozen
+        let stays = matches!(self.augmentation.reengage, Reengage::Clutch | Reengage::RampUntilLoad { .. });
+        stays && self.augmentation.hold == HoldSettings::Frozen
     }
 }

@@ -5,6 +5,7 @@
 //! motion is compared with its earlier motion: an unstable loop grows long before contact is lost.
 
 mod document;
+mod event_limits;
 mod events;
 mod run;
 mod sequences;
@@ -15,6 +16,7 @@ mod verdict;
 mod verification;
 
 pub use document::{CertificateFile, LoopPart, StabilityFile};
+pub use event_limits::EventLimit;
 pub use events::worst_events;
 pub use run::{Verdict, simulate};
 pub use sequences::{EventRecord, EventRun, Farthest, random_sequences, without_alarms};

@@ -50,14 +50,14 @@ impl StabilityStudy {
             ),
             Some(peaks) if self.force_step_n > 0.0 => Statement::Bounded(peaks, 0.5 * self.force_step_n),
             Some(peaks) => Statement::Decays(peaks),
-            None if switching.settings.may_keep_gap() => Statement::None(
+            None if switching.settings.keeps_gap() => Statement::None(
                 "the gap that an event leaves is kept, and out of contact nothing closes it: each drop of force can \
                  move the needle on",
             ),
             None if !self.verdict.is_stable_in_range => {
                 Statement::None("the loop is unstable without events: see worst_events.toml")
             }
-            None if switching.shown.found >= 1.0 => {
+            None if switching.shows_growth() => {
                 Statement::None("a sequence of events makes the motion grow: see worst_events.toml")
             }
             None => Statement::None("the search found no functions, which does not show instability"),

@@ -2,6 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
+use super::event_limits::EventLimit;
 use super::statement::Statement;
 use super::tissue_of_run::linear_loop;
 use super::verdict::LoopVerdict;
@@ -46,6 +47,8 @@ pub struct StabilityStudy {
     pub locus: Option<Locus>,
     /// The step of the force sensor in N; 0 without steps.
     pub force_step_n: f64,
+    /// The limits of the parameters of an event; empty unless computed, or if the switching is not analysed.
+    pub event_limits: Vec<EventLimit>,
     /// The scenario that runs the worst sequence of events, if requested.
     pub worst_events: Option<Scenario>,
 }
@@ -93,6 +96,7 @@ impl StabilityStudy {
             response,
             locus: None,
             force_step_n: scenario.sensor.force_resolution_n,
+            event_limits: vec![],
             worst_events: None,
         })
     }
@@ -114,6 +118,17 @@ impl StabilityStudy {
         let settings = &self.analysis.settings;
         self.bounded = Bounded::of(settings, terminations)?;
         self.absolute = axis.map(|axis| AbsoluteOver::of(settings, axis, terminations)).transpose()?;
+        Ok(())
+    }
+
+    /// Computes the limits of the parameters of an event. Takes minutes.
+    ///
+    /// # Errors
+    /// [`CheckError`].
+    pub fn compute_event_limits(&mut self) -> Result<(), CheckError> {
+        if let Ok(Switching { settings, peaks, .. }) = &self.switching {
+            self.event_limits = EventLimit::of_each(settings, peaks.as_ref())?;
+        }
         Ok(())
     }
 

@@ -9,7 +9,7 @@ use serde_json::{Map, Value as Json};
 use super::switching::{rows, seconds};
 use crate::stability_check::verification::with_digest;
 use trocar_document::json_of;
-use trocar_stability::{Certificate, Inequality, KeptGap, Lyapunov, StateMap, StateSpace, Summand, Switching};
+use trocar_stability::{Certificate, Inequality, Lyapunov, StateMap, StateSpace, Summand, Switching};
 
 /// `certificate.json`: all data for an independent verification of the certificates. A matrix is a list of rows.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -33,8 +33,6 @@ struct Certificates<'a> {
     /// The certificate with the shortest time between events.
     #[serde(skip_serializing_if = "Option::is_none")]
     shortest_dwell: Option<CertificateEntry<'a>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    kept_gap: Option<KeptGapEntry<'a>>,
     /// The certificate of the smallest growth at the refractory time of the supervisor.
     #[serde(skip_serializing_if = "Option::is_none")]
     growth_at_refractory: Option<CertificateEntry<'a>>,
@@ -76,34 +74,6 @@ struct CertificateEntry<'a> {
     maps: Vec<MapEntry<'a>>,
     /// The inequalities.
     inequalities: Vec<InequalityEntry<'a>>,
-}
-
-/// The proof for a gap that remains after the event. The scaled states at a release deviate from `along · gap` by at
-/// most `rest · |gap|`.
-#[derive(Debug, Serialize, JsonSchema)]
-struct KeptGapEntry<'a> {
-    /// Required time between two events, in s.
-    dwell_s: f64,
-    /// Required time between two events, and the refractory time of the supervisor, in ticks.
-    dwell_ticks: [u64; 2],
-    /// Bounds of the growth per event for these times between events.
-    #[schemars(with = "[Option<f64>; 2]")]
-    growth: [f64; 2],
-    /// Minimum and maximum time for which the slave is held, in ticks.
-    held_ticks: [u64; 2],
-    /// Time of the cross-fade, in ticks.
-    blend_ticks: u64,
-    /// Number of ticks with individual bounds.
-    ticks: u64,
-    /// The scaled states at a release per scaled gap.
-    along: &'a [f64],
-    /// The bounds of the deviation from these states, and of the scaled feedback force.
-    rest: &'a [f64],
-    /// The states of each phase, by name.
-    #[schemars(with = "BTreeMap<String, Space<'a>>")]
-    spaces: Map<String, Json>,
-    /// The maps.
-    maps: Vec<MapEntry<'a>>,
 }
 
 /// A bound that a certificate proves.
@@ -193,14 +163,11 @@ struct Factor {
 pub(super) fn certificate_json(switching: &Switching) -> Option<String> {
     let shortest_dwell = switching.certificate.as_ref();
     let statement = switching.peaks.as_ref().map(|peaks| &peaks.certificate);
-    let kept_gap = switching.kept_gap.as_ref().filter(|_| shortest_dwell.is_none());
-    if shortest_dwell.is_none() && kept_gap.is_none() && statement.is_none() {
+    if shortest_dwell.is_none() && statement.is_none() {
         return None;
     }
     let of = |found| CertificateEntry::of(switching, found, None);
-    let bounding = |value, found: Option<_>, unit| {
-        found.map(|found| CertificateEntry::of(switching, found, Some(Bound { value, unit })))
-    };
+    let bounding = |(value, found), unit| CertificateEntry::of(switching, found, Some(Bound { value, unit }));
     let reach = switching.reach.as_ref();
     let whole = CertificateFile {
         // Depends on the text of the others.
@@ -211,11 +178,10 @@ pub(super) fn certificate_json(switching: &Switching) -> Option<String> {
         delay_ticks: switching.settings.delay_ticks(),
         certificates: Certificates {
             shortest_dwell: shortest_dwell.map(of),
-            kept_gap: kept_gap.map(|found| KeptGapEntry::of(switching, found)),
             growth_at_refractory: switching.at_refractory.as_ref().map(of),
             statement: statement.map(of),
-            needle: reach.and_then(|reach| bounding(reach.slave.0, reach.slave.1.as_ref(), "m/m")),
-            feedback_force: reach.and_then(|reach| bounding(reach.force.0, reach.force.1.as_ref(), "N/m")),
+            needle: reach.map(|reach| bounding((reach.slave.0, &reach.slave.1), "m/m")),
+            feedback_force: reach.map(|reach| bounding((reach.force.0, &reach.force.1), "N/m")),
         },
     };
     serde_json::to_string(&whole).ok().map(|text| with_digest(&(text + "\n")))
@@ -238,25 +204,6 @@ fn maps_of<'a>(maps: &'a [StateMap], spaces: &'a [StateSpace]) -> Vec<MapEntry<'
         matrix: rows(matrix),
     };
     maps.iter().map(map).collect()
-}
-
-impl<'a> KeptGapEntry<'a> {
-    fn of(switching: &Switching, found: &'a KeptGap) -> Self {
-        let phases = switching.phases;
-        let dwell_ticks = [found.dwell_ticks, phases.refractory];
-        Self {
-            dwell_s: seconds(switching, found.dwell_ticks),
-            dwell_ticks,
-            growth: dwell_ticks.map(|ticks| found.growth_after(ticks)),
-            held_ticks: [phases.held.0, phases.held.1],
-            blend_ticks: phases.blend,
-            ticks: found.ticks,
-            along: &found.along,
-            rest: &found.rest,
-            spaces: named(&found.spaces),
-            maps: maps_of(&found.maps, &found.spaces),
-        }
-    }
 }
 
 impl<'a> CertificateEntry<'a> {

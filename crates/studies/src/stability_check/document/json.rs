@@ -6,7 +6,7 @@ use serde_json::Value as Json;
 
 use super::absolute::{AbsolutePart, BoundedPart};
 use super::population::PopulationPart;
-use super::switching::{StatementPart, SwitchingPart};
+use super::switching::{EventLimitPart, StatementPart, SwitchingPart};
 use super::verdict::{JitterPart, LoopPart};
 use super::z_width::ZWidthPart;
 use crate::stability_check::{Check, Disagreement, StabilityStudy};
@@ -40,6 +40,8 @@ pub struct StabilityFile<'a> {
     /// Colgate and Schenkel's condition for passivity; `None` if it does not apply.
     sampled_data: Option<SampledPart>,
     certificate: StatementPart,
+    /// The limits of the parameters of an event, if requested.
+    event_limits: Vec<EventLimitPart>,
     switching: SwitchingPart,
     map: MapPart,
     /// The comparison of the map with simulated runs, if requested.
@@ -190,6 +192,7 @@ pub(super) fn json(study: &StabilityStudy) -> Json {
         },
         sampled_data: sampled.as_ref().map(SampledPart::of),
         certificate: StatementPart::of(study),
+        event_limits: study.event_limits.iter().map(EventLimitPart::of).collect(),
         switching: SwitchingPart::of(study),
         map: MapPart {
             x: AxisPart::of(&map.x, settings),

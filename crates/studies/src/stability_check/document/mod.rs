@@ -65,6 +65,9 @@ fn sections(study: &StabilityStudy) -> Vec<Section> {
     }
     let mut limits = Section::new("limits", "Limits and sensitivities");
     limits.table(tables::limit_table(analysis));
+    if !study.event_limits.is_empty() {
+        limits.table(tables::event_limit_table(&study.event_limits));
+    }
     limits.table(tables::sensitivity_table(analysis));
     // The map comes first, because it answers the question and shows the point of the scenario.
     let mut sections = vec![of_map, of_loop, limits];

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::stability_check::{StabilityStudy, Statement};
+use crate::stability_check::{EventLimit, StabilityStudy, Statement};
 use trocar_core::augmentation::Reengage;
 use trocar_document::{Cell, DataTable, Number, Table, Unit, significant};
 use trocar_stability::{EventBound, GAP_M, LONGEST_DWELL_S, Switching, SwitchingSettings};
@@ -40,7 +40,6 @@ pub(super) fn lines(switching: &Switching) -> Vec<String> {
         policy(switching.settings.augmentation.reengage),
     )];
     let conditions = switching.certificate.as_ref().map(|found| found.conditions);
-    let conditions = conditions.or(switching.kept_gap.as_ref().map(|found| found.conditions));
     lines.push(match (switching.dwell_ticks(), conditions) {
         (Some(dwell), Some(conditions)) => format!(
             "springs alone: the motion decays under any sequence of events with {} of teleoperation between them; \
@@ -215,8 +214,6 @@ pub(super) struct AnalysedPart {
     covers_lost_contact: Option<bool>,
     /// The certificate with the shortest time between events; `None` without one.
     certificate: Option<CertificatePart>,
-    /// The proof for a gap that remains after the event (`clutch`); `None` for other policies.
-    kept_gap: Option<KeptGapPart>,
     growth_per_event: GrowthPart,
     /// Bounds of the motion after the hand is released at a distance; `None` without a certificate, or with a delay.
     reach: Option<ReachPart>,
@@ -237,15 +234,6 @@ struct CertificatePart {
     conditions: u64,
     /// The matrix P of the Lyapunov function at the beginning of an event, by rows.
     p_at_events: Vec<Vec<f64>>,
-}
-
-/// The proof for a remaining gap.
-#[derive(Debug, Serialize, JsonSchema)]
-struct KeptGapPart {
-    /// Required time between two events, in s.
-    dwell_s: f64,
-    /// Number of verified conditions.
-    conditions: u64,
 }
 
 /// The growth of the state per event.
@@ -326,6 +314,28 @@ pub(super) struct StatementPart {
     left_out: Vec<String>,
 }
 
+/// The limit of a parameter of an event for the certificate, with all else unchanged.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct EventLimitPart {
+    /// The scenario key.
+    parameter: &'static str,
+    /// The value in the scenario, in the unit of the key.
+    value: f64,
+    /// True if `certified` is the largest value that is certified, false if it is the smallest.
+    is_largest: bool,
+    /// The certified value; `None` if no tried value is certified.
+    certified: Option<f64>,
+    /// True if the end of the search is certified.
+    is_beyond_search: bool,
+}
+
+impl EventLimitPart {
+    pub(super) fn of(limit: &EventLimit) -> Self {
+        let &EventLimit { key: parameter, value, is_largest, certified, is_beyond_search } = limit;
+        Self { parameter, value, is_largest, certified, is_beyond_search }
+    }
+}
+
 impl StatementPart {
     pub(super) fn of(study: &StabilityStudy) -> Self {
         let found = study.statement();
@@ -334,7 +344,7 @@ impl StatementPart {
             Statement::Bounded(peaks, step_n) => (Some(peaks), None, Some(step_n)),
             Statement::None(reason) => (None, Some(reason), None),
         };
-        let grows = study.switching.as_ref().is_ok_and(|switching| switching.shown.found >= 1.0);
+        let grows = study.switching.as_ref().is_ok_and(Switching::shows_growth);
         let is_shown = peaks.is_none() && grows && study.worst_events.is_some();
         Self {
             statement: found.word(),
@@ -377,8 +387,6 @@ impl AnalysedPart {
                 conditions: found.conditions,
                 p_at_events: rows(&found.p_at_events()),
             }),
-            kept_gap: (switching.kept_gap.as_ref())
-                .map(|found| KeptGapPart { dwell_s: s(found.dwell_ticks), conditions: found.conditions }),
             growth_per_event: GrowthPart {
                 dwell_s: s(switching.phases.refractory),
                 found: switching.growth.found,
