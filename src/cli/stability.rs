@@ -1,5 +1,6 @@
 //! `trocar stability`.
 
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -14,7 +15,7 @@ use trocar_report::html::{Again, command_line};
 use trocar_scenario::{Source, keys_outside_loop};
 use trocar_stability::{Axis, FrequencyResponse, MeasuredSides, Parameter, Terminations, TissueRange};
 use trocar_studies::run::delays_rounded;
-use trocar_studies::stability_check::{MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
+use trocar_studies::stability_check::{MAX_STIFFNESS_N_PER_M, StabilityStudy, Verified, is_tissue, verify};
 
 const DEFAULT_X: &str = "scaling.force=0.1:10:200";
 const DEFAULT_Y: &str = "tissue.stiffness_n_per_m=10:2000:200";
@@ -38,7 +39,9 @@ Examples:
                                             absolute stability over the delay
   trocar stability my.toml --slave-response slave.csv
                                             with a measured slave
-  trocar stability my.toml --simulate       and compare with simulations";
+  trocar stability my.toml --simulate       and compare with simulations
+  trocar stability --verify out/my/certificate.json
+                                            verify a certificate";
 
 /// Analyse the stability of the loop.
 #[derive(Debug, Args)]
@@ -93,6 +96,13 @@ pub(super) struct StabilityArgs {
     /// draw tissues and delays
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     arms: Option<u64>,
+    /// Also search for the limits of the certificate of events, such as the largest certified amplification; takes minutes
+    #[arg(long)]
+    event_limits: bool,
+    /// Verify the inequalities of a certificate.json in interval arithmetic instead, without an analysis; exit code 1 if
+    /// they do not hold
+    #[arg(long, value_name = "FILE", exclusive = true)]
+    verify: Option<PathBuf>,
     /// Also write report.html: one self-contained page with the map, limits, sensitivities, ports and events
     #[arg(long)]
     report: bool,
@@ -110,7 +120,21 @@ impl StabilityArgs {
     }
 }
 
+fn verified(path: &Path) -> Result<(), CliError> {
+    let named = || path.display().to_string();
+    let text = std::fs::read_to_string(path).map_err(|source| CliError::Unreadable { path: named(), source })?;
+    let all = verify(&text).map_err(|source| CliError::Certificate { path: named(), source })?;
+    let mut out = std::io::stdout().lock();
+    for Verified { name, conditions } in all {
+        writeln!(out, "{name}: {conditions} conditions hold").map_err(CliError::Print)?;
+    }
+    Ok(())
+}
+
 pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
+    if let Some(path) = &args.verify {
+        return verified(path);
+    }
     let axis = |text: &String| Axis::parse(text).map_err(|reason| CliError::Axis { axis: text.clone(), reason });
     let (x, y) = (axis(&args.x)?, axis(&args.y)?);
     if x.parameter.varies_with(y.parameter) {
@@ -142,6 +166,9 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         bar.set_message("runs");
         study.simulate(&scenario, interrupt::stop_flag(), || bar.inc(1))?;
         bar.finish_and_clear();
+    }
+    if args.event_limits {
+        study.compute_event_limits()?;
     }
     if let Some(axis) = &of_locus {
         study.compute_locus(axis)?;
@@ -197,7 +224,8 @@ fn command(args: &StabilityArgs, name: &str) -> String {
     for (flag, value) in further {
         words.extend(value.iter().flat_map(|value| [flag.to_owned(), value.clone()]));
     }
-    words.extend(args.simulate.then(|| "--simulate".to_owned()));
+    let flags = [("--simulate", args.simulate), ("--event-limits", args.event_limits)];
+    words.extend(flags.iter().filter(|(_, is_set)| *is_set).map(|(flag, _)| (*flag).to_owned()));
     command_line(words.into_iter().chain(["--report".to_owned()]))
 }
 

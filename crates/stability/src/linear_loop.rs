@@ -91,6 +91,14 @@ impl LinearLoop {
         self.master_model.is_general() || self.slave.is_general()
     }
 
+    /// True if the needle does not yield to the tissue, so an additional force acts through its reading alone. A reading
+    /// with a bandwidth averages it: it is then a number within the same bounds that is added to the reading, and so are
+    /// the steps and the noise of the sensor.
+    #[must_use]
+    pub fn adds_to_reading(&self) -> bool {
+        !self.slave.is_general() && self.link.machines.compliance_m_per_n == 0.0
+    }
+
     fn places(&mut self, parameter: Parameter) -> Vec<&mut f64> {
         use Parameter as P;
         let machines = &mut self.link.machines;

@@ -23,6 +23,17 @@ pub(super) struct Side {
     pub(super) force: DVector<f64>,
     /// Effect of the desired position at this tick and the next; `None` for the slave.
     pub(super) desired: Option<(DVector<f64>, DVector<f64>)>,
+    /// Effect of 1 N of tissue force in addition to `K p + B v`; 0 at the master.
+    pub(super) external: External,
+}
+
+/// The effect of 1 N of force on the needle on the next states, and on `c`, `local` and `force` of a [`Side`].
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct External {
+    pub(super) next: DVector<f64>,
+    pub(super) sent: f64,
+    pub(super) local: f64,
+    pub(super) measured: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,7 +67,10 @@ impl States {
 
 /// Maximum number of states of a side: up to ten of the machine with the arm, two of the motor or the controller, two of the
 /// acceleration, two of the force reading.
-const MAX_STATES: usize = 14;
+const MAX_STATES: usize = 15;
+
+/// The place of the additional tissue force among the states while a slave is built. No machine uses it.
+const EXTERNAL: usize = MAX_STATES - 1;
 
 fn zero() -> DVector<f64> {
     DVector::zeros(MAX_STATES)
@@ -164,6 +178,14 @@ fn motion_of_general(
     }
     states.a += of_command * command.transpose();
     now
+}
+
+#[cfg(test)]
+impl External {
+    /// No effect on a side with `n` states.
+    pub(super) fn none(n: usize) -> Self {
+        Self { next: DVector::zeros(n), sent: 0.0, local: 0.0, measured: 0.0 }
+    }
 }
 
 impl Side {
@@ -298,9 +320,14 @@ impl Side {
         let (at_master, at_slave) = link.controller.gains(&link.machines)?;
         let mut states = States::new(MAX_STATES);
         let (position, velocity) = (unit(0), unit(1));
-        let force = &position * settings.stiffness_n_per_m + &velocity * settings.damping_n_s_per_m;
+        let spring_and_damper = &position * settings.stiffness_n_per_m + &velocity * settings.damping_n_s_per_m;
+        let force = &spring_and_damper + unit(EXTERNAL);
         let reading = |states: &mut States| {
-            let read = measurement(states, &force, settings);
+            let read = if settings.adds_to_reading() {
+                measurement(states, &spring_and_damper, settings) + unit(EXTERNAL)
+            } else {
+                measurement(states, &force, settings)
+            };
             let local = &read * -at_slave.local_force;
             let mut deflection = &force * link.machines.compliance_m_per_n;
             if local_command == LocalCommand::Closed {
@@ -357,6 +384,12 @@ impl Side {
     ) -> Self {
         let n = states.used;
         let cut = |vector: DVector<f64>| vector.rows(0, n).into_owned();
+        let external = External {
+            next: states.a.column(EXTERNAL).rows(0, n).into_owned(),
+            sent: sent[EXTERNAL],
+            local: local[EXTERNAL],
+            measured: force[EXTERNAL],
+        };
         let (now, before) = match late {
             None => (whole, None),
             Some(late) => (late.clone(), Some(whole - late)),
@@ -369,6 +402,7 @@ impl Side {
             local: cut(local),
             force: cut(force),
             desired: desired.map(|(now, next)| (cut(now), cut(next))),
+            external,
         }
     }
 }

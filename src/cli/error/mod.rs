@@ -22,7 +22,7 @@ use trocar_studies::compare::PaperError;
 use trocar_studies::fmu::UnitError;
 use trocar_studies::roc::RocError;
 use trocar_studies::run::RunError;
-use trocar_studies::stability_check::CheckError;
+use trocar_studies::stability_check::{CheckError, VerificationError};
 use trocar_studies::sweep::SweepError;
 
 #[derive(Debug, Error)]
@@ -74,6 +74,10 @@ pub(super) enum CliError {
     Response(RecordingError),
     #[error(transparent)]
     Stability(#[from] StabilityError),
+    #[error("{path}: {source}")]
+    Certificate { path: String, source: VerificationError },
+    #[error("{path}: {source}")]
+    Unreadable { path: String, source: std::io::Error },
     #[error(transparent)]
     Explore(#[from] ExploreError),
     #[error(transparent)]
@@ -200,6 +204,8 @@ impl CliError {
             | Self::Stability(
                 StabilityError::Plant(_) | StabilityError::Parameter(_) | StabilityError::Measured { .. },
             )
+            | Self::Certificate { source: VerificationError::Form(_), .. }
+            | Self::Unreadable { .. }
             | Self::Exists { .. }
             | Self::NoCase { .. }
             | Self::LongSweep { .. }
@@ -216,6 +222,7 @@ impl CliError {
             Self::Interrupted { .. }
             | Self::Warnings { .. }
             | Self::Stability(_)
+            | Self::Certificate { .. }
             | Self::Run(RunError::Engine { .. })
             | Self::Output(_)
             | Self::Picture(_)

@@ -7,7 +7,7 @@ use serde_json::Value as Json;
 use super::absolute::{AbsolutePart, BoundedPart};
 use super::measured::MeasuredPart;
 use super::population::PopulationPart;
-use super::switching::SwitchingPart;
+use super::switching::{EventLimitPart, StatementPart, SwitchingPart};
 use super::verdict::{JitterPart, LoopPart};
 use super::z_width::ZWidthPart;
 use crate::stability_check::{Check, Disagreement, StabilityStudy};
@@ -42,6 +42,9 @@ pub struct StabilityFile<'a> {
     ports: PortsPart,
     /// Colgate and Schenkel's condition for passivity; `None` if it does not apply.
     sampled_data: Option<SampledPart>,
+    certificate: StatementPart,
+    /// The limits of the parameters of an event, if requested.
+    event_limits: Vec<EventLimitPart>,
     switching: SwitchingPart,
     map: MapPart,
     /// The comparison of the map with simulated runs, if requested.
@@ -192,6 +195,8 @@ pub(super) fn json(study: &StabilityStudy) -> Json {
             over: study.absolute.as_ref().map(AbsolutePart::of),
         },
         sampled_data: sampled.as_ref().map(SampledPart::of),
+        certificate: StatementPart::of(study),
+        event_limits: study.event_limits.iter().map(EventLimitPart::of).collect(),
         switching: SwitchingPart::of(study),
         map: MapPart {
             x: AxisPart::of(&map.x, settings),

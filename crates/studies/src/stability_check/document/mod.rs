@@ -66,6 +66,9 @@ fn sections(study: &StabilityStudy) -> Vec<Section> {
     }
     let mut limits = Section::new("limits", "Limits and sensitivities");
     limits.table(tables::limit_table(analysis));
+    if !study.event_limits.is_empty() {
+        limits.table(tables::event_limit_table(&study.event_limits));
+    }
     limits.table(tables::sensitivity_table(analysis));
     // The map comes first, because it answers the question and shows the point of the scenario.
     let mut sections = vec![of_map, of_loop, limits];
@@ -108,11 +111,12 @@ fn sections(study: &StabilityStudy) -> Vec<Section> {
     let mut events = Section::new("events", "Events");
     match &study.switching {
         Ok(switching) => {
-            switching::lines(study, switching).into_iter().for_each(|line| events.text(line));
+            events.text(switching::statement(study));
+            switching::lines(switching).into_iter().for_each(|line| events.text(line));
             events.table(switching::event_table(&switching.events));
             events.figure("switching");
         }
-        Err(reason) => events.text(format!("Switching: not analysed ({reason}).")),
+        Err(_) => events.text(switching::statement(study)),
     }
     sections.push(events);
     sections
