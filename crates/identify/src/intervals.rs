@@ -5,8 +5,8 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use crate::actuator::Bounded;
-use crate::model::{Model, Unknown};
 use crate::problem::Problem;
+use crate::system::System;
 
 /// The number of blocks of a recording. Residuals are correlated within a block, and blocks count as independent.
 pub(crate) const BLOCKS: usize = 12;
@@ -23,8 +23,8 @@ pub(crate) fn student(freedom: f64) -> f64 {
 }
 
 /// A solved problem whose unknowns are fixed in a later one, with the index of its one recording there.
-pub(crate) struct Earlier<'a> {
-    pub(crate) problem: Problem<'a>,
+pub(crate) struct Earlier<S: System> {
+    pub(crate) problem: Problem<S>,
     pub(crate) recording: usize,
 }
 
@@ -36,19 +36,19 @@ struct Linearised {
 }
 
 impl Linearised {
-    fn of(problem: &Problem<'_>, model: &Model, steps: &[(Unknown, f64)]) -> Self {
-        let errors = problem.errors(model);
-        let column = |(unknown, step): &(Unknown, f64)| {
+    fn of<S: System>(problem: &Problem<S>, model: &S::Model, steps: &[(S::Unknown, f64)]) -> Self {
+        let errors = problem.system().errors(model);
+        let column = |(unknown, step): &(S::Unknown, f64)| {
             let mut moved = model.clone();
-            unknown.set(&mut moved, unknown.of(model) + step);
-            problem.errors(&moved).iter().zip(&errors).map(|(moved, here)| moved - here).collect()
+            S::set(*unknown, &mut moved, S::value(*unknown, model) + step);
+            problem.system().errors(&moved).iter().zip(&errors).map(|(moved, here)| moved - here).collect()
         };
         let columns = steps.iter().map(column).collect();
         Self { errors, columns }
     }
 
     /// Returns the gradient `Σ J_i r_i` of each block, enlarged for the unknowns that were fitted.
-    fn scores(&self, problem: &Problem<'_>) -> Vec<DVector<f64>> {
+    fn scores<S: System>(&self, problem: &Problem<S>) -> Vec<DVector<f64>> {
         let blocks = blocks(problem);
         let share = (blocks.len() as f64 / freedom(problem)).sqrt();
         let score = |block: Range<usize>| {
@@ -60,8 +60,8 @@ impl Linearised {
 }
 
 /// Returns the degrees of freedom of a solved problem: its blocks without its unknowns.
-fn freedom(problem: &Problem<'_>) -> f64 {
-    ((BLOCKS * problem.recordings().len()) as f64 - problem.free().len() as f64).max(1.0)
+fn freedom<S: System>(problem: &Problem<S>) -> f64 {
+    ((BLOCKS * problem.system().lengths().len()) as f64 - problem.free().len() as f64).max(1.0)
 }
 
 /// Returns the interval of each unknown of a solved problem with its model: those that an earlier problem fixed, then
@@ -71,19 +71,20 @@ fn freedom(problem: &Problem<'_>) -> f64 {
 /// outer products of the gradients of both problems. In a single problem A is its curvature `JᵀJ`. The gradient of a later
 /// problem also depends on the unknowns that the earlier one fixed. Their errors therefore enlarge the later intervals
 /// (Newey and McFadden 1994, section 6). The priors count as further observations.
-pub(crate) fn intervals(
-    problem: &Problem<'_>,
-    model: &Model,
-    start: &Model,
-    earlier: Option<&Earlier<'_>>,
-) -> Vec<(Unknown, Bounded)> {
-    let step = |unknown: &Unknown| {
-        let size = unknown.of(model).abs().max(0.1 * unknown.of(start).abs());
-        (*unknown, STEP * size.max(0.1 * problem.prior_sd(*unknown).unwrap_or(0.0)))
+pub(crate) fn intervals<S: System>(
+    problem: &Problem<S>,
+    model: &S::Model,
+    start: &S::Model,
+    earlier: Option<&Earlier<S>>,
+) -> Vec<(S::Unknown, Bounded)> {
+    let system = problem.system();
+    let step = |unknown: &S::Unknown| {
+        let size = S::value(*unknown, model).abs().max(0.1 * S::value(*unknown, start).abs());
+        (*unknown, STEP * size.max(0.1 * system.expected(*unknown).map_or(0.0, |(_, sd)| sd)))
     };
-    let free: Vec<(Unknown, f64)> = problem.free().iter().map(step).collect();
+    let free: Vec<(S::Unknown, f64)> = problem.free().iter().map(step).collect();
     let later = Linearised::of(problem, model, &free);
-    let first: Vec<(Unknown, f64)> = earlier.map_or(vec![], |one| one.problem.free().iter().map(step).collect());
+    let first: Vec<(S::Unknown, f64)> = earlier.map_or(vec![], |one| one.problem.free().iter().map(step).collect());
     let (before, all) = (first.len(), first.len() + free.len());
     let mut slopes = DMatrix::zeros(all, all);
     let mut meat = DMatrix::zeros(all, all);
@@ -100,8 +101,8 @@ pub(crate) fn intervals(
         for (k, score) in alone.scores(early).into_iter().enumerate() {
             scores[BLOCKS * recording + k].rows_mut(0, before).copy_from(&score);
         }
-        let is_fixed = |(unknown, _): &(Unknown, f64)| !problem.free().contains(unknown);
-        let fixed: Vec<(Unknown, f64)> = first.iter().copied().filter(is_fixed).collect();
+        let is_fixed = |(unknown, _): &(S::Unknown, f64)| !problem.free().contains(unknown);
+        let fixed: Vec<(S::Unknown, f64)> = first.iter().copied().filter(is_fixed).collect();
         let mut by_fixed = Linearised::of(problem, model, &fixed).columns.into_iter();
         for (j, unknown) in first.iter().enumerate() {
             for (i, row) in alone.columns.iter().enumerate() {
@@ -117,25 +118,25 @@ pub(crate) fn intervals(
         meat += &score * score.transpose();
     }
     for (k, (unknown, step)) in free.iter().enumerate() {
-        let Some(sd) = problem.prior_sd(*unknown) else { continue };
+        let Some(sd) = system.prior_sd(*unknown) else { continue };
         let (at, weight) = (before + k, (problem.prior_weight() * step / sd).powi(2));
         slopes[(at, at)] += weight;
         meat[(at, at)] += weight * problem.prior_weight().powi(2);
     }
     let deviations = deviations(&slopes, &meat);
     // An unknown that both problems estimate changes by what the structure does not explain in contact.
-    let change = |unknown: Unknown, value: f64| {
+    let change = |unknown: S::Unknown, value: f64| {
         let earlier = earlier.filter(|one| one.problem.free().contains(&unknown));
-        earlier.map_or(0.0, |one| (unknown.of(&one.problem.model()) - value).abs())
+        earlier.map_or(0.0, |one| (S::value(unknown, &one.problem.model()) - value).abs())
     };
-    let bounded = |(k, (unknown, step)): (usize, (Unknown, f64))| {
+    let bounded = |(k, (unknown, step)): (usize, (S::Unknown, f64))| {
         let freedom = earlier.filter(|_| k < before).map_or(freedom(problem), |one| freedom(&one.problem));
-        let value = unknown.of(model);
+        let value = S::value(unknown, model);
         let half = student(freedom) * deviations[k] * step + change(unknown, value);
-        let low = if unknown.is_positive() { (value - half).max(0.0) } else { value - half };
+        let low = if system.is_positive(unknown) { (value - half).max(0.0) } else { value - half };
         (unknown, Bounded { value, low, high: value + half })
     };
-    let is_reported = |(k, (unknown, _)): &(usize, (Unknown, f64))| *k >= before || !problem.free().contains(unknown);
+    let is_reported = |(k, (unknown, _)): &(usize, (S::Unknown, f64))| *k >= before || !problem.free().contains(unknown);
     first.into_iter().chain(free).enumerate().filter(is_reported).map(bounded).collect()
 }
 
@@ -155,13 +156,13 @@ fn deviations(slopes: &DMatrix<f64>, meat: &DMatrix<f64>) -> Vec<f64> {
 }
 
 /// Returns the ranges of the blocks among the errors of all recordings.
-fn blocks(problem: &Problem<'_>) -> Vec<Range<usize>> {
+fn blocks<S: System>(problem: &Problem<S>) -> Vec<Range<usize>> {
     let mut start = 0;
     let mut blocks = vec![];
-    for one in problem.recordings() {
-        let at = |block: usize| start + block * one.len() / BLOCKS;
+    for length in problem.system().lengths() {
+        let at = |block: usize| start + block * length / BLOCKS;
         blocks.extend((0..BLOCKS).map(|block| at(block)..at(block + 1)));
-        start += one.len();
+        start += length;
     }
     blocks
 }

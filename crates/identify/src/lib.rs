@@ -15,6 +15,7 @@ mod error;
 mod estimate;
 mod file;
 mod filter;
+mod grid;
 mod intervals;
 mod machine;
 mod measured;
@@ -23,6 +24,7 @@ mod plausibility;
 mod problem;
 mod questions;
 mod structure;
+mod system;
 mod whiteness;
 mod zero;
 
