@@ -21,7 +21,7 @@ use crate::zero::FreeMotion;
 const STARTS_RAD_PER_S: [f64; 3] = [30.0, 120.0, 500.0];
 
 /// Share of each training recording in which the structures are fitted for their comparison; the rest is held out.
-const FITTED_SHARE: f64 = 2.0 / 3.0;
+pub(crate) const FITTED_SHARE: f64 = 2.0 / 3.0;
 
 /// The simplest structure within this distance of the best held-out fit is chosen, in points of %.
 const TOLERANCE_PERCENT: f64 = 0.05;
@@ -43,6 +43,16 @@ pub enum Role {
     Training,
     /// It is predicted with the parameters.
     Prediction,
+}
+
+impl Role {
+    /// Returns the word in tables.
+    pub(crate) fn word(self) -> &'static str {
+        match self {
+            Self::Training => "training",
+            Self::Prediction => "prediction",
+        }
+    }
 }
 
 /// The simulation of a recording with the identified machine.

@@ -6,8 +6,8 @@ use trocar_recording::{Column, Columns, Limits, Recording, open_recording};
 
 use crate::IdentifyError;
 
-const MIN_SAMPLES: usize = 200;
-const MIN_DURATION_S: f64 = 0.2;
+pub(crate) const MIN_SAMPLES: usize = 200;
+pub(crate) const MIN_DURATION_S: f64 = 0.2;
 
 /// Values at or beyond this magnitude are refused.
 const HUGE: f64 = 1e9;
@@ -51,9 +51,8 @@ impl Grid {
             let ticks = recording.ticks_covered(interval_s).map_err(refuse)?.min(limits.max_samples);
             recording.resample_values(values, interval_s, ticks).map_err(refuse)
         };
-        let further = |recording: &Recording| {
-            recording.velocity_m_per_s().map(|values| resample(recording, values)).transpose()
-        };
+        let further =
+            |recording: &Recording| recording.velocity_m_per_s().map(|values| resample(recording, values)).transpose();
         let mut rows: Vec<Vec<f64>> = further(&recording)?.into_iter().collect();
         for other in others {
             rows.extend(further(&of(Some(other))?)?);
@@ -68,11 +67,7 @@ impl Grid {
 ///
 /// # Errors
 /// If columns have different lengths, the recording is too short, or a value is not finite or at least 1e9.
-pub(crate) fn check(
-    name: &str,
-    interval_s: f64,
-    columns: &[(&'static str, &[f64])],
-) -> Result<(), IdentifyError> {
+pub(crate) fn check(name: &str, interval_s: f64, columns: &[(&'static str, &[f64])]) -> Result<(), IdentifyError> {
     let recording = || name.to_owned();
     let samples = columns.first().map_or(0, |(_, values)| values.len());
     for (column, values) in columns {

@@ -14,10 +14,10 @@ pub(crate) const BLOCKS: usize = 12;
 /// Step of the derivatives by a value, relative to the value or to its start.
 const STEP: f64 = 1e-3;
 
-/// Returns the 97.5 % quantile of Student's t, within 1 % for at least 5 degrees of freedom (two terms of its expansion
+/// Returns the 97.5 % quantile of Student's t, within 2 % for at least 4 degrees of freedom (two terms of its expansion
 /// in 1/n).
 pub(crate) fn student(freedom: f64) -> f64 {
-    let n = freedom.max(5.0);
+    let n = freedom.max(4.0);
     let z: f64 = 1.959_964;
     z + (z.powi(3) + z) / (4.0 * n) + (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / (96.0 * n * n)
 }
@@ -117,6 +117,13 @@ pub(crate) fn intervals<S: System>(
     for score in scores {
         meat += &score * score.transpose();
     }
+    let informations: Vec<DMatrix<f64>> = blocks(problem)
+        .into_iter()
+        .map(|block| {
+            let later = |k: usize| k.checked_sub(before).map(|k| &later.columns[k][block.clone()]);
+            DMatrix::from_fn(all, all, |i, j| later(i).zip(later(j)).map_or(0.0, |(a, b)| dot(a, b)))
+        })
+        .collect();
     for (k, (unknown, step)) in free.iter().enumerate() {
         let Some(sd) = system.prior_sd(*unknown) else { continue };
         let (at, weight) = (before + k, (problem.prior_weight() * step / sd).powi(2));
@@ -124,35 +131,71 @@ pub(crate) fn intervals<S: System>(
         meat[(at, at)] += weight * problem.prior_weight().powi(2);
     }
     let deviations = deviations(&slopes, &meat);
+    let effective = EffectiveBlocks::of(&slopes, &informations);
     // An unknown that both problems estimate changes by what the structure does not explain in contact.
     let change = |unknown: S::Unknown, value: f64| {
         let earlier = earlier.filter(|one| one.problem.free().contains(&unknown));
         earlier.map_or(0.0, |one| (S::value(unknown, &one.problem.model()) - value).abs())
     };
     let bounded = |(k, (unknown, step)): (usize, (S::Unknown, f64))| {
-        let freedom = earlier.filter(|_| k < before).map_or(freedom(problem), |one| freedom(&one.problem));
+        let freedom =
+            earlier.filter(|_| k < before).map_or(effective.share(k) * freedom(problem), |one| freedom(&one.problem));
         let value = S::value(unknown, model);
         let half = student(freedom) * deviations[k] * step + change(unknown, value);
         let low = if system.is_positive(unknown) { (value - half).max(0.0) } else { value - half };
         (unknown, Bounded { value, low, high: value + half })
     };
-    let is_reported = |(k, (unknown, _)): &(usize, (S::Unknown, f64))| *k >= before || !problem.free().contains(unknown);
+    let is_reported =
+        |(k, (unknown, _)): &(usize, (S::Unknown, f64))| *k >= before || !problem.free().contains(unknown);
     first.into_iter().chain(free).enumerate().filter(is_reported).map(bounded).collect()
 }
 
-/// Returns the standard deviation of each unknown, in steps; infinite if one of them has no influence.
+/// Returns the standard deviation of each unknown, in steps; infinite for those without influence, and for all if the
+/// others are not told apart.
 fn deviations(slopes: &DMatrix<f64>, meat: &DMatrix<f64>) -> Vec<f64> {
-    let count = slopes.nrows();
-    let scale = DVector::from_fn(count, |k, _| 1.0 / slopes[(k, k)].sqrt().max(1e-150));
-    let scaled = DMatrix::from_fn(count, count, |i, j| slopes[(i, j)] * scale[i] * scale[j]);
-    let Some(inverse) = scaled.try_inverse() else { return vec![f64::INFINITY; count] };
-    let inverse = DMatrix::from_fn(count, count, |i, j| inverse[(i, j)] * scale[i] * scale[j]);
-    let covariance = &inverse * meat * inverse.transpose();
-    let deviation = |k: usize| {
-        let deviation = covariance[(k, k)].max(0.0).sqrt();
-        if deviation.is_finite() && slopes[(k, k)] > 0.0 { deviation } else { f64::INFINITY }
+    let mut deviations = vec![f64::INFINITY; slopes.nrows()];
+    let known: Vec<usize> = (0..slopes.nrows()).filter(|k| slopes[(*k, *k)] > 0.0).collect();
+    let scale = DVector::from_fn(known.len(), |k, _| 1.0 / slopes[(known[k], known[k])].sqrt().max(1e-150));
+    let of_known = |matrix: &DMatrix<f64>| {
+        DMatrix::from_fn(known.len(), known.len(), |i, j| matrix[(known[i], known[j])] * scale[i] * scale[j])
     };
-    (0..count).map(deviation).collect()
+    let Some(inverse) = of_known(slopes).try_inverse() else { return deviations };
+    let covariance = &inverse * of_known(meat) * inverse.transpose();
+    for (k, unknown) in known.iter().enumerate() {
+        let deviation = scale[k] * covariance[(k, k)].max(0.0).sqrt();
+        deviations[*unknown] = if deviation.is_finite() { deviation } else { f64::INFINITY };
+    }
+    deviations
+}
+
+/// How many blocks determine each unknown.
+struct EffectiveBlocks {
+    shares: Vec<f64>,
+}
+
+impl EffectiveBlocks {
+    /// With the share `w_b` of each block in the variance of an unknown, these are `1 / (B Σ w_b²)` of all B blocks: 1 if
+    /// all blocks determine it alike (Bell and McCaffrey 2002, with independent errors of equal size).
+    fn of(slopes: &DMatrix<f64>, informations: &[DMatrix<f64>]) -> Self {
+        let count = slopes.nrows();
+        let scale = DVector::from_fn(count, |k, _| 1.0 / slopes[(k, k)].sqrt().max(1e-150));
+        let scaled =
+            |matrix: &DMatrix<f64>| DMatrix::from_fn(count, count, |i, j| matrix[(i, j)] * scale[i] * scale[j]);
+        let Some(inverse) = scaled(slopes).try_inverse() else { return Self { shares: vec![1.0; count] } };
+        let parts: Vec<DVector<f64>> =
+            informations.iter().map(|one| (&inverse * scaled(one) * inverse.transpose()).diagonal()).collect();
+        let share = |k: usize| {
+            let (sum, squares) =
+                parts.iter().fold((0.0, 0.0), |(sum, squares), part| (sum + part[k], squares + part[k] * part[k]));
+            let share = sum * sum / (squares * parts.len() as f64);
+            if share.is_finite() { share } else { 1.0 }
+        };
+        Self { shares: (0..count).map(share).collect() }
+    }
+
+    fn share(&self, unknown: usize) -> f64 {
+        self.shares[unknown]
+    }
 }
 
 /// Returns the ranges of the blocks among the errors of all recordings.
@@ -177,8 +220,10 @@ mod tests {
 
     #[test]
     fn students_quantile_agrees_with_its_table() {
-        for (freedom, tabulated) in [(5.0, 2.571), (10.0, 2.228), (20.0, 2.086), (60.0, 2.000)] {
-            assert!((student(freedom) / tabulated - 1.0).abs() < 0.01, "{freedom}");
+        for (freedom, tabulated, tolerance) in
+            [(4.0, 2.776, 0.02), (5.0, 2.571, 0.01), (10.0, 2.228, 0.01), (20.0, 2.086, 0.01), (60.0, 2.000, 0.01)]
+        {
+            assert!((student(freedom) / tabulated - 1.0).abs() < tolerance, "{freedom}");
         }
     }
 
@@ -186,6 +231,6 @@ mod tests {
     fn a_parameter_without_influence_has_an_infinite_interval() {
         let curvature = DMatrix::from_row_slice(2, 2, &[4.0, 0.0, 0.0, 0.0]);
         let deviations = deviations(&curvature, &DMatrix::identity(2, 2));
-        assert_eq!(deviations[1], f64::INFINITY);
+        assert_eq!(deviations, [0.25, f64::INFINITY]);
     }
 }

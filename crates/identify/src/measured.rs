@@ -54,7 +54,8 @@ impl Measured {
     pub fn open(path: &Path, columns: &MachineColumns, limits: &Limits) -> Result<Self, IdentifyError> {
         let MachineColumns { time, master, slave, force, actuator } = columns;
         let others = std::iter::once(master).chain(actuator);
-        let Grid { name, interval_s, position_m, force_n, others } = Grid::open(path, time, slave, force, others, limits)?;
+        let Grid { name, interval_s, position_m, force_n, others } =
+            Grid::open(path, time, slave, force, others, limits)?;
         let mut others = others.into_iter();
         let (master_m, actuator_n) = (others.next().unwrap_or_default(), others.next());
         let slave_m = position_m;

@@ -71,7 +71,8 @@ impl<S: System> Problem<S> {
 
     fn residuals_at(&self, coordinates: &DVector<f64>) -> DVector<f64> {
         let mut residuals = self.system.errors(&self.model_at(coordinates));
-        let priors = self.free.iter().zip(coordinates.iter()).filter(|(unknown, _)| self.system.prior_sd(**unknown).is_some());
+        let priors =
+            self.free.iter().zip(coordinates.iter()).filter(|(unknown, _)| self.system.prior_sd(**unknown).is_some());
         residuals.extend(priors.map(|(_, coordinate)| self.prior_weight * coordinate));
         DVector::from_vec(residuals)
     }
