@@ -9,7 +9,7 @@ use crate::actuator::{Bounded, Controller};
 use crate::intervals::{Earlier, intervals};
 use crate::machine::{Load, Machine};
 use crate::measured::{Measured, deviation};
-use crate::model::{Model, Unknown};
+use crate::model::{Model, SlaveSystem, Unknown};
 use crate::plausibility;
 use crate::problem::Problem;
 use crate::questions::Questions;
@@ -21,7 +21,7 @@ use crate::zero::FreeMotion;
 const STARTS_RAD_PER_S: [f64; 3] = [30.0, 120.0, 500.0];
 
 /// Share of each training recording in which the structures are fitted for their comparison; the rest is held out.
-const FITTED_SHARE: f64 = 2.0 / 3.0;
+pub(crate) const FITTED_SHARE: f64 = 2.0 / 3.0;
 
 /// The simplest structure within this distance of the best held-out fit is chosen, in points of %.
 const TOLERANCE_PERCENT: f64 = 0.05;
@@ -43,6 +43,16 @@ pub enum Role {
     Training,
     /// It is predicted with the parameters.
     Prediction,
+}
+
+impl Role {
+    /// Returns the word in tables.
+    pub(crate) fn word(self) -> &'static str {
+        match self {
+            Self::Training => "training",
+            Self::Prediction => "prediction",
+        }
+    }
 }
 
 /// The simulation of a recording with the identified machine.
@@ -120,7 +130,7 @@ pub fn identify(request: Request, progress: impl Fn()) -> Result<Identification,
     let with_zeros = |machine: Machine| Model { zeros_n: zeros(f64::INFINITY), machine };
     let solved = starts.map(|start| {
         let free = base.iter().copied().map(Unknown::Of).collect();
-        let solved = Problem::new(&training, free, with_zeros(start), free_motion).solve();
+        let solved = slave_problem(&training, free, with_zeros(start), free_motion).solve();
         progress();
         (solved.0, solved.1.model())
     });
@@ -198,8 +208,8 @@ struct Stages {
 
 /// A solved problem with its model, and the problem that was solved before it.
 struct Solved<'a> {
-    earlier: Option<Earlier<'a>>,
-    problem: Problem<'a>,
+    earlier: Option<Earlier<SlaveSystem<'a>>>,
+    problem: Problem<SlaveSystem<'a>>,
     model: Model,
 }
 
@@ -218,7 +228,7 @@ impl Stages {
                     [Parameter::Mass, Parameter::Viscous, Parameter::Coulomb, Parameter::Offset].map(Unknown::Of);
                 let zeros_n = vec![free_motion.zero_n];
                 let at_start = Model { machine: start.machine, zeros_n };
-                let (_, solved) = Problem::new(alone, self.known(&unknowns), at_start, self.free_motion).solve();
+                let (_, solved) = slave_problem(alone, self.known(&unknowns), at_start, self.free_motion).solve();
                 start.machine = solved.model().machine;
                 free.retain(|unknown| {
                     ![Unknown::Of(Parameter::Mass), Unknown::Of(Parameter::Viscous)].contains(unknown)
@@ -231,7 +241,7 @@ impl Stages {
                 free.extend(in_contact.map(Unknown::Zero));
             }
         }
-        let (_, problem) = Problem::new(training, self.known(&free), start, self.free_motion).solve();
+        let (_, problem) = slave_problem(training, self.known(&free), start, self.free_motion).solve();
         let mut model = problem.model();
         let readings_n = training
             .iter()
@@ -246,6 +256,15 @@ impl Stages {
         let is_known = |unknown: &Unknown| self.questions.reverses || *unknown != Unknown::Of(Parameter::Offset);
         unknowns.iter().copied().filter(is_known).collect()
     }
+}
+
+fn slave_problem(
+    recordings: &[Measured],
+    free: Vec<Unknown>,
+    start: Model,
+    free_motion: Option<FreeMotion>,
+) -> Problem<SlaveSystem<'_>> {
+    Problem::new(SlaveSystem::new(recordings, &start, free_motion), free, start)
 }
 
 fn base_parameters(controller: Option<&Controller>) -> Vec<Parameter> {

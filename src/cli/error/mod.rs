@@ -56,6 +56,10 @@ pub(super) enum CliError {
     Calibration(#[from] CalibrationError),
     #[error(transparent)]
     Identify(#[from] IdentifyError),
+    #[error("to identify the {machine}, {flag} is needed; give its column")]
+    MissingColumn { flag: &'static str, machine: &'static str },
+    #[error("{flag} is not used to identify the {machine}; remove it, or give another --machine")]
+    UnusedColumn { flag: &'static str, machine: &'static str },
     #[error(transparent)]
     Roc(RocError),
     #[error(transparent)]
@@ -212,6 +216,8 @@ impl CliError {
             | Self::Unknown { .. }
             | Self::Calibration(_)
             | Self::Identify(_)
+            | Self::MissingColumn { .. }
+            | Self::UnusedColumn { .. }
             | Self::Unit(_)
             | Self::NoLibrary { .. }
             | Self::Run(RunError::Scenario(_)) => true,
