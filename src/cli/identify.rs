@@ -117,6 +117,7 @@ The fit is 100 (1 - |simulated - measured| / |measured - mean|) %.
 
 Files, in a folder with the name of the first recording in --out: identification.json; machine.toml with the parameters; \
 slave.toml, master.toml, arm.toml or tissue.toml, a scenario with what was identified (slave.toml only if the recordings determine forces); \
+with slave.toml also twin.toml, a sweep over the intervals of its parameters; \
 the measured and the simulated signal of each recording as columns and figure.
 
 Examples:

@@ -78,6 +78,12 @@ fn the_identified_slave_is_a_scenario_that_runs() {
         assert!((value(key) / expected - 1.0).abs() < 0.1, "{key}: {} {expected}", value(key));
     }
     folder.good(&["run", "out/train/slave.toml", "--no-figures", "--set", "simulation.duration_s=1"]);
+    let twin: toml::Table = folder.text("out/train/twin.toml").parse().expect("TOML");
+    let mass = &twin["axes"]["slave"]["mass_kg"];
+    let [low, high] = ["from", "to"].map(|end| mass[end].as_float().expect("a number"));
+    let value = scenario["slave"]["mass_kg"].as_float().expect("a number");
+    assert!(low < value && value < high, "{low} {value} {high}");
+    folder.good(&["sweep", "out/train/twin.toml", "--set", "simulation.duration_s=1", "--out", "twin"]);
 }
 
 #[test]

@@ -10,6 +10,7 @@ use crate::estimate::{Fit, Identification, Role};
 use crate::file::{FitEntry, IdentificationFile, StructureEntry};
 use crate::structure::{Parameter, Structure};
 use crate::tables::{self, Reported};
+use crate::twin;
 
 /// The identified machine, in files.
 const MACHINE: &str = "slave";
@@ -45,7 +46,10 @@ impl Study for Identification {
             document.data.push(data(fit, name));
         }
         document.files.push(TextFile { name: "machine.toml".into(), text: self.toml() });
-        document.files.extend(self.scenario().map(|text| TextFile { name: "slave.toml".into(), text }));
+        if let Some(text) = self.scenario() {
+            document.files.push(TextFile { name: "slave.toml".into(), text });
+            document.files.push(TextFile { name: "twin.toml".into(), text: twin::twin(&self.parameters) });
+        }
         document
     }
 }
@@ -172,13 +176,7 @@ impl Identification {
             );
         }
         text.push_str("model = \"mass-damper\"\ncontroller = \"pid\"\n");
-        for (key, parameter) in [
-            ("mass_kg", Parameter::Mass),
-            ("damping_n_s_per_m", Parameter::Viscous),
-            ("coulomb_friction_n", Parameter::Coulomb),
-            ("proportional_gain", Parameter::PositionGain),
-            ("derivative_gain", Parameter::VelocityGain),
-        ] {
+        for (key, parameter) in twin::KEYS {
             let _ = writeln!(text, "{key} = {}", shortest(value(parameter)));
         }
         text.push_str("velocity_gain = 0.0\n");

@@ -27,6 +27,7 @@ mod questions;
 mod structure;
 mod system;
 mod tables;
+mod twin;
 mod whiteness;
 mod zero;
 
