@@ -310,6 +310,7 @@ impl Scenarios {
             "tissue.fmu.ruptured" => vec!["f".into()],
             "tissue.fmu.parameters" => vec!["\"k = 200\"".into()],
             "tissue.spared_layer" => vec!["skin".into(), "muscle".into()],
+            "slave.start_m" => vec!["-0.01".into()],
             "operator.clutch_s" => vec!["[0.2, 0.3]".into()],
             "master.denominator" => vec!["[0.3, 4.1, 0.0]".into()],
             "master.file" => vec![file("machine.toml")],
