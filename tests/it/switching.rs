@@ -305,8 +305,8 @@ fn scheduled_events_are_accepted_when_an_alarm_would_be() {
 fn the_command_writes_the_printed_results_of_the_switching() {
     let folder = crate::support::test_folder::TestFolder::new();
     let small = ["--x", "scaling.force=0.1:10:8", "--y", "tissue.stiffness_n_per_m=10:2000:8"];
-    let command =
-        ["stability", "builtin:paper/augmented.toml", "--set", "augmentation.reengage=snap", "--tissue", "50:600"];
+    let stated = ["--set", "augmentation.reengage=snap", "--set", "tissue.stiffness_n_per_m=200"];
+    let command = [&["stability", "builtin:paper/augmented.toml", "--tissue", "50:600"], &stated[..]].concat();
     let printed = folder.good(&[&command[..], &small].concat());
     for phrase in ["switching: 50.00 to 600.0 N/m", "certificate: decays", "certified", "growth per event"] {
         assert!(printed.contains(phrase), "no {phrase:?} in\n{printed}");

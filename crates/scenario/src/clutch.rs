@@ -24,7 +24,7 @@ const CLUTCH: &str = ClutchSettings::KEYS[0].path;
 /// Reads the ticks at which the clutch is open.
 pub(super) fn clutch(values: &mut Values, grid: &TickGrid) -> Result<Arc<[Range<u64>]>, ScenarioError> {
     let times_s = ClutchSettings::read(values)?.clutch_s;
-    let open = intervals(values, (CLUTCH, "an opening"), &times_s, grid.tick_s())?;
+    let open = intervals(values, (CLUTCH, "opening"), &times_s, grid.tick_s())?;
     let scheme = PassivitySettings::read(values)?.scheme;
     if scheme != Scheme::None && !open.is_empty() {
         let message =

@@ -19,7 +19,7 @@ const EVENTS: &str = EventSettings::KEYS[0].path;
 
 pub(super) fn schedules(values: &mut Values, grid: &TickGrid) -> Result<(Schedule, Schedule), ScenarioError> {
     let settings = ScheduleSettings::read(values)?;
-    let outages = intervals(values, (OUTAGES, "an outage"), &settings.outages_s, grid.tick_s())?;
+    let outages = intervals(values, (OUTAGES, "outage"), &settings.outages_s, grid.tick_s())?;
     let [forward, backward] = logged_delays(values, grid)?;
     Ok((Schedule::new(forward, outages.clone()), Schedule::new(backward, outages)))
 }
