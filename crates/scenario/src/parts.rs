@@ -89,6 +89,7 @@ impl Scenario {
         })
     }
 
+    #[expect(clippy::type_complexity, reason = "one parameter per role")]
     fn parts<L: Lane, O, T, S, E, D, K>(
         &self,
         (operator, tissue, sensor): (O, T, S),

@@ -119,7 +119,7 @@ mod tests {
 
     #[test]
     fn an_open_clutch_sends_neither_velocity_nor_force() {
-        let mut reading = reading(0.0, &[1..2]).expect("a clutch");
+        let mut reading = reading(0.0, &[1..2, 9..10]).expect("a clutch");
         let numbers = |read: AtMaster<f64>| (read.velocity_m_per_s, read.hand_force_n);
         assert_eq!(numbers(reading.read(0, at(0.0))), (7.0, 3.0));
         assert!(!reading.is_open());
