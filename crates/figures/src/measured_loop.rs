@@ -1,16 +1,13 @@
 //! The loop gain with measured responses, beside that of the model.
 
 use super::FigureError;
+use super::loop_response::{MIN_MAGNITUDE, NYQUIST};
 use trocar_document::figure::{Axis, BLACK, BLUE, Figure, LIMIT, PURPLE, Panel, Row, Sample, Stroke, Y_TICKS, extent};
 use trocar_lti::Complex64;
 use trocar_stability::{LoopResponse, MeasuredLoop};
 
 const MEASURED: Stroke = Stroke::solid(BLUE, 1.8);
 const MODEL: Stroke = Stroke::dashed(BLACK, 0.9, &[4.0, 2.5]);
-
-/// Minimum drawn magnitude, and the range of the Nyquist diagram.
-const MIN_MAGNITUDE: f64 = 1e-4;
-const NYQUIST: f64 = 1.6;
 
 /// Draws both loop gains as Bode diagrams, and the measured one as a Nyquist diagram.
 ///

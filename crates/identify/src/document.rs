@@ -2,14 +2,15 @@
 
 use std::fmt::Write as _;
 
-use trocar_document::figure::{COMPUTED, Figure, HAND, Panel, Row, Sample, Series, TISSUE};
-use trocar_document::{Cell, DataTable, Document, Number, Section, Study, Table, TextFile, Verdict, json_of, shortest};
+use trocar_document::figure::{Figure, HAND};
+use trocar_document::{Cell, DataTable, Document, Number, Study, Table, TextFile, Verdict, shortest};
 
 use crate::actuator::Bounded;
 use crate::estimate::{Fit, Identification, Role};
+use crate::figure::Traces;
 use crate::file::{FitEntry, IdentificationFile, StructureEntry};
 use crate::structure::{Parameter, Structure};
-use crate::tables::{self, Reported};
+use crate::tables::{self, Contents, Reported};
 use crate::twin;
 
 /// The identified machine, in files.
@@ -21,26 +22,17 @@ const SCENARIO_BASE: &str = "layers/skin-augmented";
 
 impl Study for Identification {
     fn document(&self) -> Document<'_> {
-        let mut parameters = Section::new("parameters", "Parameters");
-        parameters.table(tables::parameter_table(&self.reported()));
-        let mut fits = Section::new("fits", "Fits");
-        fits.table(self.fit_table());
-        fits.figures(self.names(), vec![]);
-        let mut structures = Section::new("structures", "Structures");
-        structures.table(self.structure_table());
-        structures.text(
-            "Each structure is fitted to the first two thirds of the training recordings and simulates the rest. The simplest \
-             structure within 0.05 points of the best is chosen.",
-        );
-        let mut document = Document {
-            name: "identification",
-            title: format!("identification of the {MACHINE}"),
+        let mut document = tables::document(Contents {
             verdict: self.verdict(),
-            warnings: self.warnings.clone(),
-            sections: vec![parameters, fits, structures],
-            json: json_of(&self.file()),
-            ..Document::default()
-        };
+            warnings: &self.warnings,
+            parameters: &self.reported(),
+            fits: self.fit_table(),
+            structures: self.structure_table(),
+            comparison: "Each structure is fitted to the first two thirds of the training recordings and simulates the rest. The \
+                         simplest structure within 0.05 points of the best is chosen.",
+            names: self.names(),
+            file: self.file(),
+        });
         for (fit, name) in self.fits.iter().zip(self.names()) {
             document.figures.push((name.clone().into(), figure(fit)));
             document.data.push(data(fit, name));
@@ -194,37 +186,19 @@ fn times(fit: &Fit) -> Vec<f64> {
     tables::times(fit.measured.len(), fit.measured.interval_s)
 }
 
-/// Draws measured and simulated positions (above) and their difference (below).
 fn figure(fit: &Fit) -> Figure<'static> {
-    let measured = &fit.measured;
-    let time_s = times(fit);
-    let simulated_m = fit.simulated_m.clone().unwrap_or_else(|| vec![f64::NAN; time_s.len()]);
-    let error_m: Vec<f64> = simulated_m.iter().zip(&measured.slave_m).map(|(a, b)| a - b).collect();
-    let time = tables::time_axis(&time_s);
-    let both = tables::value_axis(measured.slave_m.iter().chain(&measured.master_m).chain(&simulated_m), 1e3);
-    let errors = tables::value_axis(error_m.iter(), 1e3);
-    let series = |values: &[f64], stroke| Series::new(time_s.clone(), values.to_vec(), stroke).times(1e3);
-    let positions = Panel {
-        series: vec![
-            series(&measured.master_m, HAND),
-            series(&measured.slave_m, TISSUE),
-            series(&simulated_m, COMPUTED),
-        ],
-        legend: [(HAND, "master"), (TISSUE, "slave, measured"), (COMPUTED, "slave, simulated")]
-            .map(|(line, name)| (Sample::Line(line), name.to_owned()))
-            .into(),
-        ..Panel::over_time(time.clone(), both, "Position (mm)")
-    };
-    let errors = Panel {
-        series: vec![series(&error_m, COMPUTED)],
-        ..Panel::over_time(time, errors, "Simulated - measured (mm)")
-    };
-    let fit_text = fit.fit_percent.map_or_else(String::new, |percent| format!(", fit {percent:.1} %"));
-    Figure {
-        name: format!("{}{fit_text}", measured.name),
-        legend: vec![],
-        rows: vec![Row::of(140.0, positions), Row::of(95.0, errors)],
+    let Fit { measured, fit_percent, simulated_m, .. } = fit;
+    Traces {
+        recording: &measured.name,
+        fit_percent: *fit_percent,
+        time_s: times(fit),
+        measured: (&measured.slave_m, "slave, measured"),
+        simulated: (simulated_m.as_deref(), "slave, simulated"),
+        further: Some((&measured.master_m, HAND, "master")),
+        factor: 1e3,
+        captions: ["Position (mm)", "Simulated - measured (mm)"],
     }
+    .figure()
 }
 
 fn data(fit: &Fit, name: String) -> DataTable<'static> {

@@ -8,7 +8,7 @@ use crate::IdentifyError;
 use crate::actuator::{Bounded, Controller};
 use crate::intervals::{Earlier, intervals};
 use crate::machine::{Load, Machine};
-use crate::measured::{Measured, deviation};
+use crate::measured::{Measured, deviation, fit_percent};
 use crate::model::{Model, SlaveSystem, Unknown};
 use crate::plausibility;
 use crate::problem::Problem;
@@ -101,10 +101,7 @@ impl Identification {
     /// Returns the mean fit of the recordings of a role in %; `None` without recordings.
     #[must_use]
     pub fn mean_fit_percent(&self, role: Role) -> Option<f64> {
-        let fits: Option<Vec<f64>> =
-            self.fits.iter().filter(|fit| fit.role == role).map(|fit| fit.fit_percent).collect();
-        let fits = fits.filter(|fits| !fits.is_empty())?;
-        Some(fits.iter().sum::<f64>() / fits.len() as f64)
+        mean_fit(self.fits.iter().filter(|fit| fit.role == role).map(|fit| fit.fit_percent))
     }
 }
 
@@ -338,11 +335,16 @@ fn held_out(training: &[Measured], stages: &Stages, structure: Structure, start:
     let Model { machine, zeros_n } = stages.solve(&fitted, structure, start.clone()).model;
     let fits = training.iter().zip(&zeros_n).map(|(one, zero_n)| {
         let (simulated, from) = (machine.simulate(one, *zero_n)?, cut(one));
-        let squares = simulated[from..].iter().zip(&one.slave_m[from..]).map(|(a, b)| (a - b).powi(2));
         // Relative to the motion of a third of the whole recording, because the end may be at rest.
-        Some(100.0 * (1.0 - squares.sum::<f64>().sqrt() / (one.motion_m() * (1.0 - FITTED_SHARE).sqrt())))
+        let motion_m = one.motion_m() * (1.0 - FITTED_SHARE).sqrt();
+        Some(fit_percent(&simulated[from..], &one.slave_m[from..], motion_m))
     });
-    let fits = fits.collect::<Option<Vec<f64>>>()?;
+    mean_fit(fits)
+}
+
+/// Returns the mean of fits; `None` if there are none, or if one is `None`.
+pub(crate) fn mean_fit(fits: impl Iterator<Item = Option<f64>>) -> Option<f64> {
+    let fits = fits.collect::<Option<Vec<f64>>>().filter(|fits| !fits.is_empty())?;
     Some(fits.iter().sum::<f64>() / fits.len() as f64)
 }
 
@@ -357,9 +359,6 @@ fn chosen(candidates: &[(Structure, Option<f64>)]) -> Structure {
 fn fit(measured: Measured, role: Role, machine: &Machine, sensor_zero_n: f64) -> Fit {
     let simulated_m = machine.simulate(&measured, sensor_zero_n);
     let fit_percent = simulated_m.as_deref().map(|simulated| measured.fit_percent(simulated));
-    let whiteness = simulated_m.as_deref().and_then(|simulated| {
-        let errors: Vec<f64> = simulated.iter().zip(&measured.slave_m).map(|(a, b)| a - b).collect();
-        Whiteness::of(&errors)
-    });
+    let whiteness = simulated_m.as_deref().and_then(|simulated| Whiteness::between(simulated, &measured.slave_m));
     Fit { measured, role, sensor_zero_n, simulated_m, fit_percent, whiteness }
 }

@@ -1,4 +1,17 @@
-//! Smoothing and differentiation of evenly spaced samples.
+//! Smoothing, differentiation and delay of evenly spaced samples.
+
+/// Returns half a window in samples, at least 1.
+pub(crate) fn half(half_s: f64, interval_s: f64) -> usize {
+    ((half_s / interval_s).round() as usize).max(1)
+}
+
+/// Returns a signal at a sample minus a delay in s, linear between samples. Beyond the ends, it is held.
+pub(crate) fn delayed(values: &[f64], sample: usize, delay_s: f64, interval_s: f64) -> f64 {
+    let last = values.len() - 1;
+    let place = (sample as f64 - delay_s / interval_s).clamp(0.0, last as f64);
+    let (left, share) = (place as usize, place.fract());
+    values[left] + share * (values[(left + 1).min(last)] - values[left])
+}
 
 /// Returns the slope (per s) of the line of least squares through the samples within `half` of each sample:
 /// `Σ k x_{i+k} / (h Σ k²)`. At the ends it holds the slope of the first and last whole window.

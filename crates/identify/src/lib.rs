@@ -13,6 +13,7 @@ mod actuator;
 mod document;
 mod error;
 mod estimate;
+mod figure;
 mod file;
 mod filter;
 mod grid;

@@ -5,11 +5,11 @@ use std::path::Path;
 use trocar_recording::{Column, Limits};
 
 use crate::IdentifyError;
-use crate::filter::slope;
+use crate::filter::{half, slope};
 use crate::grid::{Grid, check};
 
-/// Half the window in which the master's velocity is estimated, in s.
-const VELOCITY_HALF_S: f64 = 2.5e-3;
+/// Half the window in which velocities are estimated, in s.
+pub(crate) const VELOCITY_HALF_S: f64 = 2.5e-3;
 
 /// The columns of a recording of a machine. Their factors convert to SI units.
 #[derive(Debug, Clone, PartialEq)]
@@ -92,7 +92,7 @@ impl Measured {
                 return Err(IdentifyError::NoExcitation { recording: recording(), side, span_m, flag });
             }
         }
-        let half = ((VELOCITY_HALF_S / interval_s).round() as usize).max(1);
+        let half = half(VELOCITY_HALF_S, interval_s);
         let master_velocity_m_per_s = slope(&master_m, half, interval_s);
         let master_acceleration_m_per_s2 = slope(&master_velocity_m_per_s, half, interval_s);
         let start_velocity_m_per_s = slope(&slave_m[..(2 * half + 1).max(3)], half, interval_s)[0];
@@ -124,8 +124,7 @@ impl Measured {
     /// Returns the fit of simulated positions in %: `100 (1 - |simulated - slave| / |slave - mean|)`, with 2-norms.
     #[must_use]
     pub fn fit_percent(&self, simulated_m: &[f64]) -> f64 {
-        let squares = simulated_m.iter().zip(&self.slave_m).map(|(simulated, slave)| (simulated - slave).powi(2));
-        100.0 * (1.0 - squares.sum::<f64>().sqrt() / self.motion_m())
+        fit_percent(simulated_m, &self.slave_m, self.motion_m())
     }
 
     /// Returns the part of the recording before a sample.
@@ -158,6 +157,12 @@ pub(crate) fn deviation(values: &[f64]) -> f64 {
     values.iter().map(|value| (value - mean).powi(2)).sum::<f64>().sqrt()
 }
 
+/// Returns `100 (1 - |simulated - measured| / variation)` in %, with the 2-norm.
+pub(crate) fn fit_percent(simulated: &[f64], measured: &[f64], variation: f64) -> f64 {
+    let squares = simulated.iter().zip(measured).map(|(simulated, measured)| (simulated - measured).powi(2));
+    100.0 * (1.0 - squares.sum::<f64>().sqrt() / variation)
+}
+
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
@@ -166,7 +171,7 @@ pub(crate) mod tests {
     pub(crate) fn measured(interval_s: f64, samples: usize, at: impl Fn(f64) -> (f64, f64, f64)) -> Measured {
         let rows: Vec<(f64, f64, f64)> = (0..samples).map(|k| at(k as f64 * interval_s)).collect();
         let master_m: Vec<f64> = rows.iter().map(|row| row.0).collect();
-        let half = ((VELOCITY_HALF_S / interval_s).round() as usize).max(1);
+        let half = half(VELOCITY_HALF_S, interval_s);
         let master_velocity_m_per_s = slope(&master_m, half, interval_s);
         Measured {
             name: "synthetic".into(),

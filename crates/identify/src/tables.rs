@@ -4,11 +4,13 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use trocar_base::names::distinct;
-use trocar_document::figure::{Axis, X_TICKS, Y_TICKS, extent};
-use trocar_document::{Cell, Digits, Number, Table, Unit, shortest, show, significant};
+use trocar_base::warning::Warning;
+use trocar_document::{
+    Cell, Digits, Document, Number, Section, Table, Unit, Verdict, json_of, shortest, show, significant,
+};
 
 use crate::actuator::Bounded;
-use crate::file::ParameterEntry;
+use crate::file::{IdentificationFile, ParameterEntry};
 use crate::whiteness::Whiteness;
 
 /// A prediction with at least this fit supports the machine.
@@ -20,6 +22,42 @@ pub(crate) struct Reported {
     pub(crate) name: &'static str,
     pub(crate) unit: String,
     pub(crate) bounded: Bounded,
+}
+
+/// What the document of an identification tells.
+pub(crate) struct Contents<'a> {
+    pub(crate) verdict: Verdict,
+    pub(crate) warnings: &'a [Warning],
+    pub(crate) parameters: &'a [Reported],
+    pub(crate) fits: Table,
+    pub(crate) structures: Table,
+    /// How the structures were compared.
+    pub(crate) comparison: &'static str,
+    /// The names of the figures, one for each recording.
+    pub(crate) names: Vec<String>,
+    pub(crate) file: IdentificationFile<'a>,
+}
+
+/// Returns the document of an identification, without the figures, columns and further files of the recordings.
+pub(crate) fn document<'a>(contents: Contents<'_>) -> Document<'a> {
+    let Contents { verdict, warnings, parameters, fits, structures, comparison, names, file } = contents;
+    let mut of_parameters = Section::new("parameters", "Parameters");
+    of_parameters.table(parameter_table(parameters));
+    let mut of_fits = Section::new("fits", "Fits");
+    of_fits.table(fits);
+    of_fits.figures(names, vec![]);
+    let mut of_structures = Section::new("structures", "Structures");
+    of_structures.table(structures);
+    of_structures.text(comparison);
+    Document {
+        name: "identification",
+        title: format!("identification of the {}", file.machine),
+        verdict,
+        warnings: warnings.to_vec(),
+        sections: vec![of_parameters, of_fits, of_structures],
+        json: json_of(&file),
+        ..Document::default()
+    }
 }
 
 /// Returns the name, the value and the unit of each parameter, as in "moving mass 0.24 kg".
@@ -85,7 +123,7 @@ pub(crate) fn doubts(parameters: &[Reported], mut whiteness: impl Iterator<Item 
     doubts
 }
 
-pub(crate) fn parameter_table(parameters: &[Reported]) -> Table {
+fn parameter_table(parameters: &[Reported]) -> Table {
     let columns = [("parameter", "parameter"), ("value", "value"), ("low", "95 % from"), ("high", "to")];
     let mut table = Table::new("parameters", "Parameters", columns);
     for Reported { name, unit, bounded, .. } in parameters {
@@ -144,14 +182,4 @@ pub(crate) fn file_names<'a>(recordings: impl Iterator<Item = &'a str>) -> Vec<S
 /// Returns the time of each sample in s.
 pub(crate) fn times(samples: usize, interval_s: f64) -> Vec<f64> {
     (0..samples).map(|sample| sample as f64 * interval_s).collect()
-}
-
-/// Returns the axes of a figure over time: that of the time, and one that contains all values times a factor.
-pub(crate) fn time_axis(time_s: &[f64]) -> Axis {
-    Axis::exact((0.0, time_s.last().copied().unwrap_or(1.0)), X_TICKS)
-}
-
-/// Returns an axis that contains all values times a factor.
-pub(crate) fn value_axis<'a>(values: impl Iterator<Item = &'a f64>, factor: f64) -> Axis {
-    Axis::padded(extent(values.map(|value| factor * value)).unwrap_or((0.0, 1.0)), Y_TICKS - 1)
 }

@@ -81,7 +81,7 @@ pub enum MeasuredVerdict {
     Stable,
     /// The loop gain encircles the critical point.
     Unstable,
-    /// The loop gain is not below 1 at the highest frequency, so that the table does not decide.
+    /// The loop gain at the highest frequency is 1 or more, and what follows above it is unknown.
     Open,
 }
 
@@ -102,7 +102,7 @@ pub struct MeasuredLoop {
     pub phase: Option<(f64, f64, f64)>,
     /// The largest change of a measured phase between two rows in rad. Near half a turn the phase is uncertain.
     pub largest_turn_rad: f64,
-    /// The factor of the loop gain from which it exceeds 1 at the highest frequency, so that the table does not decide.
+    /// The factor by which the loop gain reaches 1 at the highest frequency. With larger factors the stability is unknown.
     pub open_from: f64,
 }
 

@@ -65,8 +65,8 @@ impl States {
     }
 }
 
-/// Maximum number of states of a side: up to ten of the machine with the arm, two of the motor or the controller, two of the
-/// acceleration, two of the force reading.
+/// Maximum number of states of a side: up to ten of the machine with the arm, two of the motor or the controller, two of
+/// the acceleration or the force reading, and [`EXTERNAL`].
 const MAX_STATES: usize = 15;
 
 /// The place of the additional tissue force among the states while a slave is built. No machine uses it.
@@ -85,6 +85,20 @@ fn first(column: &[f64]) -> DVector<f64> {
     let mut all = zero();
     all.rows_mut(0, column.len()).copy_from_slice(column);
     all
+}
+
+/// The parts of the position, the velocity and the hand's force of a master in its own command and in what it sends.
+fn of_master(
+    settings: &LinearLoop,
+    [position, velocity, hand]: [&DVector<f64>; 3],
+) -> Result<[DVector<f64>; 2], StabilityError> {
+    let link = &settings.link;
+    let (at_master, at_slave) = link.controller.gains(&link.machines)?;
+    let scale = link.machines.position_scale;
+    let local =
+        position * (at_master.position * scale) + velocity * (at_master.velocity * scale) - hand * at_master.hand;
+    let sent = position * scale + velocity * at_slave.velocity + hand * at_slave.hand_force;
+    Ok([local, sent])
 }
 
 /// Adds the acceleration that a side sends: `a_k = a_{k-1} + w ((v_k - v_{k-1}) / T - a_{k-1})`.
@@ -203,9 +217,7 @@ impl Side {
         if let Some(step) = &machines.general_master {
             return Self::general_master(step, settings, local_command);
         }
-        let link = &settings.link;
-        let (at_master, at_slave) = link.controller.gains(&link.machines)?;
-        let scale = link.machines.position_scale;
+        let (_, at_slave) = settings.link.controller.gains(&settings.link.machines)?;
         let step = &machines.master;
         let mut states = States::new(MAX_STATES);
         let motion = states.add(4);
@@ -223,8 +235,7 @@ impl Side {
             all
         };
         let (position, velocity, hand) = (unit(motion), unit(motion + 1), place(&step.hand_force));
-        let local = &position * (at_master.position * scale) + &velocity * (at_master.velocity * scale)
-            - &hand * at_master.hand;
+        let [local, mut sent] = of_master(settings, [&position, &velocity, &hand])?;
         for j in 0..5 {
             let column: Vec<f64> = step.transition.iter().map(|row| row[j]).collect();
             let to = match (j, integral) {
@@ -260,7 +271,6 @@ impl Side {
         if local_command == LocalCommand::Closed {
             states.a += &now * local.transpose();
         }
-        let mut sent = &position * scale + &velocity * at_slave.velocity + &hand * at_slave.hand_force;
         if at_slave.acceleration != 0.0 {
             sent += acceleration(&mut states, &velocity, settings) * at_slave.acceleration;
         }
@@ -276,9 +286,6 @@ impl Side {
         settings: &LinearLoop,
         local_command: LocalCommand,
     ) -> Result<Self, StabilityError> {
-        let link = &settings.link;
-        let (at_master, at_slave) = link.controller.gains(&link.machines)?;
-        let scale = link.machines.position_scale;
         let place = |column: &ArmedColumn| first(&column[..step.states]);
         let mut states = States::new(MAX_STATES);
         states.add(step.states);
@@ -296,12 +303,10 @@ impl Side {
             states.set(integral, &(unit(integral) - &hand * settings.tick_s));
             now[integral] = settings.tick_s;
         }
-        let local = &position * (at_master.position * scale) + &velocity * (at_master.velocity * scale)
-            - &hand * at_master.hand;
+        let [local, sent] = of_master(settings, [&position, &velocity, &hand])?;
         if local_command == LocalCommand::Closed {
             states.a += &now * local.transpose();
         }
-        let sent = &position * scale + &velocity * at_slave.velocity + &hand * at_slave.hand_force;
         let desired = (place(&step.desired_now), place(&step.desired_next));
         Ok(Self::of(states, now, None, [sent, local, zero()], Some(desired)))
     }

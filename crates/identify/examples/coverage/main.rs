@@ -32,16 +32,17 @@ fn uniform(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
 /// Returns true values by their keys, with the value and the interval that were found for each.
 type Found = Vec<(&'static str, f64, Option<(f64, [f64; 2])>)>;
 
-fn main() {
+fn main() -> Result<(), String> {
     let mut arguments = std::env::args().skip(1);
     let one = match arguments.next().as_deref() {
         None | Some("slave") => slave::slave,
         Some("tissue") => parts::tissue,
         Some("arm") => parts::arm,
         Some("master") => parts::master,
-        Some(other) => panic!("slave, tissue, arm or master, not {other}"),
+        Some(other) => return Err(format!("slave, tissue, arm or master, not {other}")),
     };
-    let count: u64 = arguments.next().map_or(200, |text| text.parse().expect("a count"));
+    let count = arguments.next().map_or(Ok(200), |text| text.parse());
+    let count: u64 = count.map_err(|error| format!("the count: {error}"))?;
     let mut found: BTreeMap<&str, Vec<(bool, f64)>> = BTreeMap::new();
     for (seed, identified) in all(one, count) {
         let Some(identified) = identified else {
@@ -61,6 +62,7 @@ fn main() {
         let (share, median) = (covered as f64 / results.len() as f64, results[results.len() / 2].1);
         println!("{key:<28}{:>8}{:>10.1} %{:>14.2} %", results.len(), 100.0 * share, 100.0 * median);
     }
+    Ok(())
 }
 
 /// Identifies synthetic recordings with the seeds from 0 on, on all processors.

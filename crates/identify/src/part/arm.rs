@@ -5,15 +5,12 @@ use std::fmt::Write as _;
 use trocar_document::{TextFile, shortest};
 
 use super::regression::regression;
-use super::signals::{Signals, VELOCITY_HALF_S, half};
+use super::signals::Signals;
 use super::two_springs::{Motions, TwoSprings};
 use super::{Candidate, Chosen, Conclusions, Range, Spec};
 use crate::IdentifyError;
-use crate::filter::{cubic_slope, slope};
-use crate::measured::span;
-
-/// An arm that explains less of the force's variance is refused.
-const LEAST_SHARE: f64 = 0.2;
+use crate::filter::{cubic_slope, half, slope};
+use crate::measured::{VELOCITY_HALF_S, span};
 
 /// Half the window in which velocities are estimated by a cubic, in s.
 const RATE_HALF_S: f64 = 2.5e-3;
@@ -48,6 +45,11 @@ impl Structure {
             Self::MassAtMaster => "mass-at-master",
             Self::TwoSprings => "two-springs",
         }
+    }
+
+    /// The structure with a key, which is one of those of [`Structure::key`].
+    fn of_key(key: &str) -> Self {
+        Self::ALL.into_iter().find(|structure| structure.key() == key).unwrap_or(Self::Spring)
     }
 
     fn name(self) -> &'static str {
@@ -161,10 +163,8 @@ impl Rough {
             }
         }
         let found = regression(&rows)?;
-        let mean_n = rows.iter().map(|row| row.1).sum::<f64>() / rows.len() as f64;
-        let spread: f64 = rows.iter().map(|row| (row.1 - mean_n).powi(2)).sum();
         let stiffness = found.coefficients[0];
-        if stiffness <= 0.0 || found.squares > (1.0 - LEAST_SHARE) * spread {
+        if stiffness <= 0.0 || !found.explains_enough() {
             return None;
         }
         // Time constants of an arm are between 1 ms and 1 s.
@@ -203,14 +203,15 @@ pub(super) fn candidates(training: &[Signals]) -> Result<Vec<Candidate>, Identif
 
 pub(super) fn conclusions(training: &[Signals], chosen: &Chosen<'_>) -> Conclusions {
     let mut open: Vec<String> = vec![];
-    if chosen.candidate.key != Structure::TwoSprings.key() {
+    let structure = Structure::of_key(chosen.candidate.key);
+    if structure != Structure::TwoSprings {
         open.push(
             "The recordings cannot tell the spring at the hand (k_a, b_a) from that behind the arm (k_h, b_h): only their series, the \
              static stiffness, is known. Record a perturbation with parts above 15 Hz."
                 .into(),
         );
     }
-    if chosen.candidate.key == Structure::Spring.key() {
+    if structure == Structure::Spring {
         open.push("The recordings do not determine the mass of the arm. Record faster perturbations.".into());
     }
     if training.iter().any(|one| one.input.is_none()) {
@@ -230,12 +231,12 @@ fn scenario(chosen: &Chosen<'_>) -> String {
     let (stiffness, damping) = (value("static_stiffness_n_per_m"), value("static_damping_n_s_per_m"));
     // A rigid grip: the series of both springs is the identified stiffness.
     let factor = RIGID / (RIGID - 1.0);
-    let (keys, comment): (Vec<(&str, f64)>, &str) = match chosen.candidate.key {
-        "two-springs" => {
+    let (keys, comment): (Vec<(&str, f64)>, &str) = match Structure::of_key(chosen.candidate.key) {
+        Structure::TwoSprings => {
             let keys = ["k_a_n_per_m", "b_a_n_s_per_m", "k_h_n_per_m", "b_h_n_s_per_m", "m_h_kg"];
             (keys.map(|key| (key, value(key))).into(), "")
         }
-        "mass-at-master" => (
+        Structure::MassAtMaster => (
             vec![
                 ("k_a_n_per_m", RIGID * stiffness),
                 ("b_a_n_s_per_m", RIGID * damping),
@@ -245,7 +246,7 @@ fn scenario(chosen: &Chosen<'_>) -> String {
             ],
             "# Only the series of both springs is identified. The grip is taken as 20 times as stiff.\n",
         ),
-        _ => (
+        Structure::Spring => (
             vec![
                 ("k_a_n_per_m", factor * stiffness),
                 ("b_a_n_s_per_m", factor * damping),

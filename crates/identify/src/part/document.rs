@@ -1,50 +1,44 @@
 //! The document of an identified part.
 
-use trocar_document::figure::{COMPUTED, Figure, Panel, Row, Sample, Series, TISSUE};
-use trocar_document::{Cell, DataTable, Document, Number, Section, Study, Table, TextFile, Unit, Verdict, json_of};
+use trocar_document::figure::Figure;
+use trocar_document::{Cell, DataTable, Document, Number, Study, Table, TextFile, Unit, Verdict};
 
 use super::estimate::{Criterion, PartFit, PartIdentification};
 use super::{Part, Spec};
 use crate::actuator::Bounded;
 use crate::estimate::Role;
+use crate::figure::Traces;
 use crate::file::{FitEntry, IdentificationFile, StructureEntry};
-use crate::tables::{self, Reported};
+use crate::tables::{self, Contents, Reported};
 
 impl Study for PartIdentification {
     fn document(&self) -> Document<'_> {
-        let mut parameters = Section::new("parameters", "Parameters");
-        parameters.table(tables::parameter_table(&self.reported()));
-        let mut fits = Section::new("fits", "Fits");
-        fits.table(self.fit_table());
-        fits.figures(self.names(), vec![]);
-        let mut structures = Section::new("structures", "Structures");
-        structures.table(self.structure_table());
-        structures.text(match self.criterion {
-            Criterion::HeldOut => {
-                "Each structure is fitted to the first two thirds of the training recordings and simulates the rest. The simplest \
-                 structure whose error is within 5 % of the smallest one is chosen, without those with a part that is not told from 0."
-            }
-            Criterion::Bayes => {
-                "The last third of a training recording has too little change to compare the structures. The one with the smallest \
-                 information criterion of Bayes is chosen, without those with a part that is not told from 0."
-            }
-        });
-        let word = self.part.word();
-        let mut document = Document {
-            name: "identification",
-            title: format!("identification of the {word}"),
+        let reported = self.reported();
+        let mut document = tables::document(Contents {
             verdict: self.verdict(),
-            warnings: self.warnings.clone(),
-            sections: vec![parameters, fits, structures],
-            json: json_of(&self.file()),
-            ..Document::default()
-        };
+            warnings: &self.warnings,
+            parameters: &reported,
+            fits: self.fit_table(),
+            structures: self.structure_table(),
+            comparison: match self.criterion {
+                Criterion::HeldOut => {
+                    "Each structure is fitted to the first two thirds of the training recordings and simulates the rest. The simplest \
+                     structure whose error is within 5 % of the smallest one is chosen, without those with a part that is not told from 0."
+                }
+                Criterion::Bayes => {
+                    "The last third of a training recording has too little change to compare the structures. The one with the smallest \
+                     information criterion of Bayes is chosen, without those with a part that is not told from 0."
+                }
+            },
+            names: self.names(),
+            file: self.file(),
+        });
         for (fit, name) in self.fits.iter().zip(self.names()) {
             document.figures.push((name.clone().into(), self.figure(fit)));
             document.data.push(self.data(fit, name));
         }
         let training = self.fits.iter().filter(|fit| fit.role == Role::Training).map(|fit| fit.signals.name.as_str());
-        let machine = tables::toml(word, &self.reported(), training);
+        let machine = tables::toml(self.part.word(), &reported, training);
         document.files.push(TextFile { name: "machine.toml".into(), text: machine });
         document.files.push(self.file.clone());
         document
@@ -141,34 +135,23 @@ impl PartIdentification {
         }
     }
 
-    /// Draws the measured and the simulated signal (above) and their difference (below).
     fn figure(&self, fit: &PartFit) -> Figure<'static> {
-        let measured = fit.signals.predicted(self.part);
-        let (factor, quantity, difference) = match self.part {
-            Part::Tissue | Part::Arm => (1.0, "Force (N)", "Simulated - measured (N)"),
-            Part::Master => (1e3, "Position (mm)", "Simulated - measured (mm)"),
+        let PartFit { signals, fit_percent, simulated, .. } = fit;
+        let (factor, captions) = match self.part {
+            Part::Tissue | Part::Arm => (1.0, ["Force (N)", "Simulated - measured (N)"]),
+            Part::Master => (1e3, ["Position (mm)", "Simulated - measured (mm)"]),
         };
-        let time_s = tables::times(fit.signals.len(), fit.signals.interval_s);
-        let simulated = fit.simulated.clone().unwrap_or_else(|| vec![f64::NAN; time_s.len()]);
-        let errors: Vec<f64> = simulated.iter().zip(measured).map(|(a, b)| a - b).collect();
-        let time = tables::time_axis(&time_s);
-        let both = tables::value_axis(measured.iter().chain(&simulated), factor);
-        let error_axis = tables::value_axis(errors.iter(), factor);
-        let series = |values: &[f64], stroke| Series::new(time_s.clone(), values.to_vec(), stroke).times(factor);
-        let above = Panel {
-            series: vec![series(measured, TISSUE), series(&simulated, COMPUTED)],
-            legend: [(TISSUE, "measured"), (COMPUTED, "simulated")]
-                .map(|(line, name)| (Sample::Line(line), name.to_owned()))
-                .into(),
-            ..Panel::over_time(time.clone(), both, quantity)
-        };
-        let below = Panel { series: vec![series(&errors, COMPUTED)], ..Panel::over_time(time, error_axis, difference) };
-        let fit_text = fit.fit_percent.map_or_else(String::new, |percent| format!(", fit {percent:.1} %"));
-        Figure {
-            name: format!("{}{fit_text}", fit.signals.name),
-            legend: vec![],
-            rows: vec![Row::of(140.0, above), Row::of(95.0, below)],
+        Traces {
+            recording: &signals.name,
+            fit_percent: *fit_percent,
+            time_s: tables::times(signals.len(), signals.interval_s),
+            measured: (signals.predicted(self.part), "measured"),
+            simulated: (simulated.as_deref(), "simulated"),
+            further: None,
+            factor,
+            captions,
         }
+        .figure()
     }
 
     fn data(&self, fit: &PartFit, name: String) -> DataTable<'static> {

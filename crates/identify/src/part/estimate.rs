@@ -10,9 +10,9 @@ use super::{
 };
 use crate::IdentifyError;
 use crate::actuator::Bounded;
-use crate::estimate::{FITTED_SHARE, Role};
+use crate::estimate::{FITTED_SHARE, Role, mean_fit};
 use crate::intervals::intervals;
-use crate::measured::span;
+use crate::measured::{fit_percent, span};
 use crate::problem::Problem;
 use crate::whiteness::Whiteness;
 
@@ -97,10 +97,7 @@ impl PartIdentification {
     /// Returns the mean fit of the recordings of a role in %; `None` without recordings.
     #[must_use]
     pub fn mean_fit_percent(&self, role: Role) -> Option<f64> {
-        let fits: Option<Vec<f64>> =
-            self.fits.iter().filter(|fit| fit.role == role).map(|fit| fit.fit_percent).collect();
-        let fits = fits.filter(|fits| !fits.is_empty())?;
-        Some(fits.iter().sum::<f64>() / fits.len() as f64)
+        mean_fit(self.fits.iter().filter(|fit| fit.role == role).map(|fit| fit.fit_percent))
     }
 
     /// Returns the value and the 95 % interval of a parameter by its key in files, such as `stiffness_n_per_m`; `None`
@@ -258,13 +255,11 @@ fn sum_of_squares(problem: &Problem<PartSystem<'_>>, values: &Vec<f64>) -> f64 {
 fn held_out(part: Part, candidate: &Candidate, values: &[f64], training: &[Signals]) -> Option<f64> {
     let fits = training.iter().map(|one| {
         let (simulated, from) = ((candidate.simulate)(values, one)?, cut(one));
-        let squares = simulated[from..].iter().zip(&one.predicted(part)[from..]).map(|(a, b)| (a - b).powi(2));
         // Relative to the variation of a third of the whole recording, because the end may be at rest.
         let variation = one.variation(part) * (1.0 - FITTED_SHARE).sqrt();
-        Some(100.0 * (1.0 - squares.sum::<f64>().sqrt() / variation))
+        Some(fit_percent(&simulated[from..], &one.predicted(part)[from..], variation))
     });
-    let fits = fits.collect::<Option<Vec<f64>>>()?;
-    Some(fits.iter().sum::<f64>() / fits.len() as f64)
+    mean_fit(fits)
 }
 
 /// Returns the number of independent samples with the correlation of the best structure's errors: n (1 - ρ)/(1 + ρ).
@@ -325,13 +320,8 @@ fn bounds(part: Part, candidate: &Candidate, fitted: &Fitted<'_>) -> Vec<Bounded
 
 fn fit(part: Part, signals: Signals, role: Role, candidate: &Candidate, values: &[f64]) -> PartFit {
     let simulated = (candidate.simulate)(values, &signals);
-    let errors: Option<Vec<f64>> = simulated
-        .as_deref()
-        .map(|simulated| simulated.iter().zip(signals.predicted(part)).map(|(a, b)| a - b).collect());
-    let fit_percent = errors.as_ref().map(|errors| {
-        let norm = errors.iter().map(|error| error * error).sum::<f64>().sqrt();
-        100.0 * (1.0 - norm / signals.variation(part))
-    });
-    let whiteness = errors.as_deref().and_then(Whiteness::of);
+    let measured = signals.predicted(part);
+    let fit_percent = simulated.as_deref().map(|simulated| fit_percent(simulated, measured, signals.variation(part)));
+    let whiteness = simulated.as_deref().and_then(|simulated| Whiteness::between(simulated, measured));
     PartFit { signals, role, simulated, fit_percent, whiteness }
 }

@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 use trocar_document::{TextFile, shortest};
 
 use super::regression::regression;
-use super::signals::{Signals, delayed, half};
+use super::signals::Signals;
 use super::{Candidate, Chosen, Conclusions, Range, Spec};
 use crate::IdentifyError;
-use crate::filter::{slope, smooth};
+use crate::filter::{delayed, half, slope, smooth};
 use crate::machine::{Load, Machine};
 use crate::measured::{Measured, span};
 use crate::questions::reversals;
@@ -29,9 +29,6 @@ const SMOOTHING_HALF_S: f64 = 10e-3;
 
 /// Below this velocity in m/s, the friction of the start is proportional to the velocity.
 const SLOW_M_PER_S: f64 = 2e-3;
-
-/// A mass with friction that explains less of the forces' variance is refused.
-const LEAST_SHARE: f64 = 0.2;
 
 /// A structure of the master:
 /// `m x'' = F_hand(t) + F_motor(t - δ) + F_0 - b x' - F_c sign(x')`.
@@ -172,11 +169,9 @@ impl Rough {
             }
         }
         let found = regression(&rows)?;
-        let mean_n = rows.iter().map(|row| row.1).sum::<f64>() / rows.len() as f64;
-        let spread: f64 = rows.iter().map(|row| (row.1 - mean_n).powi(2)).sum();
         let [mass, viscous, coulomb_n, constant_n] = [0, 1, 2, 3].map(|k| found.coefficients[k]);
         // Friction and inertia take power from the hand; the opposite sign gives it.
-        if found.squares > (1.0 - LEAST_SHARE) * spread || (mass < 0.0 && viscous < 0.0) || coulomb_n < -0.05 * span_n {
+        if !found.explains_enough() || (mass < 0.0 && viscous < 0.0) || coulomb_n < -0.05 * span_n {
             return None;
         }
         let mass_kg = mass.max(1e-3 * span_n);

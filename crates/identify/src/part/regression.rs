@@ -2,10 +2,21 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// The coefficients of a regression and the sum of its squared residuals.
+/// A regression that explains less of the targets' variance is no start.
+const LEAST_SHARE: f64 = 0.2;
+
+/// The coefficients of a regression, the sum of its squared residuals, and that of the targets' deviations from their mean.
 pub(super) struct Regression {
     pub(super) coefficients: Vec<f64>,
     pub(super) squares: f64,
+    spread: f64,
+}
+
+impl Regression {
+    /// Returns true if the regression explains enough of the targets to be a start.
+    pub(super) fn explains_enough(&self) -> bool {
+        self.squares <= (1.0 - LEAST_SHARE) * self.spread
+    }
 }
 
 /// Returns the regression of targets on rows of equal length; `None` without a unique solution.
@@ -26,7 +37,9 @@ pub(super) fn regression(rows: &[(Vec<f64>, f64)]) -> Option<Regression> {
         target - row.iter().zip(&coefficients).map(|(a, b)| a * b).sum::<f64>()
     };
     let squares = rows.iter().map(|row| residual(row).powi(2)).sum();
-    coefficients.iter().all(|value| value.is_finite()).then_some(Regression { coefficients, squares })
+    let mean = rows.iter().map(|row| row.1).sum::<f64>() / rows.len() as f64;
+    let spread = rows.iter().map(|row| (row.1 - mean).powi(2)).sum();
+    coefficients.iter().all(|value| value.is_finite()).then_some(Regression { coefficients, squares, spread })
 }
 
 #[cfg(test)]
@@ -42,7 +55,7 @@ mod tests {
         for (value, truth) in found.coefficients.iter().zip([2.0, -3.0, 0.5]) {
             assert!((value - truth).abs() < 1e-9, "{value} against {truth}");
         }
-        assert!(found.squares < 1e-12);
+        assert!(found.squares < 1e-12 && found.explains_enough());
         assert!(regression(&rows(|_| 0.0)).is_none());
         assert!(regression(&[]).is_none());
     }

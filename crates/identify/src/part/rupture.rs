@@ -1,6 +1,7 @@
 //! The rupture of a tissue in a recording: what comes after it is no part of the intact tissue.
 
-use super::signals::{Signals, half};
+use super::signals::Signals;
+use crate::filter::half;
 use crate::measured::span;
 
 /// The time in which a rupture takes place, in s.

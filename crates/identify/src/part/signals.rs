@@ -6,12 +6,9 @@ use trocar_recording::{Column, Limits};
 
 use super::Part;
 use crate::IdentifyError;
-use crate::filter::slope;
+use crate::filter::{half, slope};
 use crate::grid::{Grid, check};
-use crate::measured::{deviation, span};
-
-/// Half the window in which velocities are estimated, in s.
-pub(super) const VELOCITY_HALF_S: f64 = 2.5e-3;
+use crate::measured::{VELOCITY_HALF_S, deviation, span};
 
 /// The columns of a recording of a part. Their factors convert to SI units.
 #[derive(Debug, Clone, PartialEq)]
@@ -121,17 +118,4 @@ impl Signals {
             Part::Master => &self.position_m,
         }
     }
-}
-
-/// Returns half a window in samples, at least 1.
-pub(super) fn half(half_s: f64, interval_s: f64) -> usize {
-    ((half_s / interval_s).round() as usize).max(1)
-}
-
-/// Returns a signal at a sample minus a delay in s, linear between samples. Beyond the ends, it is held.
-pub(super) fn delayed(values: &[f64], sample: usize, delay_s: f64, interval_s: f64) -> f64 {
-    let last = values.len() - 1;
-    let place = (sample as f64 - delay_s / interval_s).clamp(0.0, last as f64);
-    let (left, share) = (place as usize, place.fract());
-    values[left] + share * (values[(left + 1).min(last)] - values[left])
 }

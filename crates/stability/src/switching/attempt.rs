@@ -98,6 +98,36 @@ impl<'a> ForSolver<'a> {
     }
 }
 
+/// Like [`attempt`], without a certificate if the solver fails: the states of an unstable loop cannot be scaled.
+pub(super) fn certify(
+    modes: &Modes,
+    phases: Phases,
+    choice: Choice,
+    focus: Option<&Focus>,
+) -> Result<Option<Certificate>, StabilityError> {
+    match attempt(modes, phases, choice, focus) {
+        Err(StabilityError::Solver { .. }) => Ok(None),
+        attempt => attempt,
+    }
+}
+
+/// Narrows a bound between a certified and a smaller, uncertified one until their ratio is at most `max_ratio`.
+pub(super) fn narrowed(
+    (mut bound, mut certificate): (f64, Certificate),
+    mut fails: f64,
+    max_ratio: f64,
+    certify: impl Fn(f64) -> Result<Option<Certificate>, StabilityError>,
+) -> Result<(f64, Certificate), StabilityError> {
+    while bound > max_ratio * fails {
+        let middle = (bound * fails).sqrt();
+        match certify(middle)? {
+            Some(other) => (bound, certificate) = (middle, other),
+            None => fails = middle,
+        }
+    }
+    Ok((bound, certificate))
+}
+
 pub(super) fn attempt(
     modes: &Modes,
     phases: Phases,

@@ -61,7 +61,7 @@ pub struct Switching {
     pub settings: SwitchingSettings,
     /// The phases of an event.
     pub phases: Phases,
-    /// The certificate with the shortest dwell. `None` if there is none up to [`LONGEST_DWELL_S`].
+    /// The certificate with the shortest dwell; `None` if no dwell up to [`LONGEST_DWELL_S`] has one.
     pub certificate: Option<Certificate>,
     /// The certificate with the smallest growth at the supervisor's refractory time.
     pub at_refractory: Option<Certificate>,

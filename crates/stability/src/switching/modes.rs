@@ -243,7 +243,17 @@ impl Modes {
         let (space, is_driven) = space.undriven();
         let mut places: Vec<usize> = match space {
             Space::Input | Space::Gap | Space::Held | Space::Number | Space::Start => vec![],
-            _ => (0..n).collect(),
+            Space::Loop
+            | Space::LoopGap
+            | Space::Fading
+            | Space::FadingGap
+            | Space::Frozen
+            | Space::All
+            | Space::DrivenLoop
+            | Space::DrivenLoopGap
+            | Space::DrivenFading
+            | Space::DrivenFadingGap
+            | Space::DrivenFrozen => (0..n).collect(),
         };
         match space {
             Space::Input => places.push(n + INPUT),
@@ -265,7 +275,14 @@ impl Modes {
                 }
             }
             Space::All => places.extend(n..n + EXTRA),
-            _ => {}
+            Space::Loop
+            | Space::Number
+            | Space::Start
+            | Space::DrivenLoop
+            | Space::DrivenLoopGap
+            | Space::DrivenFading
+            | Space::DrivenFadingGap
+            | Space::DrivenFrozen => {}
         }
         if is_driven {
             places.push(n + INPUT);

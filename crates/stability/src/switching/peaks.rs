@@ -14,7 +14,7 @@
 
 use nalgebra::DMatrix;
 
-use super::attempt::attempt;
+use super::attempt::{certify, narrowed};
 use super::conditions::{Choice, Focus};
 use super::modes::{Modes, Space};
 use super::settings::SwitchingSettings;
@@ -79,18 +79,6 @@ fn tried(settings: &SwitchingSettings) -> Result<Option<(Modes, f64, [Choice; TR
     Ok(Some((modes, slowest_per_s, choices)))
 }
 
-fn certify(
-    modes: &Modes,
-    settings: &SwitchingSettings,
-    choice: Choice,
-    focus: Option<&Focus>,
-) -> Result<Option<Certificate>, StabilityError> {
-    match attempt(modes, settings.phases(), choice, focus) {
-        Err(StabilityError::Solver { .. }) => Ok(None),
-        attempt => attempt,
-    }
-}
-
 impl Peaks {
     /// The smallest bounds found, for a needle that may lose contact at any tick and the enforced time between events.
     ///
@@ -98,7 +86,7 @@ impl Peaks {
     /// [`StabilityError`].
     pub fn of(settings: &SwitchingSettings) -> Result<Option<Self>, StabilityError> {
         let Some((modes, slowest_per_s, choices)) = tried(settings)? else { return Ok(None) };
-        let certify = |choice: Choice, focus: &Focus| certify(&modes, settings, choice, Some(focus));
+        let certify = |choice: Choice, focus: &Focus| certify(&modes, settings.phases(), choice, Some(focus));
         let rows = [modes.slave(), modes.hand_position()];
         let found = largest_without_events(&modes, &rows, slowest_per_s);
         // Each quantity is a position over its bound, so the certificate shows the bounds.
@@ -114,15 +102,9 @@ impl Peaks {
                 break;
             }
         }
-        let Some((tried, choice, mut certificate)) = best else { return Ok(None) };
-        let (mut ratio, mut fails) = (LARGEST, 1.0);
-        while ratio > MAX_RATIO * fails {
-            let middle = (ratio * fails).sqrt();
-            match certify(choice, &focus(middle))? {
-                Some(other) => (ratio, certificate) = (middle, other),
-                None => fails = middle,
-            }
-        }
+        let Some((tried, choice, certificate)) = best else { return Ok(None) };
+        let (ratio, certificate) =
+            narrowed((LARGEST, certificate), 1.0, MAX_RATIO, |ratio| certify(choice, &focus(ratio)))?;
         let [needle_m_per_n, hand_m_per_n] = found.map(|found| found * ratio);
         let decay_per_s = 0.5 * choice.rate_per_s;
         Ok(Some(Self { certificate, needle_m_per_n, hand_m_per_n, found_m_per_n: found, decay_per_s, tried }))
@@ -137,7 +119,7 @@ impl Peaks {
         let Some((modes, _, choices)) = tried(settings)? else { return Ok(false) };
         let (first, count) = similar.map_or((0, TRIED.len()), |peaks| (peaks.tried, SIMILAR));
         for choice in choices.iter().skip(first).take(count) {
-            if certify(&modes, settings, *choice, None)?.is_some() {
+            if certify(&modes, settings.phases(), *choice, None)?.is_some() {
                 return Ok(true);
             }
         }

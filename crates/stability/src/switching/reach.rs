@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::SwitchingSettings;
 use super::ascent::{Steps, farthest};
-use super::attempt::attempt;
+use super::attempt::{attempt, narrowed};
 use super::conditions::{Choice, Focus};
 use super::modes::Modes;
 use super::settings::Phases;
@@ -123,14 +123,8 @@ fn bound(
             }
         }
     }
-    let Some((mut ratio, mut certificate)) = best else { return Ok(None) };
-    while ratio > MAX_RATIO * fails {
-        let middle = (ratio * fails).sqrt();
-        match at(found * middle)? {
-            Some(other) => (ratio, certificate) = (middle, other),
-            None => fails = middle,
-        }
-    }
+    let Some(best) = best else { return Ok(None) };
+    let (ratio, certificate) = narrowed(best, fails, MAX_RATIO, |ratio| at(found * ratio))?;
     Ok(Some((found * ratio, certificate)))
 }
 

@@ -101,7 +101,12 @@ impl Scales {
             Space::Gap => return DMatrix::from_element(1, 1, gap),
             Space::Number => return DMatrix::from_element(1, 1, self.number),
             Space::Start => return DMatrix::from_element(1, 1, self.start),
-            _ => vec![],
+            // `undriven` has no input.
+            Space::DrivenLoop
+            | Space::DrivenLoopGap
+            | Space::DrivenFading
+            | Space::DrivenFadingGap
+            | Space::DrivenFrozen => vec![],
         };
         if is_driven {
             extra.push(force);

@@ -1,6 +1,6 @@
 //! The search for the certificates with the shortest dwell and with the smallest growth.
 
-use super::attempt::attempt;
+use super::attempt;
 use super::conditions::Choice;
 use super::modes::Modes;
 use super::settings::Phases;
@@ -63,11 +63,7 @@ impl<'a> Search<'a> {
         if self.keeps_gap {
             return Ok(None);
         }
-        match attempt(self.modes, self.phases, choice, None) {
-            // The states of an unstable loop cannot be scaled.
-            Err(StabilityError::Solver { .. }) => Ok(None),
-            attempt => attempt,
-        }
+        attempt::certify(self.modes, self.phases, choice, None)
     }
 
     fn plain(&self, dwell: u64, hold_s: f64) -> Choice {

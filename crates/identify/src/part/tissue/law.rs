@@ -1,8 +1,9 @@
 //! The loading law of a tissue, and the velocity in it.
 
-use super::super::signals::{Signals, VELOCITY_HALF_S, half};
+use super::super::signals::Signals;
 use super::super::{Range, Spec};
-use crate::measured::deviation;
+use crate::filter::half;
+use crate::measured::{VELOCITY_HALF_S, deviation};
 
 /// The loading law at the depth d > 0 and the velocity v.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,9 +7,10 @@ mod scenario;
 use trocar_document::TextFile;
 
 use super::rupture::Rupture;
-use super::signals::{Signals, delayed};
+use super::signals::Signals;
 use super::{Candidate, Chosen, Conclusions, Part, PartSystem, Range, Simulation, Spec};
 use crate::IdentifyError;
+use crate::filter::delayed;
 use crate::grid::{MIN_DURATION_S, MIN_SAMPLES};
 use crate::problem::Problem;
 use crate::questions::reversals;

@@ -1,8 +1,9 @@
 //! A spring and damper that roughly follows the recordings, for the start of the optimiser.
 
-use super::super::regression::regression;
-use super::super::signals::{Signals, delayed};
+use super::super::regression::{Regression, regression};
+use super::super::signals::Signals;
 use super::law::Velocity;
+use crate::filter::delayed;
 use crate::measured::{deviation, span};
 
 /// The lags from which the optimiser may start end here, in s.
@@ -10,9 +11,6 @@ const LONGEST_LAG_S: f64 = 12e-3;
 
 /// The most lags that are tried.
 const MAX_LAGS: usize = 25;
-
-/// A tissue that explains less of the force's variance is refused.
-const LEAST_SHARE: f64 = 0.2;
 
 /// The lowest positions, as a share of their range, that may be free of contact.
 const LOWEST_SHARE: f64 = 0.15;
@@ -54,8 +52,7 @@ impl Rough {
         let interval_s = recordings.iter().map(|one| one.interval_s).fold(f64::INFINITY, f64::min);
         let lags = ((LONGEST_LAG_S / interval_s) as usize + 1).clamp(2, MAX_LAGS);
         let lag_step_s = LONGEST_LAG_S.min(interval_s * (lags - 1) as f64) / (lags - 1) as f64;
-        let mut best: Option<(f64, f64, Velocity, Vec<f64>)> = None;
-        let mut spread = 0.0;
+        let mut best: Option<(Regression, f64, Velocity)> = None;
         for velocity in [Velocity::Slope, Velocity::Difference] {
             let velocities: Vec<Vec<f64>> = recordings.iter().map(|one| velocity.of(one)).collect();
             for step in 0..lags {
@@ -71,16 +68,15 @@ impl Rough {
                     }
                 }
                 let Some(found) = regression(&rows) else { continue };
-                if best.as_ref().is_none_or(|best| found.squares < best.0) {
-                    let mean_n = rows.iter().map(|row| row.1).sum::<f64>() / rows.len() as f64;
-                    spread = rows.iter().map(|row| (row.1 - mean_n).powi(2)).sum();
-                    best = Some((found.squares, lag_s, velocity, found.coefficients));
+                if best.as_ref().is_none_or(|best| found.squares < best.0.squares) {
+                    best = Some((found, lag_s, velocity));
                 }
             }
         }
-        let (squares, lag_s, velocity, coefficients) = best?;
+        let (found, lag_s, velocity) = best?;
+        let coefficients = &found.coefficients;
         let stiffness = coefficients[0];
-        if stiffness <= 0.0 || squares > (1.0 - LEAST_SHARE) * spread {
+        if stiffness <= 0.0 || !found.explains_enough() {
             return None;
         }
         let regressed_m = lowest_m - (coefficients[2] - zero_n.unwrap_or(0.0)) / stiffness;

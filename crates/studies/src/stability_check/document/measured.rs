@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use trocar_document::{DataTable, significant};
-use trocar_stability::{Analysis, LoopResponse, MeasuredLoop, MeasuredVerdict, Parameter};
+use trocar_document::significant;
+use trocar_stability::{Analysis, MeasuredLoop, MeasuredVerdict, Parameter};
 
 /// The change of a phase between two rows in degrees from which it is uncertain.
 const UNCERTAIN_DEG: f64 = 120.0;
@@ -100,15 +100,4 @@ pub(super) fn lines(measured: &MeasuredLoop, analysis: &Analysis) -> Vec<String>
         )
     });
     [verdict, limit].into_iter().chain(phase).chain([open]).chain(coarse).collect()
-}
-
-/// The loop gain with the measured responses.
-pub(super) fn table(measured: &MeasuredLoop) -> DataTable<'static> {
-    let gain = &measured.gain;
-    DataTable::new("measured_loop_gain")
-        .numbers("frequency_hz", gain.iter().map(|(hertz, _)| *hertz))
-        .numbers("re", gain.iter().map(|(_, gain)| gain.re))
-        .numbers("im", gain.iter().map(|(_, gain)| gain.im))
-        .numbers("magnitude", gain.iter().map(|(_, gain)| gain.norm()))
-        .numbers("phase_deg", LoopResponse::unwrapped_deg(gain))
 }

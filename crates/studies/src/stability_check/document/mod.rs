@@ -131,10 +131,11 @@ fn data_tables(study: &StabilityStudy) -> Vec<DataTable<'_>> {
         data::ports(analysis),
         absolute::hand_damping(analysis, &study.bounded),
         response::poles(response),
-        response::loop_gain(response),
+        response::loop_gain("loop_gain", &response.gain),
     ];
     tables.extend(response::step(response));
-    tables.extend(study.measured.as_ref().map(measured::table));
+    let measured = study.measured.as_ref();
+    tables.extend(measured.map(|measured| response::loop_gain("measured_loop_gain", &measured.gain)));
     tables.extend(study.absolute.as_ref().map(absolute::table));
     tables.extend(study.locus.as_ref().map(|locus| response::locus(locus, analysis.settings.tick_s)));
     tables.extend(study.z_width.as_ref().map(z_width::table));
