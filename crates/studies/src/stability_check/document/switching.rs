@@ -81,7 +81,7 @@ pub(super) fn lines(switching: &Switching) -> Vec<String> {
         None => "no growing sequence found, down to one tick between events".to_owned(),
         Some(ticks) => format!("growing sequences found with {} between events", ms(ticks)),
     });
-    if switching.shown.found >= 1.0 {
+    if switching.shows_growth() {
         lines.push(format!(
             "with the enforced time, the motion grows {} times from one event to the next: see worst_events.toml",
             significant(switching.shown.found),
