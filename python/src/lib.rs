@@ -69,7 +69,7 @@ mod _core {
     #[pymodule_export]
     use crate::simulation::Simulation;
     #[pymodule_export]
-    use crate::stability::stability;
+    use crate::stability::{stability, verify_certificate};
     #[pymodule_export]
     use crate::state_space::{StateSpace, state_space};
     #[pymodule_export]

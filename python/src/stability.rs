@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_document::Study as _;
 use trocar_stability::Axis;
-use trocar_studies::stability_check::{CheckError, MAX_STIFFNESS_N_PER_M, StabilityStudy, Verdict, is_tissue};
+use trocar_studies::stability_check::{CheckError, MAX_STIFFNESS_N_PER_M, StabilityStudy, Verdict, is_tissue, verify};
 
 use crate::arrays::put;
 use crate::interrupt::interruptible_with_progress;
@@ -15,6 +15,13 @@ use crate::scenario::Scenario;
 use crate::{convert, document, error};
 
 type Analysed<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyDict>);
+
+/// The verified certificates of the text of `certificate.json`: names and numbers of conditions.
+#[pyfunction]
+pub(crate) fn verify_certificate(py: Python<'_>, text: &str) -> PyResult<Vec<(String, u64)>> {
+    let all = py.detach(|| verify(text)).map_err(|error| error::value(error.to_string()))?;
+    Ok(all.into_iter().map(|one| (one.name, one.conditions)).collect())
+}
 
 /// Calls `tell` with the numbers of simulated and of all points.
 ///
@@ -29,6 +36,7 @@ pub(crate) fn stability<'py>(
     y: &str,
     tissue: Option<(f64, f64)>,
     simulate: bool,
+    event_limits: bool,
     threads: usize,
     tell: Option<Py<PyAny>>,
 ) -> PyResult<Analysed<'py>> {
@@ -56,6 +64,9 @@ pub(crate) fn stability<'py>(
                 done.fetch_add(1, Ordering::Relaxed);
             };
             study.simulate(&scenario, stop, count)?;
+        }
+        if event_limits {
+            study.compute_event_limits()?;
         }
         Ok(study)
     })?;

@@ -2,7 +2,7 @@
 
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use trocar_engine::plant::{ControlTiming, master_system, slave_system};
+use trocar_engine::plant::{ControlTiming, GeneralMaster, Machine, master_system, slave_system};
 use trocar_lti::{self as lti, Complex64, Continuous, Discrete};
 use trocar_stability::{ClosedLoop, LoopSystem, StabilityError};
 use trocar_studies::stability_check::linear_loop;
@@ -129,6 +129,17 @@ pub(crate) fn state_space(py: Python<'_>, scenario: &Scenario, side: &str) -> Py
     let scenario = &scenario.scenario;
     let is_sampled = scenario.timing == ControlTiming::Sampled;
     match side {
+        "master" if scenario.master_model.is_general() => {
+            let trocar_scenario::Scenario { master, master_model, arm, .. } = scenario;
+            let general = GeneralMaster { parameters: master, model: master_model, arm };
+            of_side(
+                general.machine().map_err(error::value)?.system().clone(),
+                "master",
+                vec!["motor_force_n", "hand_force_n"],
+                vec!["master_position_m", "master_velocity_m_per_s"],
+                &["master_position_m", "master_velocity_m_per_s"],
+            )
+        }
         "master" => of_side(
             master_system(&scenario.master, &scenario.arm, scenario.timing).map_err(error::value)?,
             "master",
@@ -147,9 +158,13 @@ pub(crate) fn state_space(py: Python<'_>, scenario: &Scenario, side: &str) -> Py
             ],
         ),
         "slave" => of_side(
-            slave_system(&scenario.slave, scenario.timing).map_err(error::value)?,
+            if scenario.has_general_machine() {
+                Machine::of(&scenario.slave).map_err(error::value)?.system().clone()
+            } else {
+                slave_system(&scenario.slave, scenario.timing).map_err(error::value)?
+            },
             "slave",
-            match (scenario.slave.is_general(), is_sampled) {
+            match (scenario.has_general_machine(), is_sampled) {
                 (true, _) => vec!["motor_command", "external_force_n"],
                 (false, true) => vec!["motor_command"],
                 (false, false) => vec!["slave_reference_m"],

@@ -5,6 +5,7 @@ import runpy
 
 import numpy as np
 import pytest
+import trocar
 from conftest import REPOSITORY
 
 CONCEPTS = REPOSITORY / "docs" / "src" / "concepts"
@@ -15,19 +16,37 @@ TISSUE = ["--set", "tissue.stiffness_n_per_m=200", "--set", "tissue.damping_n_s_
 
 
 @pytest.fixture(scope="module")
-def written(cli, tmp_path_factory):
-    """Returns certificate.json of the shipped scenario."""
+def path(cli, tmp_path_factory):
+    """Returns the path of certificate.json of the shipped scenario."""
     folder = tmp_path_factory.mktemp("certificate")
     small = ["--x", "scaling.force=0.1:10:4", "--y", "tissue.stiffness_n_per_m=10:2000:4"]
     done = cli("stability", "paper/augmented", *TISSUE, "--tissue", "50:600", *small, "--quiet", "--out", folder)
     assert done.returncode == 0, done.stderr
-    return json.loads((folder / "augmented" / "certificate.json").read_text())
+    return folder / "augmented" / "certificate.json"
+
+
+@pytest.fixture(scope="module")
+def written(path):
+    """Returns the content of the file."""
+    return json.loads(path.read_text())
+
+
+def test_python_verifies_the_file_and_finds_a_changed_digit(path, written, tmp_path):
+    verified = trocar.verify_certificate(path)
+    assert set(verified) == set(written["certificates"])
+    assert all(count > 100 for count in verified.values())
+    text = path.read_text()
+    at = text.rindex("1")
+    changed = tmp_path / "changed.json"
+    changed.write_text(text[:at] + "2" + text[at + 1 :])
+    with pytest.raises(ValueError, match="digest"):
+        trocar.verify_certificate(changed)
 
 
 def test_the_script_is_short_and_verifies_every_certificate(written):
     assert len(SCRIPT.read_text().splitlines()) <= 80
     verify = runpy.run_path(str(SCRIPT))["verify"]
-    assert set(written["certificates"]) == {"shortest_dwell", "growth_at_refractory", "needle", "feedback_force"}
+    assert set(written["certificates"]) == {"shortest_dwell", "growth_at_refractory", "statement", "needle", "feedback_force"}
     for certificate in written["certificates"].values():
         count, worst = verify(certificate)
         assert count > 1000 and worst > 0
@@ -40,25 +59,6 @@ def test_the_script_refuses_a_changed_certificate(written):
     changed["matrix"][0][0] *= 1.05
     with pytest.raises(AssertionError):
         verify(certificate)
-
-
-def test_a_kept_gap_is_verified_by_its_own_script(cli, tmp_path):
-    script = CONCEPTS / "verify_kept_gap.py"
-    assert len(script.read_text().splitlines()) <= 80
-    small = ["--x", "scaling.position=0.9:1:2", "--y", "tissue.stiffness_n_per_m=100:200:2"]
-    changes = ["--set", "augmentation.reengage=clutch", "--set", "channel.delay_s=0.005"]
-    done = cli("stability", "paper/augmented", *TISSUE, "--tissue", "50:600", *small, *changes, "--quiet", "--out", tmp_path)
-    assert done.returncode == 0, done.stderr
-    proof = json.loads((tmp_path / "augmented" / "certificate.json").read_text())["certificates"]["kept_gap"]
-    verify = runpy.run_path(str(script))["verify"]
-    certified, at_refractory = verify(proof)
-    # The arm's spring of 698.8 N/m against 50 N/m keeps 0.9332 of the gap.
-    assert certified < 1 and 0.9332 < at_refractory < 0.94
-    # The verification does not cover a stiffer arm at the other end of the tissue's range.
-    changed = next(one for one in proof["maps"] if one["name"] == "force_0")
-    changed["matrix"][0] = [-4 * value for value in changed["matrix"][0]]
-    with pytest.raises(AssertionError):
-        verify(proof)
 
 
 def test_states_have_names_and_units(written):

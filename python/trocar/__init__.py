@@ -69,7 +69,7 @@ from .detection import Calibration, Detection, Detector, calibrate, detect, reco
 from .documents import Document, Figure, Table
 from .exporting import export_fmu
 from .judging import Roc, Trial, roc, trials
-from .linear import Stability, StateSpace, stability, state_space
+from .linear import Stability, StateSpace, stability, state_space, verify_certificate
 from .parts import Compiled, Simulation
 from .recordings import list_signals, read_recording
 from .rig import HapticController
@@ -163,6 +163,7 @@ __all__ = [
     "sweep",
     "trace_columns",
     "trials",
+    "verify_certificate",
 ]
 
 

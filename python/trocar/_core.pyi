@@ -50,6 +50,7 @@ __all__ = [
     "toml_value",
     "trace_columns",
     "trial",
+    "verify_certificate",
 ]
 
 __version__: str
@@ -322,9 +323,11 @@ def stability(
     y: str,
     tissue: tuple[float, float] | None,
     simulate: bool,
+    event_limits: bool,
     threads: int,
     tell: Callable[[int, int], None] | None,
 ) -> tuple[dict[str, Any], dict[str, Any], dict[str, NDArray[Any]]]: ...
+def verify_certificate(text: str) -> list[tuple[str, int]]: ...
 def state_space(scenario: Scenario, side: str) -> StateSpace: ...
 def shipped() -> list[tuple[str, str]]: ...
 def in_python(message: str) -> str: ...

@@ -100,6 +100,7 @@ def stability(
     *,
     tissue: tuple[float, float] | None = None,
     simulate: bool = False,
+    event_limits: bool = False,
     threads: int = 0,
     progress: bool = False,
 ) -> Stability:
@@ -117,6 +118,9 @@ def stability(
         change within it at any tick. The default is the range of the scenario's tissue.
     simulate
         True to simulate every point of the map, too.
+    event_limits
+        True to search for the limits of the certificate of events, such as the largest certified amplification, which
+        takes minutes. They are in ``report["event_limits"]``.
     threads
         Number of threads, up to 1024; 0 is one per processor.
     progress
@@ -144,9 +148,40 @@ def stability(
     """
     threads = whole("threads", threads)
     with Progress("points", progress) as bar:
-        report, contents, columns = _core.stability(scenario_of(scenario)._core, x, y, tissue, simulate, threads, bar.tell)
+        report, contents, columns = _core.stability(
+            scenario_of(scenario)._core, x, y, tissue, simulate, event_limits, threads, bar.tell
+        )
     warn(report["warnings"])
     return Stability(report, contents, columns)
+
+
+def verify_certificate(path: str | os.PathLike[str]) -> dict[str, int]:
+    """Verifies a file ``certificate.json`` in interval arithmetic, without the search that found it.
+
+    Parameters
+    ----------
+    path
+        The file, which ``trocar stability`` writes.
+
+    Returns
+    -------
+    dict of int
+        The number of verified conditions of each certificate, by name.
+
+    Raises
+    ------
+    OSError
+        For a file that cannot be read.
+    ValueError
+        For a file without a certificate, for one that was changed, and for an inequality that does not hold.
+
+    >>> import trocar
+    >>> trocar.verify_certificate("certificate.json")
+    Traceback (most recent call last):
+    FileNotFoundError: [Errno 2] No such file or directory: 'certificate.json'
+    """
+    with open(path, encoding="utf-8", newline="") as file:
+        return dict(_core.verify_certificate(file.read()))
 
 
 class StateSpace:

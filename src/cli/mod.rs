@@ -144,7 +144,8 @@ enum Command {
     /// of Colgate and Brown (1994).
     ///
     /// The files are in a folder with the name of the scenario: stability.json, sensitivities.csv, the figure
-    /// stability with stability_map.csv and stability_boundary.csv, and the figure ports with ports.csv.
+    /// stability with stability_map.csv and stability_boundary.csv, and the figure ports with ports.csv. certificate.json
+    /// proves the statement about events; --verify checks it apart from the search.
     Stability(Box<stability::StabilityArgs>),
     /// Run a scenario many times with varied keys: one row of metrics per case, statistics, figures
     ///

@@ -1,5 +1,8 @@
 //! `trocar stability`.
 
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
 use clap::Args;
 
 use super::error::CliError;
@@ -7,11 +10,12 @@ use super::finish::Finish;
 use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, interrupt, progress};
 use trocar_document::Study as _;
+use trocar_recording::{Limits, open_response};
 use trocar_report::html::{Again, command_line};
 use trocar_scenario::{Source, keys_outside_loop};
-use trocar_stability::{Axis, Parameter, Terminations, TissueRange};
+use trocar_stability::{Axis, FrequencyResponse, MeasuredSides, Parameter, Terminations, TissueRange};
 use trocar_studies::run::delays_rounded;
-use trocar_studies::stability_check::{MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
+use trocar_studies::stability_check::{MAX_STIFFNESS_N_PER_M, StabilityStudy, Verified, is_tissue, verify};
 
 const DEFAULT_X: &str = "scaling.force=0.1:10:200";
 const DEFAULT_Y: &str = "tissue.stiffness_n_per_m=10:2000:200";
@@ -33,7 +37,11 @@ Examples:
   trocar stability my.toml --arms 1000      limits over people
   trocar stability my.toml --absolute channel.delay_s=0:0.1:50 --hand 10:inf
                                             absolute stability over the delay
-  trocar stability my.toml --simulate       and compare with simulations";
+  trocar stability my.toml --slave-response slave.csv
+                                            with a measured slave
+  trocar stability my.toml --simulate       and compare with simulations
+  trocar stability --verify out/my/certificate.json
+                                            verify a certificate";
 
 /// Analyse the stability of the loop.
 #[derive(Debug, Args)]
@@ -74,11 +82,27 @@ pub(super) struct StabilityArgs {
     /// write z_width.csv
     #[arg(long, value_name = "LOW:HIGH:COUNT")]
     z_width: Option<String>,
+    /// Also analyse the loop with the measured frequency response of the master, from the feedback force (N) to the
+    /// handle's position in its direction (m), with the hand on it: a CSV with frequency_hz, magnitude (or magnitude_db)
+    /// and phase_deg (or phase_rad). Writes measured_loop_gain.csv and the figure measured
+    #[arg(long, value_name = "FILE")]
+    master_response: Option<PathBuf>,
+    /// The same with the measured frequency response of the slave, from its reference (m) to the position of the free
+    /// needle (m)
+    #[arg(long, value_name = "FILE")]
+    slave_response: Option<PathBuf>,
     /// Also compute the limits for COUNT people drawn at random around the scenario's arm, and write population.csv.
     /// The flag is short for --set population.arm=people and population.size. The [population] of a scenario can also
     /// draw tissues and delays
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     arms: Option<u64>,
+    /// Also search for the limits of the certificate of events, such as the largest certified amplification; takes minutes
+    #[arg(long)]
+    event_limits: bool,
+    /// Verify the inequalities of a certificate.json in interval arithmetic instead, without an analysis; exit code 1 if
+    /// they do not hold
+    #[arg(long, value_name = "FILE", exclusive = true)]
+    verify: Option<PathBuf>,
     /// Also write report.html: one self-contained page with the map, limits, sensitivities, ports and events
     #[arg(long)]
     report: bool,
@@ -96,7 +120,21 @@ impl StabilityArgs {
     }
 }
 
+fn verified(path: &Path) -> Result<(), CliError> {
+    let named = || path.display().to_string();
+    let text = std::fs::read_to_string(path).map_err(|source| CliError::Unreadable { path: named(), source })?;
+    let all = verify(&text).map_err(|source| CliError::Certificate { path: named(), source })?;
+    let mut out = std::io::stdout().lock();
+    for Verified { name, conditions } in all {
+        writeln!(out, "{name}: {conditions} conditions hold").map_err(CliError::Print)?;
+    }
+    Ok(())
+}
+
 pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
+    if let Some(path) = &args.verify {
+        return verified(path);
+    }
     let axis = |text: &String| Axis::parse(text).map_err(|reason| CliError::Axis { axis: text.clone(), reason });
     let (x, y) = (axis(&args.x)?, axis(&args.y)?);
     if x.parameter.varies_with(y.parameter) {
@@ -114,6 +152,10 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     if let Some(axis) = &of_walls {
         study.compute_z_width(axis)?;
     }
+    let (master, slave) = (response(args.master_response.as_deref())?, response(args.slave_response.as_deref())?);
+    if master.is_some() || slave.is_some() {
+        study.compute_measured(&MeasuredSides { master, slave })?;
+    }
     if of_absolute.is_some() || of_tissue.is_some() || args.hand != DEFAULT_HAND {
         let damping_n_s_per_m = of_tissue.unwrap_or(study.bounded.terminations.damping_n_s_per_m);
         let terminations = Terminations { hand_n_s_per_m: of_hand, damping_n_s_per_m, ..study.bounded.terminations };
@@ -124,6 +166,9 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         bar.set_message("runs");
         study.simulate(&scenario, interrupt::stop_flag(), || bar.inc(1))?;
         bar.finish_and_clear();
+    }
+    if args.event_limits {
+        study.compute_event_limits()?;
     }
     if let Some(axis) = &of_locus {
         study.compute_locus(axis)?;
@@ -166,18 +211,29 @@ fn command(args: &StabilityArgs, name: &str) -> String {
             words.extend([flag.to_owned(), value.clone()]);
         }
     }
+    let file = |path: &Option<PathBuf>| path.as_ref().map(|path| path.display().to_string());
     let further = [
         ("--tissue", &args.tissue),
         ("--tissue-damping", &args.tissue_damping),
         ("--absolute", &args.absolute),
         ("--locus", &args.locus),
         ("--z-width", &args.z_width),
+        ("--master-response", &file(&args.master_response)),
+        ("--slave-response", &file(&args.slave_response)),
     ];
     for (flag, value) in further {
         words.extend(value.iter().flat_map(|value| [flag.to_owned(), value.clone()]));
     }
-    words.extend(args.simulate.then(|| "--simulate".to_owned()));
+    let flags = [("--simulate", args.simulate), ("--event-limits", args.event_limits)];
+    words.extend(flags.iter().filter(|(_, is_set)| *is_set).map(|(flag, _)| (*flag).to_owned()));
     command_line(words.into_iter().chain(["--report".to_owned()]))
+}
+
+fn response(file: Option<&Path>) -> Result<Option<FrequencyResponse>, CliError> {
+    let Some(file) = file else { return Ok(None) };
+    let rows = open_response(file, &Limits::default()).map_err(CliError::Response)?;
+    let rows = rows.iter().map(|row| [row.frequency_hz, row.magnitude, row.phase_rad]);
+    Ok(FrequencyResponse::new(rows))
 }
 
 fn walls(text: &str) -> Result<Axis, CliError> {

@@ -7,6 +7,7 @@ mod architectures;
 mod book;
 mod calibration;
 mod cli;
+mod clutch;
 mod degenerate;
 #[cfg(unix)]
 mod detect_live;
@@ -36,6 +37,7 @@ mod link_restart;
 mod link_schedule;
 mod link_sides;
 mod lti;
+mod measured_responses;
 mod metrics;
 mod one_loop;
 mod operators;

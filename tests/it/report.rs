@@ -392,7 +392,7 @@ fn the_page_of_stability_has_the_map_the_limits_and_the_events() {
     let boundary = map["lines"][0]["points"][0].as_array().expect("places");
     let pieces = folder.text("out/augmented/stability_boundary.csv").lines().count() - 1;
     assert_eq!(boundary.iter().filter(|place| !place.is_null()).count(), 2 * pieces);
-    assert!(unescaped(&html).contains("Certificate: the motion decays under any sequence of events"));
+    assert!(unescaped(&html).contains("Springs alone: the motion decays under any sequence of events"));
 }
 
 #[test]

@@ -41,7 +41,7 @@ const PRINTED: &[Case] = &[
     (
         "stability",
         "stability x.toml --x scaling.force=0.1:4:4 --y channel.delay_s=0:0.1:3 --z-width 0:10:3 --arms 8 --simulate \
-         --absolute channel.delay_s=0:0.05:3 --hand 1:50 --tissue 50:400",
+         --absolute channel.delay_s=0:0.05:3 --hand 1:50 --tissue 50:400 --event-limits",
         "out/x/stability.json",
     ),
 ];
@@ -51,12 +51,6 @@ const OTHERS: &[Case] = &[
     ("paper", "paper --quiet", "out/paper/paper.json"),
     ("manifest", "sweep s.toml", "out/s/manifest.json"),
     ("certificate", "stability x.toml --x scaling.force=0.1:4:4 --y channel.delay_s=0:0.1:3", "out/x/certificate.json"),
-    (
-        "certificate",
-        "stability paper/depth-augmented --set augmentation.reengage=clutch --tissue 50:400 --x scaling.force=0.1:4:4 \
-         --y channel.delay_s=0:0.1:3",
-        "out/depth-augmented/certificate.json",
-    ),
     ("signals", "detect --list a/two.csv --json", ""),
     ("check", "check x.toml s.toml link/long-delay paper/augmented --json", ""),
     ("scenarios", "scenarios --json", ""),

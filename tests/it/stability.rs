@@ -215,6 +215,33 @@ fn oracle_the_limits_of_ten_general_slaves_agree_with_python_control_in_every_de
 }
 
 #[test]
+fn a_general_master_has_the_limits_of_the_appendix_in_every_description() {
+    let limit = |keys: &[&str]| {
+        let limit = largest_stable(&settings(keys), Parameter::Stiffness, Search::of(Parameter::Stiffness));
+        limit.expect("found").stable[0].1
+    };
+    // The master of eq. 28 with its controller on the tick.
+    let slave = ["slave.model=mass-damper", "slave.controller=pid", "slave.mass_kg=0.3", "slave.damping_n_s_per_m=2"];
+    let with = |description: &[&str]| limit(&[slave.as_slice(), description].concat());
+    let expected = with(&["simulation.control=sampled"]);
+    for description in [
+        &["master.model=mass-damper"][..],
+        &["master.model=transfer-function", "master.numerator=[2.0]", "master.denominator=[0.49, 8.2, 0.0]"],
+        &[
+            "master.model=state-space",
+            "master.a=[0.0, 1.0, 0.0, -16.73469387755102]",
+            "master.b=[0.0, 0.0, 4.081632653061225, 4.081632653061225]",
+            "master.c=[1.0, 0.0]",
+        ],
+    ] {
+        let found = with(description);
+        assert!((found / expected - 1.0).abs() < 1e-6, "{description:?}: {found} {expected}");
+    }
+    // The test can tell masters apart.
+    assert!((with(&["master.model=mass-damper", "master.mass_kg=0.5"]) / expected - 1.0).abs() > 0.01);
+}
+
+#[test]
 fn a_run_with_a_general_slave_decays_below_its_limit_and_grows_above_it() {
     // Without a load and with positions only, the tissue is outside the last loop.
     for case in &LOOPS[14..16] {
@@ -241,13 +268,16 @@ fn a_run_with_a_general_slave_decays_below_its_limit_and_grows_above_it() {
 }
 
 #[test]
-fn the_verdict_says_that_coulomb_friction_is_left_out() {
+fn the_verdict_lists_friction_clutch_and_encoder_as_left_out() {
     use trocar::stability::left_out;
     let parts = |friction: &str| {
-        let scenario = scenario(&["slave.model=mass-damper", friction]);
+        let scenario = scenario(&["master.model=mass-damper", "slave.model=mass-damper", friction]);
         left_out(&scenario, None).into_iter().map(|part| part.key).collect::<Vec<_>>()
     };
     assert!(parts("slave.coulomb_friction_n=0.3").contains(&"slave.coulomb_friction_n"));
+    assert!(parts("master.coulomb_friction_n=0.3").contains(&"master.coulomb_friction_n"));
+    assert!(parts("operator.clutch_s=[1.0, 2.0]").contains(&"operator.clutch_s"));
+    assert!(parts("master.encoder_resolution_m=1e-5").contains(&"master.encoder_resolution_m"));
     assert!(parts("slave.coulomb_friction_n=0").is_empty());
 }
 

@@ -156,9 +156,9 @@ codes! {
          loop may be unstable. `trocar run` simulates them.";
     TissueNotCovered "tissue-not-covered":
         "The certificate does not cover the whole tissue of the scenario.",
-        "The certificate covers springs whose stiffness changes at any tick within a range: that of the scenario's \
-         tissue, or --tissue LOW:HIGH. The stiffness of the tissue is not within that range, or the tissue has \
-         ruptures, relaxation or friction, which no spring has.";
+        "The certificate covers any force and springs whose stiffness changes at any tick within a range: that of the \
+         scenario's tissue, or --tissue LOW:HIGH. The stiffness of the tissue is not within that range, or is known \
+         from a run only.";
     LowSamplingRate "low-sampling-rate":
         "The samples are too far apart to show a rupture.",
         "A rupture takes about 30 ms. At a low rate it falls between two samples, and the defaults of estimator and \

@@ -7,8 +7,8 @@ use trocar_document::figure::{
 use trocar_stability::LoopResponse;
 
 /// Minimum drawn magnitude, and the range of the Nyquist diagram.
-const MIN_MAGNITUDE: f64 = 1e-4;
-const NYQUIST: f64 = 1.6;
+pub(super) const MIN_MAGNITUDE: f64 = 1e-4;
+pub(super) const NYQUIST: f64 = 1.6;
 
 /// Draws the loop gain as Bode and Nyquist diagrams, and the step of the feedback force.
 ///

@@ -70,6 +70,38 @@ pub enum IdentifyError {
         /// The sample, from 0.
         sample: usize,
     },
+    /// The force does not change.
+    #[error(
+        "{recording}: the force does not change (its values span {span_n:.1e} N), and without forces there is nothing to \
+         identify; record a contact, or check --force"
+    )]
+    NoForce {
+        /// The recording.
+        recording: String,
+        /// The range of the forces in N.
+        span_n: f64,
+    },
+    /// No model of the part explains the recordings.
+    #[error("{recordings}: {symptom}; {remedy}")]
+    Unexplained {
+        /// The recordings.
+        recordings: String,
+        /// What the recordings show.
+        symptom: &'static str,
+        /// What to check.
+        remedy: &'static str,
+    },
+    /// The tissue ruptures before there are enough samples.
+    #[error(
+        "{recording}: the force collapses at {at_s:.3} s, as at a rupture, and the part before it is too short; record at \
+         least 200 samples and 0.2 s before the rupture"
+    )]
+    EarlyRupture {
+        /// The recording.
+        recording: String,
+        /// The time of the rupture in s.
+        at_s: f64,
+    },
     /// The recorded actuator force is not that of a controller with a position gain.
     #[error(
         "the actuator's force does not follow the error between master and slave (position gain {gain_n_per_m:.3e} \
@@ -90,4 +122,15 @@ pub enum IdentifyError {
     /// No recording is left for training.
     #[error("no recording to train on; give at least one besides those of --predict")]
     NoTraining,
+}
+
+impl IdentifyError {
+    pub(crate) fn unexplained<'a>(
+        recordings: impl Iterator<Item = &'a str>,
+        symptom: &'static str,
+        remedy: &'static str,
+    ) -> Self {
+        let recordings = recordings.collect::<Vec<_>>().join(", ");
+        Self::Unexplained { recordings, symptom, remedy }
+    }
 }

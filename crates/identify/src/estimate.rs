@@ -8,8 +8,8 @@ use crate::IdentifyError;
 use crate::actuator::{Bounded, Controller};
 use crate::intervals::{Earlier, intervals};
 use crate::machine::{Load, Machine};
-use crate::measured::{Measured, deviation};
-use crate::model::{Model, Unknown};
+use crate::measured::{Measured, deviation, fit_percent};
+use crate::model::{Model, SlaveSystem, Unknown};
 use crate::plausibility;
 use crate::problem::Problem;
 use crate::questions::Questions;
@@ -21,7 +21,7 @@ use crate::zero::FreeMotion;
 const STARTS_RAD_PER_S: [f64; 3] = [30.0, 120.0, 500.0];
 
 /// Share of each training recording in which the structures are fitted for their comparison; the rest is held out.
-const FITTED_SHARE: f64 = 2.0 / 3.0;
+pub(crate) const FITTED_SHARE: f64 = 2.0 / 3.0;
 
 /// The simplest structure within this distance of the best held-out fit is chosen, in points of %.
 const TOLERANCE_PERCENT: f64 = 0.05;
@@ -43,6 +43,16 @@ pub enum Role {
     Training,
     /// It is predicted with the parameters.
     Prediction,
+}
+
+impl Role {
+    /// Returns the word in tables.
+    pub(crate) fn word(self) -> &'static str {
+        match self {
+            Self::Training => "training",
+            Self::Prediction => "prediction",
+        }
+    }
 }
 
 /// The simulation of a recording with the identified machine.
@@ -91,10 +101,7 @@ impl Identification {
     /// Returns the mean fit of the recordings of a role in %; `None` without recordings.
     #[must_use]
     pub fn mean_fit_percent(&self, role: Role) -> Option<f64> {
-        let fits: Option<Vec<f64>> =
-            self.fits.iter().filter(|fit| fit.role == role).map(|fit| fit.fit_percent).collect();
-        let fits = fits.filter(|fits| !fits.is_empty())?;
-        Some(fits.iter().sum::<f64>() / fits.len() as f64)
+        mean_fit(self.fits.iter().filter(|fit| fit.role == role).map(|fit| fit.fit_percent))
     }
 }
 
@@ -120,7 +127,7 @@ pub fn identify(request: Request, progress: impl Fn()) -> Result<Identification,
     let with_zeros = |machine: Machine| Model { zeros_n: zeros(f64::INFINITY), machine };
     let solved = starts.map(|start| {
         let free = base.iter().copied().map(Unknown::Of).collect();
-        let solved = Problem::new(&training, free, with_zeros(start), free_motion).solve();
+        let solved = slave_problem(&training, free, with_zeros(start), free_motion).solve();
         progress();
         (solved.0, solved.1.model())
     });
@@ -198,8 +205,8 @@ struct Stages {
 
 /// A solved problem with its model, and the problem that was solved before it.
 struct Solved<'a> {
-    earlier: Option<Earlier<'a>>,
-    problem: Problem<'a>,
+    earlier: Option<Earlier<SlaveSystem<'a>>>,
+    problem: Problem<SlaveSystem<'a>>,
     model: Model,
 }
 
@@ -218,7 +225,7 @@ impl Stages {
                     [Parameter::Mass, Parameter::Viscous, Parameter::Coulomb, Parameter::Offset].map(Unknown::Of);
                 let zeros_n = vec![free_motion.zero_n];
                 let at_start = Model { machine: start.machine, zeros_n };
-                let (_, solved) = Problem::new(alone, self.known(&unknowns), at_start, self.free_motion).solve();
+                let (_, solved) = slave_problem(alone, self.known(&unknowns), at_start, self.free_motion).solve();
                 start.machine = solved.model().machine;
                 free.retain(|unknown| {
                     ![Unknown::Of(Parameter::Mass), Unknown::Of(Parameter::Viscous)].contains(unknown)
@@ -231,7 +238,7 @@ impl Stages {
                 free.extend(in_contact.map(Unknown::Zero));
             }
         }
-        let (_, problem) = Problem::new(training, self.known(&free), start, self.free_motion).solve();
+        let (_, problem) = slave_problem(training, self.known(&free), start, self.free_motion).solve();
         let mut model = problem.model();
         let readings_n = training
             .iter()
@@ -246,6 +253,15 @@ impl Stages {
         let is_known = |unknown: &Unknown| self.questions.reverses || *unknown != Unknown::Of(Parameter::Offset);
         unknowns.iter().copied().filter(is_known).collect()
     }
+}
+
+fn slave_problem(
+    recordings: &[Measured],
+    free: Vec<Unknown>,
+    start: Model,
+    free_motion: Option<FreeMotion>,
+) -> Problem<SlaveSystem<'_>> {
+    Problem::new(SlaveSystem::new(recordings, &start, free_motion), free, start)
 }
 
 fn base_parameters(controller: Option<&Controller>) -> Vec<Parameter> {
@@ -319,11 +335,16 @@ fn held_out(training: &[Measured], stages: &Stages, structure: Structure, start:
     let Model { machine, zeros_n } = stages.solve(&fitted, structure, start.clone()).model;
     let fits = training.iter().zip(&zeros_n).map(|(one, zero_n)| {
         let (simulated, from) = (machine.simulate(one, *zero_n)?, cut(one));
-        let squares = simulated[from..].iter().zip(&one.slave_m[from..]).map(|(a, b)| (a - b).powi(2));
         // Relative to the motion of a third of the whole recording, because the end may be at rest.
-        Some(100.0 * (1.0 - squares.sum::<f64>().sqrt() / (one.motion_m() * (1.0 - FITTED_SHARE).sqrt())))
+        let motion_m = one.motion_m() * (1.0 - FITTED_SHARE).sqrt();
+        Some(fit_percent(&simulated[from..], &one.slave_m[from..], motion_m))
     });
-    let fits = fits.collect::<Option<Vec<f64>>>()?;
+    mean_fit(fits)
+}
+
+/// Returns the mean of fits; `None` if there are none, or if one is `None`.
+pub(crate) fn mean_fit(fits: impl Iterator<Item = Option<f64>>) -> Option<f64> {
+    let fits = fits.collect::<Option<Vec<f64>>>().filter(|fits| !fits.is_empty())?;
     Some(fits.iter().sum::<f64>() / fits.len() as f64)
 }
 
@@ -338,9 +359,6 @@ fn chosen(candidates: &[(Structure, Option<f64>)]) -> Structure {
 fn fit(measured: Measured, role: Role, machine: &Machine, sensor_zero_n: f64) -> Fit {
     let simulated_m = machine.simulate(&measured, sensor_zero_n);
     let fit_percent = simulated_m.as_deref().map(|simulated| measured.fit_percent(simulated));
-    let whiteness = simulated_m.as_deref().and_then(|simulated| {
-        let errors: Vec<f64> = simulated.iter().zip(&measured.slave_m).map(|(a, b)| a - b).collect();
-        Whiteness::of(&errors)
-    });
+    let whiteness = simulated_m.as_deref().and_then(|simulated| Whiteness::between(simulated, &measured.slave_m));
     Fit { measured, role, sensor_zero_n, simulated_m, fit_percent, whiteness }
 }

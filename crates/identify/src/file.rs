@@ -7,7 +7,6 @@ use serde::Serialize;
 use trocar_base::warning::Warning;
 
 use crate::estimate::Role;
-use crate::structure::Structure;
 use crate::whiteness::Whiteness;
 
 /// `identification.json`: the parameters of a machine with their intervals, and the fits of the recordings.
@@ -24,11 +23,11 @@ pub struct IdentificationFile<'a> {
     /// The recordings: those for training first.
     pub(crate) fits: Vec<FitEntry<'a>>,
     /// The chosen structure.
-    pub(crate) structure: Structure,
+    pub(crate) structure: &'static str,
     /// The compared structures.
     pub(crate) structures: Vec<StructureEntry>,
-    /// The largest reading of the force sensor to which `force_scale` applies, in N; beyond it the slope is 1.
-    pub(crate) force_scaled_up_to_n: f64,
+    /// The largest reading of the force sensor to which `force_scale` of a slave applies, in N; beyond it the slope is 1.
+    pub(crate) force_scaled_up_to_n: Option<f64>,
     /// True if only ratios are known, so that all values are per kg of moving mass.
     pub(crate) only_ratios: bool,
     /// What the recordings leave open, in sentences.
@@ -55,8 +54,8 @@ pub(crate) struct FitEntry<'a> {
     pub(crate) recording: &'a str,
     /// Its part in the identification.
     pub(crate) role: Role,
-    /// What the force sensor reads without a load in this recording, in N.
-    pub(crate) sensor_zero_n: f64,
+    /// What the force sensor of a slave reads without a load in this recording, in N.
+    pub(crate) sensor_zero_n: Option<f64>,
     /// `100 (1 - |simulated - slave| / |slave - mean|)` with 2-norms, in %; `None` if the simulation diverges.
     pub(crate) fit_percent: Option<f64>,
     /// The correlation of the error in time; `None` if it is undefined.
@@ -67,8 +66,11 @@ pub(crate) struct FitEntry<'a> {
 #[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct StructureEntry {
     /// The structure.
-    pub(crate) structure: Structure,
+    pub(crate) structure: &'static str,
     /// Mean fit on the last third of the training recordings after an estimation on the rest, in %; `None` if the
     /// simulation diverges.
     pub(crate) held_out_fit_percent: Option<f64>,
+    /// Bayes' information criterion of a tissue, an arm or a master; the smallest is the best. It decides if the last third
+    /// of a training recording has too little motion.
+    pub(crate) bayes_information: Option<f64>,
 }

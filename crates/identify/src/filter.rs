@@ -1,4 +1,17 @@
-//! Smoothing and differentiation of evenly spaced samples.
+//! Smoothing, differentiation and delay of evenly spaced samples.
+
+/// Returns half a window in samples, at least 1.
+pub(crate) fn half(half_s: f64, interval_s: f64) -> usize {
+    ((half_s / interval_s).round() as usize).max(1)
+}
+
+/// Returns a signal at a sample minus a delay in s, linear between samples. Beyond the ends, it is held.
+pub(crate) fn delayed(values: &[f64], sample: usize, delay_s: f64, interval_s: f64) -> f64 {
+    let last = values.len() - 1;
+    let place = (sample as f64 - delay_s / interval_s).clamp(0.0, last as f64);
+    let (left, share) = (place as usize, place.fract());
+    values[left] + share * (values[(left + 1).min(last)] - values[left])
+}
 
 /// Returns the slope (per s) of the line of least squares through the samples within `half` of each sample:
 /// `Σ k x_{i+k} / (h Σ k²)`. At the ends it holds the slope of the first and last whole window.
@@ -12,6 +25,34 @@ pub(crate) fn slope(values: &[f64], half: usize, interval_s: f64) -> Vec<f64> {
         pairs.sum::<f64>() / weight
     };
     if values.len() < 3 { vec![0.0; values.len()] } else { (0..values.len()).map(at).collect() }
+}
+
+/// Returns the slope (per s) of the cubic of least squares through the samples within `half` of each sample:
+/// `Σ k (S₆ - S₄ k²) x_{i+k} / (h (S₂ S₆ - S₄²))` with `S_n = Σ kⁿ`. It reduces fast motions less than a line does. Near
+/// the ends the window is smaller; the first and the last slope are differences.
+pub(crate) fn cubic_slope(values: &[f64], half: usize, interval_s: f64) -> Vec<f64> {
+    let weights: Vec<Vec<f64>> = (0..=half).map(|half| cubic_weights(half, interval_s)).collect();
+    let last = values.len().saturating_sub(1);
+    let at = |index: usize| {
+        let half = half.min(index).min(last - index);
+        if half == 0 {
+            return (values[(index + 1).min(last)] - values[index.saturating_sub(1)]) / interval_s;
+        }
+        let pairs = weights[half].iter().zip(1..).map(|(weight, k)| weight * (values[index + k] - values[index - k]));
+        pairs.sum::<f64>()
+    };
+    (0..values.len()).map(at).collect()
+}
+
+/// Returns the weights of the samples after the centre of a window; a window of three samples has a line.
+fn cubic_weights(half: usize, interval_s: f64) -> Vec<f64> {
+    if half < 2 {
+        return vec![0.5 / interval_s; half];
+    }
+    let sum = |power: i32| (1..=half).map(|k| 2.0 * (k as f64).powi(power)).sum::<f64>();
+    let (s2, s4, s6) = (sum(2), sum(4), sum(6));
+    let weight = |k: f64| k * (s6 - s4 * k * k) / (interval_s * (s2 * s6 - s4 * s4));
+    (1..=half).map(|k| weight(k as f64)).collect()
 }
 
 /// Returns the mean of the samples within `half` of each sample, applied twice. The ends, within `2 half` samples, are
@@ -48,6 +89,17 @@ mod tests {
         }
         assert_eq!(slopes[0], slopes[3]);
         assert_eq!(slope(&[1.0, 2.0], 3, 0.01), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn the_cubic_slope_of_a_cubic_is_its_derivative() {
+        let values: Vec<f64> = (0..50).map(|k| (f64::from(k) * 0.01).powi(3)).collect();
+        let slopes = cubic_slope(&values, 5, 0.01);
+        for (k, slope) in slopes.iter().enumerate().skip(2).take(46) {
+            assert!((slope - 3.0 * (k as f64 * 0.01).powi(2)).abs() < 1e-12, "{k}: {slope}");
+        }
+        let line: Vec<f64> = (0..9).map(|k| 0.5 * f64::from(k)).collect();
+        assert!(cubic_slope(&line, 4, 0.5).iter().all(|slope| (slope - 1.0).abs() < 1e-12));
     }
 
     #[test]

@@ -5,8 +5,8 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use crate::actuator::Bounded;
-use crate::model::{Model, Unknown};
 use crate::problem::Problem;
+use crate::system::System;
 
 /// The number of blocks of a recording. Residuals are correlated within a block, and blocks count as independent.
 pub(crate) const BLOCKS: usize = 12;
@@ -14,17 +14,17 @@ pub(crate) const BLOCKS: usize = 12;
 /// Step of the derivatives by a value, relative to the value or to its start.
 const STEP: f64 = 1e-3;
 
-/// Returns the 97.5 % quantile of Student's t, within 1 % for at least 5 degrees of freedom (two terms of its expansion
+/// Returns the 97.5 % quantile of Student's t, within 2 % for at least 4 degrees of freedom (two terms of its expansion
 /// in 1/n).
 pub(crate) fn student(freedom: f64) -> f64 {
-    let n = freedom.max(5.0);
+    let n = freedom.max(4.0);
     let z: f64 = 1.959_964;
     z + (z.powi(3) + z) / (4.0 * n) + (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / (96.0 * n * n)
 }
 
 /// A solved problem whose unknowns are fixed in a later one, with the index of its one recording there.
-pub(crate) struct Earlier<'a> {
-    pub(crate) problem: Problem<'a>,
+pub(crate) struct Earlier<S: System> {
+    pub(crate) problem: Problem<S>,
     pub(crate) recording: usize,
 }
 
@@ -36,19 +36,19 @@ struct Linearised {
 }
 
 impl Linearised {
-    fn of(problem: &Problem<'_>, model: &Model, steps: &[(Unknown, f64)]) -> Self {
-        let errors = problem.errors(model);
-        let column = |(unknown, step): &(Unknown, f64)| {
+    fn of<S: System>(problem: &Problem<S>, model: &S::Model, steps: &[(S::Unknown, f64)]) -> Self {
+        let errors = problem.system().errors(model);
+        let column = |(unknown, step): &(S::Unknown, f64)| {
             let mut moved = model.clone();
-            unknown.set(&mut moved, unknown.of(model) + step);
-            problem.errors(&moved).iter().zip(&errors).map(|(moved, here)| moved - here).collect()
+            S::set(*unknown, &mut moved, S::value(*unknown, model) + step);
+            problem.system().errors(&moved).iter().zip(&errors).map(|(moved, here)| moved - here).collect()
         };
         let columns = steps.iter().map(column).collect();
         Self { errors, columns }
     }
 
     /// Returns the gradient `Σ J_i r_i` of each block, enlarged for the unknowns that were fitted.
-    fn scores(&self, problem: &Problem<'_>) -> Vec<DVector<f64>> {
+    fn scores<S: System>(&self, problem: &Problem<S>) -> Vec<DVector<f64>> {
         let blocks = blocks(problem);
         let share = (blocks.len() as f64 / freedom(problem)).sqrt();
         let score = |block: Range<usize>| {
@@ -60,8 +60,8 @@ impl Linearised {
 }
 
 /// Returns the degrees of freedom of a solved problem: its blocks without its unknowns.
-fn freedom(problem: &Problem<'_>) -> f64 {
-    ((BLOCKS * problem.recordings().len()) as f64 - problem.free().len() as f64).max(1.0)
+fn freedom<S: System>(problem: &Problem<S>) -> f64 {
+    ((BLOCKS * problem.system().lengths().len()) as f64 - problem.free().len() as f64).max(1.0)
 }
 
 /// Returns the interval of each unknown of a solved problem with its model: those that an earlier problem fixed, then
@@ -71,19 +71,20 @@ fn freedom(problem: &Problem<'_>) -> f64 {
 /// outer products of the gradients of both problems. In a single problem A is its curvature `JᵀJ`. The gradient of a later
 /// problem also depends on the unknowns that the earlier one fixed. Their errors therefore enlarge the later intervals
 /// (Newey and McFadden 1994, section 6). The priors count as further observations.
-pub(crate) fn intervals(
-    problem: &Problem<'_>,
-    model: &Model,
-    start: &Model,
-    earlier: Option<&Earlier<'_>>,
-) -> Vec<(Unknown, Bounded)> {
-    let step = |unknown: &Unknown| {
-        let size = unknown.of(model).abs().max(0.1 * unknown.of(start).abs());
-        (*unknown, STEP * size.max(0.1 * problem.prior_sd(*unknown).unwrap_or(0.0)))
+pub(crate) fn intervals<S: System>(
+    problem: &Problem<S>,
+    model: &S::Model,
+    start: &S::Model,
+    earlier: Option<&Earlier<S>>,
+) -> Vec<(S::Unknown, Bounded)> {
+    let system = problem.system();
+    let step = |unknown: &S::Unknown| {
+        let size = S::value(*unknown, model).abs().max(0.1 * S::value(*unknown, start).abs());
+        (*unknown, STEP * size.max(0.1 * system.expected(*unknown).map_or(0.0, |(_, sd)| sd)))
     };
-    let free: Vec<(Unknown, f64)> = problem.free().iter().map(step).collect();
+    let free: Vec<(S::Unknown, f64)> = problem.free().iter().map(step).collect();
     let later = Linearised::of(problem, model, &free);
-    let first: Vec<(Unknown, f64)> = earlier.map_or(vec![], |one| one.problem.free().iter().map(step).collect());
+    let first: Vec<(S::Unknown, f64)> = earlier.map_or(vec![], |one| one.problem.free().iter().map(step).collect());
     let (before, all) = (first.len(), first.len() + free.len());
     let mut slopes = DMatrix::zeros(all, all);
     let mut meat = DMatrix::zeros(all, all);
@@ -100,8 +101,8 @@ pub(crate) fn intervals(
         for (k, score) in alone.scores(early).into_iter().enumerate() {
             scores[BLOCKS * recording + k].rows_mut(0, before).copy_from(&score);
         }
-        let is_fixed = |(unknown, _): &(Unknown, f64)| !problem.free().contains(unknown);
-        let fixed: Vec<(Unknown, f64)> = first.iter().copied().filter(is_fixed).collect();
+        let is_fixed = |(unknown, _): &(S::Unknown, f64)| !problem.free().contains(unknown);
+        let fixed: Vec<(S::Unknown, f64)> = first.iter().copied().filter(is_fixed).collect();
         let mut by_fixed = Linearised::of(problem, model, &fixed).columns.into_iter();
         for (j, unknown) in first.iter().enumerate() {
             for (i, row) in alone.columns.iter().enumerate() {
@@ -116,52 +117,95 @@ pub(crate) fn intervals(
     for score in scores {
         meat += &score * score.transpose();
     }
+    let informations: Vec<DMatrix<f64>> = blocks(problem)
+        .into_iter()
+        .map(|block| {
+            let later = |k: usize| k.checked_sub(before).map(|k| &later.columns[k][block.clone()]);
+            DMatrix::from_fn(all, all, |i, j| later(i).zip(later(j)).map_or(0.0, |(a, b)| dot(a, b)))
+        })
+        .collect();
     for (k, (unknown, step)) in free.iter().enumerate() {
-        let Some(sd) = problem.prior_sd(*unknown) else { continue };
+        let Some(sd) = system.prior_sd(*unknown) else { continue };
         let (at, weight) = (before + k, (problem.prior_weight() * step / sd).powi(2));
         slopes[(at, at)] += weight;
         meat[(at, at)] += weight * problem.prior_weight().powi(2);
     }
     let deviations = deviations(&slopes, &meat);
+    let effective = EffectiveBlocks::of(&slopes, &informations);
     // An unknown that both problems estimate changes by what the structure does not explain in contact.
-    let change = |unknown: Unknown, value: f64| {
+    let change = |unknown: S::Unknown, value: f64| {
         let earlier = earlier.filter(|one| one.problem.free().contains(&unknown));
-        earlier.map_or(0.0, |one| (unknown.of(&one.problem.model()) - value).abs())
+        earlier.map_or(0.0, |one| (S::value(unknown, &one.problem.model()) - value).abs())
     };
-    let bounded = |(k, (unknown, step)): (usize, (Unknown, f64))| {
-        let freedom = earlier.filter(|_| k < before).map_or(freedom(problem), |one| freedom(&one.problem));
-        let value = unknown.of(model);
+    let bounded = |(k, (unknown, step)): (usize, (S::Unknown, f64))| {
+        let freedom =
+            earlier.filter(|_| k < before).map_or(effective.share(k) * freedom(problem), |one| freedom(&one.problem));
+        let value = S::value(unknown, model);
         let half = student(freedom) * deviations[k] * step + change(unknown, value);
-        let low = if unknown.is_positive() { (value - half).max(0.0) } else { value - half };
+        let low = if system.is_positive(unknown) { (value - half).max(0.0) } else { value - half };
         (unknown, Bounded { value, low, high: value + half })
     };
-    let is_reported = |(k, (unknown, _)): &(usize, (Unknown, f64))| *k >= before || !problem.free().contains(unknown);
+    let is_reported =
+        |(k, (unknown, _)): &(usize, (S::Unknown, f64))| *k >= before || !problem.free().contains(unknown);
     first.into_iter().chain(free).enumerate().filter(is_reported).map(bounded).collect()
 }
 
-/// Returns the standard deviation of each unknown, in steps; infinite if one of them has no influence.
+/// Returns the standard deviation of each unknown, in steps; infinite for those without influence, and for all if the
+/// others are not told apart.
 fn deviations(slopes: &DMatrix<f64>, meat: &DMatrix<f64>) -> Vec<f64> {
-    let count = slopes.nrows();
-    let scale = DVector::from_fn(count, |k, _| 1.0 / slopes[(k, k)].sqrt().max(1e-150));
-    let scaled = DMatrix::from_fn(count, count, |i, j| slopes[(i, j)] * scale[i] * scale[j]);
-    let Some(inverse) = scaled.try_inverse() else { return vec![f64::INFINITY; count] };
-    let inverse = DMatrix::from_fn(count, count, |i, j| inverse[(i, j)] * scale[i] * scale[j]);
-    let covariance = &inverse * meat * inverse.transpose();
-    let deviation = |k: usize| {
-        let deviation = covariance[(k, k)].max(0.0).sqrt();
-        if deviation.is_finite() && slopes[(k, k)] > 0.0 { deviation } else { f64::INFINITY }
+    let mut deviations = vec![f64::INFINITY; slopes.nrows()];
+    let known: Vec<usize> = (0..slopes.nrows()).filter(|k| slopes[(*k, *k)] > 0.0).collect();
+    let scale = DVector::from_fn(known.len(), |k, _| 1.0 / slopes[(known[k], known[k])].sqrt().max(1e-150));
+    let of_known = |matrix: &DMatrix<f64>| {
+        DMatrix::from_fn(known.len(), known.len(), |i, j| matrix[(known[i], known[j])] * scale[i] * scale[j])
     };
-    (0..count).map(deviation).collect()
+    let Some(inverse) = of_known(slopes).try_inverse() else { return deviations };
+    let covariance = &inverse * of_known(meat) * inverse.transpose();
+    for (k, unknown) in known.iter().enumerate() {
+        let deviation = scale[k] * covariance[(k, k)].max(0.0).sqrt();
+        deviations[*unknown] = if deviation.is_finite() { deviation } else { f64::INFINITY };
+    }
+    deviations
+}
+
+/// How many blocks determine each unknown.
+struct EffectiveBlocks {
+    shares: Vec<f64>,
+}
+
+impl EffectiveBlocks {
+    /// With the share `w_b` of each block in the variance of an unknown, these are `1 / (B Σ w_b²)` of all B blocks: 1 if
+    /// all blocks determine it alike (Bell and McCaffrey 2002, with independent errors of equal size).
+    fn of(slopes: &DMatrix<f64>, informations: &[DMatrix<f64>]) -> Self {
+        let count = slopes.nrows();
+        let scale = DVector::from_fn(count, |k, _| 1.0 / slopes[(k, k)].sqrt().max(1e-150));
+        let scaled =
+            |matrix: &DMatrix<f64>| DMatrix::from_fn(count, count, |i, j| matrix[(i, j)] * scale[i] * scale[j]);
+        let Some(inverse) = scaled(slopes).try_inverse() else { return Self { shares: vec![1.0; count] } };
+        let parts: Vec<DVector<f64>> =
+            informations.iter().map(|one| (&inverse * scaled(one) * inverse.transpose()).diagonal()).collect();
+        let share = |k: usize| {
+            let (sum, squares) =
+                parts.iter().fold((0.0, 0.0), |(sum, squares), part| (sum + part[k], squares + part[k] * part[k]));
+            let share = sum * sum / (squares * parts.len() as f64);
+            if share.is_finite() { share } else { 1.0 }
+        };
+        Self { shares: (0..count).map(share).collect() }
+    }
+
+    fn share(&self, unknown: usize) -> f64 {
+        self.shares[unknown]
+    }
 }
 
 /// Returns the ranges of the blocks among the errors of all recordings.
-fn blocks(problem: &Problem<'_>) -> Vec<Range<usize>> {
+fn blocks<S: System>(problem: &Problem<S>) -> Vec<Range<usize>> {
     let mut start = 0;
     let mut blocks = vec![];
-    for one in problem.recordings() {
-        let at = |block: usize| start + block * one.len() / BLOCKS;
+    for length in problem.system().lengths() {
+        let at = |block: usize| start + block * length / BLOCKS;
         blocks.extend((0..BLOCKS).map(|block| at(block)..at(block + 1)));
-        start += one.len();
+        start += length;
     }
     blocks
 }
@@ -176,8 +220,10 @@ mod tests {
 
     #[test]
     fn students_quantile_agrees_with_its_table() {
-        for (freedom, tabulated) in [(5.0, 2.571), (10.0, 2.228), (20.0, 2.086), (60.0, 2.000)] {
-            assert!((student(freedom) / tabulated - 1.0).abs() < 0.01, "{freedom}");
+        for (freedom, tabulated, tolerance) in
+            [(4.0, 2.776, 0.02), (5.0, 2.571, 0.01), (10.0, 2.228, 0.01), (20.0, 2.086, 0.01), (60.0, 2.000, 0.01)]
+        {
+            assert!((student(freedom) / tabulated - 1.0).abs() < tolerance, "{freedom}");
         }
     }
 
@@ -185,6 +231,6 @@ mod tests {
     fn a_parameter_without_influence_has_an_infinite_interval() {
         let curvature = DMatrix::from_row_slice(2, 2, &[4.0, 0.0, 0.0, 0.0]);
         let deviations = deviations(&curvature, &DMatrix::identity(2, 2));
-        assert_eq!(deviations[1], f64::INFINITY);
+        assert_eq!(deviations, [0.25, f64::INFINITY]);
     }
 }

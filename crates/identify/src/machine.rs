@@ -3,6 +3,7 @@
 use trocar_base::interrupt;
 use trocar_core::friction::CoulombFriction;
 
+use crate::filter::delayed;
 use crate::measured::Measured;
 
 /// The longest step of the simulation in s. A sample is divided into equal steps of at most this length.
@@ -123,11 +124,7 @@ impl Load {
 
     /// Returns the force in N that the sensor reads a lag after a sample. Beyond the ends, it is held.
     pub(crate) fn reading_n(&self, measured: &Measured, sample: usize) -> f64 {
-        let (force_n, last) = (&measured.force_n, measured.len() - 1);
-        let place = (sample as f64 + self.lag_s / measured.interval_s).clamp(0.0, last as f64);
-        let (left, share) = (place as usize, place.fract());
-        let right = (left + 1).min(last);
-        force_n[left] + share * (force_n[right] - force_n[left])
+        delayed(&measured.force_n, sample, -self.lag_s, measured.interval_s)
     }
 
     /// Returns the reading above the zero, in N, at a load in N. The scale is above 0.

@@ -3,19 +3,14 @@
 use std::path::Path;
 
 use trocar_base::warning::Warning;
-use trocar_recording::{Column, Columns, Limits, Recording, open_recording};
+use trocar_recording::{Column, Limits};
 
 use crate::IdentifyError;
-use crate::filter::slope;
+use crate::filter::{half, slope};
+use crate::grid::{Grid, check};
 
-/// Half the window in which the master's velocity is estimated, in s.
-const VELOCITY_HALF_S: f64 = 2.5e-3;
-
-const MIN_SAMPLES: usize = 200;
-const MIN_DURATION_S: f64 = 0.2;
-
-/// Values at or beyond this magnitude are refused.
-const HUGE: f64 = 1e9;
+/// Half the window in which velocities are estimated, in s.
+pub(crate) const VELOCITY_HALF_S: f64 = 2.5e-3;
 
 /// The columns of a recording of a machine. Their factors convert to SI units.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,36 +56,14 @@ impl Measured {
     /// If the file cannot be read, a column is missing or has values that are not numbers, and as [`Measured::new`].
     pub fn open(path: &Path, columns: &MachineColumns, limits: &Limits) -> Result<Self, IdentifyError> {
         let MachineColumns { time, master, slave, force, actuator } = columns;
-        // The reader has one further column in any unit, which is that of a velocity.
-        let of = |position: &Column, further: Option<&Column>, force: &Column| {
-            let [time, position, force] = [time, position, force].map(Clone::clone);
-            open_recording(path, &Columns { time, position, velocity: further.cloned(), force }, limits)
-        };
-        let recording = of(slave, Some(master), force)?;
-        let name = path.display().to_string();
-        let interval_s = recording.median_interval_s();
-        let (low_s, high_s) = recording.interval_range_s();
-        let is_even = high_s - low_s <= 1e-3 * interval_s;
-        let resample = |recording: &Recording, values: &[f64]| -> Result<Vec<f64>, IdentifyError> {
-            if is_even {
-                return Ok(values.to_vec());
-            }
-            let refuse = |source| IdentifyError::Resample { recording: name.clone(), source };
-            let ticks = recording.ticks_covered(interval_s).map_err(refuse)?.min(limits.max_samples);
-            recording.resample_values(values, interval_s, ticks).map_err(refuse)
-        };
-        let master_m = resample(&recording, recording.velocity_m_per_s().unwrap_or_default())?;
-        let slave_m = resample(&recording, recording.position_m())?;
-        let force_n = resample(&recording, recording.force_n())?;
-        let actuator_n = match actuator {
-            None => None,
-            Some(actuator) => {
-                let recording = of(slave, None, actuator)?;
-                Some(resample(&recording, recording.force_n())?)
-            }
-        };
+        let others = std::iter::once(master).chain(actuator);
+        let Grid { name, interval_s, position_m, force_n, others, unfinished } =
+            Grid::open(path, time, slave, force, others, limits)?;
+        let mut others = others.into_iter();
+        let (master_m, actuator_n) = (others.next().unwrap_or_default(), others.next());
+        let slave_m = position_m;
         let measured = Self::new(&name, interval_s, master_m, slave_m, force_n, actuator_n)?;
-        Ok(Self { unfinished: recording.unfinished_warning(), ..measured })
+        Ok(Self { unfinished, ..measured })
     }
 
     /// Creates the samples of a recording from columns in SI units.
@@ -107,27 +80,15 @@ impl Measured {
         actuator_n: Option<Vec<f64>>,
     ) -> Result<Self, IdentifyError> {
         let recording = || name.to_owned();
-        let samples = slave_m.len();
         let others = [
             ("the slave's position", Some(&slave_m)),
             ("the master's position", Some(&master_m)),
             ("the force", Some(&force_n)),
             ("the actuator's force", actuator_n.as_ref()),
         ];
-        for (column, values) in others {
-            let Some(values) = values else { continue };
-            if values.len() != samples {
-                let (given, expected) = (values.len(), samples);
-                return Err(IdentifyError::Length { recording: recording(), column, given, expected });
-            }
-            if let Some(sample) = values.iter().position(|value| value.is_nan() || value.abs() >= HUGE) {
-                return Err(IdentifyError::Huge { recording: recording(), column, value: values[sample], sample });
-            }
-        }
-        let duration_s = interval_s * samples.saturating_sub(1) as f64;
-        if samples < MIN_SAMPLES || duration_s.is_nan() || duration_s < MIN_DURATION_S {
-            return Err(IdentifyError::Short { recording: recording(), samples, duration_s });
-        }
+        let columns: Vec<(&'static str, &[f64])> =
+            others.iter().filter_map(|(column, values)| Some((*column, values.as_ref()?.as_slice()))).collect();
+        check(name, interval_s, &columns)?;
         for (side, flag, positions) in [("master", "--master", &master_m), ("slave", "--slave", &slave_m)] {
             let span_m = span(positions);
             // Positions of double precision have no motion below this size.
@@ -135,7 +96,7 @@ impl Measured {
                 return Err(IdentifyError::NoExcitation { recording: recording(), side, span_m, flag });
             }
         }
-        let half = ((VELOCITY_HALF_S / interval_s).round() as usize).max(1);
+        let half = half(VELOCITY_HALF_S, interval_s);
         let master_velocity_m_per_s = slope(&master_m, half, interval_s);
         let master_acceleration_m_per_s2 = slope(&master_velocity_m_per_s, half, interval_s);
         let start_velocity_m_per_s = slope(&slave_m[..(2 * half + 1).max(3)], half, interval_s)[0];
@@ -168,8 +129,7 @@ impl Measured {
     /// Returns the fit of simulated positions in %: `100 (1 - |simulated - slave| / |slave - mean|)`, with 2-norms.
     #[must_use]
     pub fn fit_percent(&self, simulated_m: &[f64]) -> f64 {
-        let squares = simulated_m.iter().zip(&self.slave_m).map(|(simulated, slave)| (simulated - slave).powi(2));
-        100.0 * (1.0 - squares.sum::<f64>().sqrt() / self.motion_m())
+        fit_percent(simulated_m, &self.slave_m, self.motion_m())
     }
 
     /// Returns the part of the recording before a sample.
@@ -203,6 +163,12 @@ pub(crate) fn deviation(values: &[f64]) -> f64 {
     values.iter().map(|value| (value - mean).powi(2)).sum::<f64>().sqrt()
 }
 
+/// Returns `100 (1 - |simulated - measured| / variation)` in %, with the 2-norm.
+pub(crate) fn fit_percent(simulated: &[f64], measured: &[f64], variation: f64) -> f64 {
+    let squares = simulated.iter().zip(measured).map(|(simulated, measured)| (simulated - measured).powi(2));
+    100.0 * (1.0 - squares.sum::<f64>().sqrt() / variation)
+}
+
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
@@ -211,7 +177,7 @@ pub(crate) mod tests {
     pub(crate) fn measured(interval_s: f64, samples: usize, at: impl Fn(f64) -> (f64, f64, f64)) -> Measured {
         let rows: Vec<(f64, f64, f64)> = (0..samples).map(|k| at(k as f64 * interval_s)).collect();
         let master_m: Vec<f64> = rows.iter().map(|row| row.0).collect();
-        let half = ((VELOCITY_HALF_S / interval_s).round() as usize).max(1);
+        let half = half(VELOCITY_HALF_S, interval_s);
         let master_velocity_m_per_s = slope(&master_m, half, interval_s);
         Measured {
             name: "synthetic".into(),

@@ -8,7 +8,7 @@ use crate::measured::{Measured, span};
 const MOTION_M: (f64, f64) = (3e-4, 2.0);
 
 /// Motions of master and slave that differ by more than this factor have different units.
-const LARGEST_RATIO: f64 = 30.0;
+pub(crate) const LARGEST_RATIO: f64 = 30.0;
 
 /// The largest plausible force on a machine in N.
 const LARGEST_FORCE_N: f64 = 2e3;
@@ -16,38 +16,71 @@ const LARGEST_FORCE_N: f64 = 2e3;
 /// The range of plausible rates in Hz.
 const RATE_HZ: (f64, f64) = (50.0, 1e5);
 
-/// Returns the warnings about a recording.
+/// The warnings about the units of a recording.
+pub(crate) struct Warnings<'a> {
+    recording: &'a str,
+    pub(crate) list: Vec<Warning>,
+}
+
+impl<'a> Warnings<'a> {
+    /// Starts with the warning about a file that seems to end too early, if there is one.
+    pub(crate) fn of(recording: &'a str, unfinished: Option<&Warning>) -> Self {
+        Self { recording, list: unfinished.cloned().map(|warning| warning.of(recording)).into_iter().collect() }
+    }
+
+    pub(crate) fn add(&mut self, code: Code, message: String, place: &str, remedy: &str) {
+        self.list.push(Warning::new(code, message).at(place).remedy(remedy).of(self.recording));
+    }
+
+    /// Checks a motion in m.
+    pub(crate) fn motion(&mut self, side: &str, flag: &str, moved_m: f64) {
+        if !(MOTION_M.0..=MOTION_M.1).contains(&moved_m) {
+            let message = format!("the {side} moves by {moved_m:.3e} m");
+            let remedy = format!("give the unit of the column, as in {flag} COLUMN:mm");
+            self.add(Code::PositionMagnitude, message, flag, &remedy);
+        }
+    }
+
+    /// Checks the largest force.
+    pub(crate) fn force(&mut self, force_n: &[f64]) {
+        let force_n = force_n.iter().fold(0.0_f64, |largest, force| largest.max(force.abs()));
+        if force_n > LARGEST_FORCE_N {
+            let message = format!("the largest force is {force_n:.3e} N");
+            self.add(Code::ForceMagnitude, message, "--force", "give the unit of the column, as in --force COLUMN:mN");
+        }
+    }
+
+    /// Checks the rate.
+    pub(crate) fn rate(&mut self, interval_s: f64) {
+        let rate_hz = 1.0 / interval_s;
+        if rate_hz < RATE_HZ.0 {
+            let message =
+                format!("the recording has {rate_hz:.3e} samples per second, too few for the motion of a machine");
+            let remedy = "give the unit of the column, as in --time COLUMN:ms";
+            self.add(Code::LowSamplingRate, message, "--time", remedy);
+        } else if rate_hz > RATE_HZ.1 {
+            let message = format!("the recording has {rate_hz:.3e} samples per second");
+            let remedy = "check the unit of the column, as in --time COLUMN:s";
+            self.add(Code::HighSamplingRate, message, "--time", remedy);
+        }
+    }
+}
+
+/// Returns the warnings about a recording of a slave.
 pub(crate) fn warnings(measured: &Measured) -> Vec<Warning> {
-    let mut warnings: Vec<Warning> =
-        measured.unfinished.clone().into_iter().map(|warning| warning.of(&measured.name)).collect();
-    let mut warn = |code, message: String, place: &str, remedy: &str| {
-        warnings.push(Warning::new(code, message).at(place).remedy(remedy).of(&measured.name));
-    };
+    let mut warnings = Warnings::of(&measured.name, measured.unfinished.as_ref());
     let (master_m, slave_m) = (span(&measured.master_m), span(&measured.slave_m));
     let ratio = slave_m / master_m;
-    if !(1.0 / LARGEST_RATIO..=LARGEST_RATIO).contains(&ratio) {
+    if (1.0 / LARGEST_RATIO..=LARGEST_RATIO).contains(&ratio) {
+        warnings.motion("slave", "--slave", slave_m);
+    } else {
         let message = format!("the slave's motion is {ratio:.3e} times the master's");
         let remedy = "give both in the same unit, as in --master COLUMN:mm, and scale the master to the slave's side";
-        warn(Code::PositionMagnitude, message, "--master, --slave", remedy);
-    } else if !(MOTION_M.0..=MOTION_M.1).contains(&slave_m) {
-        let message = format!("the slave moves by {slave_m:.3e} m");
-        warn(Code::PositionMagnitude, message, "--slave", "give the unit of the column, as in --slave COLUMN:mm");
+        warnings.add(Code::PositionMagnitude, message, "--master, --slave", remedy);
     }
-    let force_n = measured.force_n.iter().fold(0.0_f64, |largest, force| largest.max(force.abs()));
-    if force_n > LARGEST_FORCE_N {
-        let message = format!("the largest force is {force_n:.3e} N");
-        warn(Code::ForceMagnitude, message, "--force", "give the unit of the column, as in --force COLUMN:mN");
-    }
-    let rate_hz = 1.0 / measured.interval_s;
-    if rate_hz < RATE_HZ.0 {
-        let message =
-            format!("the recording has {rate_hz:.3e} samples per second, too few for the motion of a machine");
-        warn(Code::LowSamplingRate, message, "--time", "give the unit of the column, as in --time COLUMN:ms");
-    } else if rate_hz > RATE_HZ.1 {
-        let message = format!("the recording has {rate_hz:.3e} samples per second");
-        warn(Code::HighSamplingRate, message, "--time", "check the unit of the column, as in --time COLUMN:s");
-    }
-    warnings
+    warnings.force(&measured.force_n);
+    warnings.rate(measured.interval_s);
+    warnings.list
 }
 
 #[cfg(test)]

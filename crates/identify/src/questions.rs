@@ -88,7 +88,7 @@ fn load_is_visible(measured: &Measured, machine: &Machine, zero_n: f64) -> bool 
 }
 
 /// Counts the reversals of positions, ignoring motions below 5 % of their range.
-fn reversals(positions_m: &[f64]) -> usize {
+pub(crate) fn reversals(positions_m: &[f64]) -> usize {
     let least = REVERSAL_SHARE * span(positions_m);
     let (mut turning, mut direction, mut count) = (positions_m[0], 0.0, 0);
     for position in positions_m {

@@ -1,13 +1,9 @@
 //! The structures that are compared, and the parameters of each.
 
-use schemars::JsonSchema;
-use serde::Serialize;
-
 use crate::machine::Machine;
 
 /// A structure of the machine.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Structure {
     /// Mass, viscous and Coulomb friction, gains; the force sensor is exact.
     Plain,
@@ -19,6 +15,16 @@ pub enum Structure {
 
 impl Structure {
     pub(crate) const ALL: [Self; 3] = [Self::Plain, Self::Sensor, Self::LaggingSensor];
+
+    /// Returns the word in files.
+    #[must_use]
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Plain => "plain",
+            Self::Sensor => "sensor",
+            Self::LaggingSensor => "lagging-sensor",
+        }
+    }
 
     /// Returns the name in tables.
     #[must_use]

@@ -26,6 +26,11 @@ impl Whiteness {
         Some(Self { lag_one_correlation: centred.correlation(1), lags_within_bounds })
     }
 
+    /// Tests the errors of a simulation, as [`Whiteness::of`].
+    pub(crate) fn between(simulated: &[f64], measured: &[f64]) -> Option<Self> {
+        Self::of(&simulated.iter().zip(measured).map(|(simulated, measured)| simulated - measured).collect::<Vec<_>>())
+    }
+
     /// Returns true if at least 17 of the 20 lags are within their bounds, as for 98 % of white residuals.
     #[must_use]
     pub fn is_white(&self) -> bool {

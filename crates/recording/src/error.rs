@@ -399,6 +399,26 @@ pub enum Problem {
         /// The maximum delay in s.
         max_s: f64,
     },
+    /// A frequency that is not above 0 and above the one before it.
+    #[error("{frequency_hz} Hz after {last_hz} Hz, must be above it; sort the rows, and leave out 0 Hz")]
+    FrequencyOutOfOrder {
+        /// The frequency in Hz.
+        frequency_hz: f64,
+        /// The one before it in Hz; 0 before the first.
+        last_hz: f64,
+    },
+    /// A magnitude that is not above 0, or too large in decibels.
+    #[error("a magnitude of {0}, must be finite and above 0; write decibels in a column magnitude_db")]
+    MagnitudeOutOfRange(
+        /// The magnitude as written.
+        f64,
+    ),
+    /// A frequency response with too few rows.
+    #[error("holds {0} frequencies; at least three are needed")]
+    TooFewFrequencies(
+        /// Number of frequencies.
+        usize,
+    ),
     /// NaN, an infinity, or a number that overflows when scaled.
     #[error("'{text}' is not finite{}; correct it or remove the row", scaled(*.scale))]
     NotFinite {

@@ -12,8 +12,18 @@ use super::error::{Place, Problem};
 use super::read::{names_csv, scan_csv};
 use super::signals::Signal;
 use super::{
-    Columns, DelayRow, Format, LabelRow, Limits, Recording, RecordingError, read_csv, read_delays, read_labels,
+    Columns, DelayRow, Format, LabelRow, Limits, Recording, RecordingError, ResponseRow, read_csv, read_delays,
+    read_labels, read_response,
 };
+
+/// Reads a frequency response from a CSV file, see [`read_response`].
+///
+/// # Errors
+/// As [`open_recording`] for an unreadable file, and as [`read_response`].
+pub fn open_response(path: &Path, limits: &Limits) -> Result<Vec<ResponseRow>, RecordingError> {
+    let (name, file) = open(path, limits)?;
+    read_response(&name, file, limits)
+}
 
 /// Reads a recording from a file of any [`Format`], which the first bytes determine. For text see [`read_csv`].
 ///

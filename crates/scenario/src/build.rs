@@ -13,12 +13,12 @@ use trocar_core::error::positive;
 use trocar_core::lane::Lane;
 use trocar_engine::channel::{Irregularity, MAX_DELAY_TICKS, Schedule};
 use trocar_engine::engine::{
-    Any, BuiltInOr, Engine, EngineError, ExactPlants, FractionalDelayPlants, GeneralPlants, GeneralSlave,
-    IntegratedPlants, LimitedPlants, MasterPlants, MasterSide, Observer, Plants, SideEngine, SlaveSide,
+    Any, BuiltInOr, ControlledMaster, Engine, EngineError, ExactPlants, FractionalDelayPlants, GeneralPlants,
+    GeneralSlave, IntegratedPlants, LimitedPlants, MasterPlants, MasterSide, Observer, Plants, SideEngine, SlaveSide,
     UserDefinedEngine, UserDefinedParts, Wired, Wiring,
 };
 use trocar_engine::operator::{Hand, Perception, Reflex, StiffeningSettings, StretchSettings};
-use trocar_engine::plant::{MasterStep, PlantError, SlaveParameters, SlaveStep};
+use trocar_engine::plant::{GeneralMaster, MasterStep, PlantError, SlaveParameters, SlaveStep};
 use trocar_engine::sensor::AnySensor;
 use trocar_engine::teleoperation::LinkReport;
 use trocar_engine::tissue::{AnyTissue, UnitTissue};
@@ -34,7 +34,7 @@ pub enum ScenarioEngine {
     Split(Box<Engine<FractionalDelayPlants<f64>, Any<f64>>>),
     /// Numerical integration.
     Integrated(Box<Engine<IntegratedPlants, Any<f64>>>),
-    /// A slave other than the appendix'.
+    /// A master or slave other than the appendix'.
     General(Box<Engine<GeneralPlants, Any<f64>>>),
 }
 
@@ -85,7 +85,7 @@ impl Scenario {
     /// [`ScenarioError`] if no plant can be computed from the parameters.
     pub fn build(&self) -> Result<ScenarioEngine, ScenarioError> {
         self.load_unit()?;
-        if self.slave.is_general() {
+        if self.has_general_machine() {
             return Ok(ScenarioEngine::General(Box::new(self.general(self.general_plants()?, 0)?)));
         }
         Ok(match self.engine {
@@ -98,11 +98,10 @@ impl Scenario {
 
     /// Checks the construction of all parts without building an engine.
     pub(super) fn check_parts(&self) -> Result<(), ScenarioError> {
-        let (tick_s, start_m) = (self.grid.tick_s(), self.start_m());
-        let reference_m = self.position_scale() * start_m;
+        let (tick_s, reference_m) = (self.grid.tick_s(), self.slave_start_m());
         let invalid = |error| self.values().out_of_range(&error);
         self.whole_steps().map_err(|error| self.unbuildable(&error))?;
-        if self.slave.is_general() {
+        if self.has_general_machine() {
             self.general_plants()?;
         } else if self.is_split() {
             self.split_plants::<f64>()?;
@@ -117,6 +116,7 @@ impl Scenario {
             }
             TissueSpec::Recording { .. } | TissueSpec::Unit(_) => {}
         }
+        self.master_reading::<f64>()?;
         AnySensor::<f64>::new(&self.sensor, tick_s, (self.seed, 0)).map(drop).map_err(invalid)
     }
 
@@ -134,7 +134,7 @@ impl Scenario {
             return Err(ScenarioError::new(message).at(place).remedy(remedy));
         }
         let plants = match self.engine {
-            _ if self.slave.is_general() => BuiltInOr::UserDefined(Box::new(self.general_plants()?) as Box<_>),
+            _ if self.has_general_machine() => BuiltInOr::UserDefined(Box::new(self.general_plants()?) as Box<_>),
             EngineKind::Exact if self.is_split() => BuiltInOr::UserDefined(Box::new(self.split_plants()?) as Box<_>),
             EngineKind::Exact if self.actuators.are_none() => BuiltInOr::BuiltIn(self.exact_plants()?),
             EngineKind::Exact => BuiltInOr::UserDefined(Box::new(self.limited_plants()?) as Box<_>),
@@ -194,7 +194,7 @@ impl Scenario {
         apart.irregularity = Irregularity::DEFAULT;
         let delayed = |ticks: u64| Schedule::new([ticks.min(MAX_DELAY_TICKS) as u32].into(), Arc::default());
         (apart.forward_schedule, apart.backward_schedule) = (delayed(forward), delayed(backward));
-        let plants: Box<dyn Plants<f64> + Send> = if self.slave.is_general() {
+        let plants: Box<dyn Plants<f64> + Send> = if self.has_general_machine() {
             Box::new(apart.general_plants()?)
         } else if self.actuators.are_none() {
             Box::new(apart.exact_plants()?)
@@ -251,7 +251,7 @@ impl Scenario {
         let rest_s = |delay: DelayTicks| (1.0 - delay.share) * tick_s;
         let master = MasterStep::new(&self.master, &self.arm, self.timing, rest_s(self.backward)).map_err(plant)?;
         let slave = SlaveStep::new(&self.slave, self.timing, rest_s(self.forward)).map_err(plant)?;
-        let reference_m = self.position_scale() * self.start_m();
+        let reference_m = self.slave_start_m();
         Ok(FractionalDelayPlants::new(self.exact_plants()?, &master, &slave, reference_m))
     }
 
@@ -274,9 +274,10 @@ impl Scenario {
     }
 
     fn require_appendix(&self) -> Result<(), ScenarioError> {
-        if self.slave.is_general() {
-            let message = "this engine supports the appendix' slave only";
-            return Err(ScenarioError::new(message).at(self.values().section_place("slave")));
+        if self.has_general_machine() {
+            let message = "this engine supports the appendix' machines only";
+            let side = if self.slave.is_general() { "slave" } else { "master" };
+            return Err(ScenarioError::new(message).at(self.values().section_place(side)));
         }
         Ok(())
     }
@@ -284,7 +285,7 @@ impl Scenario {
     fn plants_of_appendix<L: Lane>(&self) -> Result<ExactPlants<L>, ScenarioError> {
         let start_m = self.start_m();
         let (master, slave) = self.whole_steps().map_err(|error| self.unbuildable(&error))?;
-        Ok(ExactPlants::new(&master, &slave, start_m, self.position_scale() * start_m))
+        Ok(ExactPlants::new(&master, &slave, start_m, self.slave_start_m()))
     }
 
     /// Like [`Scenario::exact_engine`], with sampled controllers and the scenario's actuator limits.
@@ -301,34 +302,41 @@ impl Scenario {
 
     fn limited_plants<L: Lane>(&self) -> Result<LimitedPlants<L>, ScenarioError> {
         let machines = (&self.master, &self.arm, &self.slave);
-        let start_m = self.start_m();
-        let reference_m = self.position_scale() * start_m;
+        let (start_m, reference_m) = (self.start_m(), self.slave_start_m());
         let plants = LimitedPlants::new(machines, &self.actuators, self.grid.tick_s(), start_m, reference_m);
         plants.map_err(|error| self.unbuildable(&error))
     }
 
-    /// The master's side comes from plants with the appendix' slave, which is not used.
+    /// The side of an appendix' master comes from plants with the appendix' slave, which is not used.
     fn general_plants(&self) -> Result<GeneralPlants, ScenarioError> {
         let plant = |error| self.unbuildable(&error);
-        let (tick_s, reference_m) = (self.grid.tick_s(), self.position_scale() * self.start_m());
-        let beside = Self { slave: SlaveParameters::default(), ..self.clone() };
+        let (tick_s, start_m, reference_m) = (self.grid.tick_s(), self.start_m(), self.slave_start_m());
         let limits = &self.actuators;
         let slave = match self.engine {
             EngineKind::Exact => GeneralSlave::exact(&self.slave, limits, tick_s, reference_m),
             EngineKind::Dop853 => GeneralSlave::integrated(&self.slave, limits, tick_s, reference_m),
         };
-        let master = match self.engine {
-            EngineKind::Dop853 => MasterPlants::Integrated(Box::new(beside.integrated_plants())),
-            EngineKind::Exact if limits.are_none() => MasterPlants::Exact(Box::new(self.plants_of_appendix()?)),
-            EngineKind::Exact => MasterPlants::Limited(Box::new(beside.limited_plants()?)),
+        let master = if self.master_model.is_general() {
+            let master = GeneralMaster { parameters: &self.master, model: &self.master_model, arm: &self.arm };
+            let controlled = match self.engine {
+                EngineKind::Exact => ControlledMaster::exact(&master, limits, tick_s, start_m),
+                EngineKind::Dop853 => ControlledMaster::integrated(&master, limits, tick_s, start_m),
+            };
+            MasterPlants::General(Box::new(controlled.map_err(plant)?))
+        } else {
+            let beside = Self { slave: SlaveParameters::default(), ..self.clone() };
+            match self.engine {
+                EngineKind::Dop853 => MasterPlants::Integrated(Box::new(beside.integrated_plants())),
+                EngineKind::Exact if limits.are_none() => MasterPlants::Exact(Box::new(self.plants_of_appendix()?)),
+                EngineKind::Exact => MasterPlants::Limited(Box::new(beside.limited_plants()?)),
+            }
         };
         Ok(GeneralPlants::new(master, slave.map_err(plant)?))
     }
 
     fn integrated_plants(&self) -> IntegratedPlants {
         let machines = (&self.master, &self.arm, &self.slave);
-        let start_m = self.start_m();
-        let reference_m = self.position_scale() * start_m;
+        let (start_m, reference_m) = (self.start_m(), self.slave_start_m());
         IntegratedPlants::new(machines, self.timing, self.grid.tick_s(), start_m, reference_m)
             .limited(&self.actuators)
             .split(self.backward.share, self.forward.share)
@@ -336,7 +344,8 @@ impl Scenario {
 
     pub(super) fn unbuildable(&self, error: &PlantError) -> ScenarioError {
         if let Some((key, remedy)) = error.of_model() {
-            let place = self.values().place(key).or_else(|| self.values().section_place("slave"));
+            let section = key.split_once('.').map_or("slave", |(section, _)| section);
+            let place = self.values().place(&key).or_else(|| self.values().section_place(section));
             return ScenarioError::new(error.to_string()).at(place).remedy(remedy);
         }
         match error {

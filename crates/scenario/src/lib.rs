@@ -6,10 +6,12 @@
 
 mod build;
 mod builtin;
+mod clutch;
 mod diagnostic;
 mod document;
 mod engine_kind;
 mod error;
+mod intervals;
 mod kept_files;
 mod key_table;
 mod keys;

@@ -3,16 +3,18 @@
 use super::error::ScenarioError;
 use super::values::Values;
 use trocar_engine::plant::{
-    Coupling, Damping, MasterParameters, PlantError, SlaveController, SlaveModel, SlaveParameters,
+    Coupling, Damping, MasterModelSettings, MasterParameters, PlantError, SlaveController, SlaveModel, SlaveParameters,
 };
 use trocar_engine::teleoperation::{
     ComplianceSettings, ControllerKind, ControllerSettings, LinkSettings, Machines, PassivitySettings,
     RecoverySettings, Scales, Scheme,
 };
 
+const SLAVE_START: &str = "slave.start_m";
+
 pub(super) fn link_settings(
     values: &mut Values,
-    master: &MasterParameters,
+    (master, model): (&MasterParameters, &MasterModelSettings),
     slave: &SlaveParameters,
     tick_s: f64,
 ) -> Result<LinkSettings, ScenarioError> {
@@ -20,7 +22,7 @@ pub(super) fn link_settings(
     let passivity = PassivitySettings::read(values)?;
     let scales = Scales::read(values)?;
     check_damping(values, &passivity, master, tick_s)?;
-    check_compatible(values, (controller.kind, passivity.scheme, scales), master, slave)?;
+    check_compatible(values, (controller.kind, passivity.scheme, scales), (master, model), slave)?;
     let (slave_drag, slave_inertia) = if controller.kind.models_slave() {
         slave.slow_motion().map_err(|error| match error {
             PlantError::Parameter(invalid) => values.out_of_range(&invalid),
@@ -46,22 +48,25 @@ pub(super) fn link_settings(
 fn check_general(
     values: &Values,
     (kind, scheme): (ControllerKind, Scheme),
+    master: &MasterModelSettings,
     slave: &SlaveParameters,
 ) -> Result<(), ScenarioError> {
-    if !slave.is_general() {
+    if !(master.is_general() || slave.is_general()) {
         return Ok(());
     }
     let (key, message) = if kind.models_slave() {
-        let message = format!("{} computes the slave's forces from the appendix' model", kind.word());
+        let message = format!("{} computes forces from the appendix' models", kind.word());
         ("controller.kind", message)
     } else if scheme != Scheme::None {
-        let message = format!("{} computes the braking of the slave from the appendix' model", scheme.word());
+        let message = format!("{} computes its forces from the appendix' models", scheme.word());
         ("passivity.scheme", message)
     } else {
         return Ok(());
     };
     let (model, controller) = (SlaveModel::Appendix.word(), SlaveController::Appendix.word());
-    let remedy = format!("use slave.model = \"{model}\" with slave.controller = \"{controller}\", or change {key}");
+    let remedy = format!(
+        "use master.model and slave.model = \"{model}\" with slave.controller = \"{controller}\", or change {key}"
+    );
     Err(values.error(key, message).remedy(remedy))
 }
 
@@ -88,7 +93,7 @@ fn check_damping(
 fn check_compatible(
     values: &Values,
     (kind, scheme, scales): (ControllerKind, Scheme, Scales),
-    master: &MasterParameters,
+    (master, model): (&MasterParameters, &MasterModelSettings),
     slave: &SlaveParameters,
 ) -> Result<(), ScenarioError> {
     if kind.couples_positions() && !scheme.carries_positions() {
@@ -104,7 +109,11 @@ fn check_compatible(
         let remedy = format!("use master.coupling = \"{coupling}\", or controller.kind = \"{kind}\"");
         return Err(values.error("master.coupling", message).remedy(remedy));
     }
-    check_general(values, (kind, scheme), slave)?;
+    check_general(values, (kind, scheme), model, slave)?;
+    if scheme != Scheme::None && slave.start_m.is_some() {
+        let message = format!("{} needs both sides to start at the same place", scheme.word());
+        return Err(values.error(SLAVE_START, message).remedy("remove it, or use passivity.scheme = \"none\""));
+    }
     if kind.models_slave() && slave.damping == Damping::AsPrinted {
         let message = format!("{} needs velocity damping of the slave", kind.word());
         return Err(values

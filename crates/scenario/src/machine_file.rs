@@ -1,4 +1,4 @@
-//! Reads the matrices of a slave's state-space model from a file.
+//! Reads the matrices of a state-space model of the master or the slave from a file.
 
 use std::collections::BTreeMap;
 
@@ -9,33 +9,66 @@ use super::error::ScenarioError;
 use super::replay::limiting_key;
 use super::value::Value;
 use super::values::Values;
-use trocar_engine::plant::{SlaveModel, SlaveParameters};
+use trocar_engine::plant::{MasterModel, MasterModelSettings, SlaveModel, SlaveParameters};
 use trocar_recording::{Limits, RecordingError, read_file, read_matrices};
 
 trocar_core::settings! {
-    /// The file of a state-space model.
+    /// The file of the master's state-space model.
     #[derive(Debug, Clone, PartialEq)]
-    pub(super) struct MachineFileSettings in "slave." no const {
+    pub(super) struct MasterFileSettings in "master." no const {
+        /// File with the matrices A, B, C and D of the state-space model, instead of a, b and c: TOML, JSON or MATLAB.
+        file: Option<String> [FILE] for MasterModel::StateSpace,
+    }
+}
+
+trocar_core::settings! {
+    /// The file of the slave's state-space model.
+    #[derive(Debug, Clone, PartialEq)]
+    pub(super) struct SlaveFileSettings in "slave." no const {
         /// File with the matrices A, B, C and D of the state-space model, instead of a, b and c: TOML, JSON or MATLAB.
         file: Option<String> [FILE] for SlaveModel::StateSpace,
     }
 }
 
-const FILE: &str = MachineFileSettings::KEYS[0].path;
-const MATRICES: [(&str, &str); 3] = [("slave.a", "A"), ("slave.b", "B"), ("slave.c", "C")];
+/// The keys of a side, in the order of the matrices A, B and C.
+struct Side {
+    file: &'static str,
+    matrices: [&'static str; 3],
+}
+
+const MASTER: Side = Side { file: MasterFileSettings::KEYS[0].path, matrices: ["master.a", "master.b", "master.c"] };
+const SLAVE: Side = Side { file: SlaveFileSettings::KEYS[0].path, matrices: ["slave.a", "slave.b", "slave.c"] };
 const REMEDY: &str = "the file has A (n x n), B (n x 2: motor, external force; or n x 1 for both), C (1 x n) and D (0)";
 
 type Rows = Vec<Vec<f64>>;
 
-/// Replaces the matrices of a slave by those of its file, if it has one.
-pub(super) fn read_machine(values: &mut Values, slave: &mut SlaveParameters) -> Result<(), ScenarioError> {
-    if slave.model != SlaveModel::StateSpace {
-        return Ok(());
+/// Replaces the matrices of a master by those of its file, if it has one.
+pub(super) fn read_master(values: &mut Values, master: &mut MasterModelSettings) -> Result<(), ScenarioError> {
+    if master.model == MasterModel::StateSpace
+        && let Some(matrices) = read(values, &MASTER)?
+    {
+        [master.a, master.b, master.c] = matrices;
     }
-    let Some(source) = values.file(FILE) else { return Ok(()) };
+    Ok(())
+}
+
+/// Replaces the matrices of a slave by those of its file, if it has one.
+pub(super) fn read_slave(values: &mut Values, slave: &mut SlaveParameters) -> Result<(), ScenarioError> {
+    if slave.model == SlaveModel::StateSpace
+        && let Some(matrices) = read(values, &SLAVE)?
+    {
+        [slave.a, slave.b, slave.c] = matrices;
+    }
+    Ok(())
+}
+
+/// The matrices A, B and C of a side's file, each row by row; `None` without a file.
+fn read(values: &mut Values, side: &Side) -> Result<Option<[Vec<f64>; 3]>, ScenarioError> {
+    let file = side.file;
+    let Some(source) = values.file(file) else { return Ok(None) };
     let source = source.canonical();
-    let mut found = matrices(values, &source)?;
-    let refuse = |message: String| values.error(FILE, format!("{}: {message}", source.display())).remedy(REMEDY);
+    let mut found = matrices(values, file, &source)?;
+    let refuse = |message: String| values.error(file, format!("{}: {message}", source.display())).remedy(REMEDY);
     if found.remove("D").is_some_and(|rows| rows.iter().flatten().any(|value| *value != 0.0)) {
         return Err(refuse("D is not 0: a force would move the slave at once".into()));
     }
@@ -55,28 +88,27 @@ pub(super) fn read_machine(values: &mut Values, slave: &mut SlaveParameters) -> 
         }
     }
     let flat = [a, b, c].map(|rows| rows.concat());
-    for ((key, name), list) in MATRICES.into_iter().zip(&flat) {
+    for ((key, name), list) in side.matrices.into_iter().zip(["A", "B", "C"]).zip(&flat) {
         if list.iter().any(|value| !value.is_finite()) {
             return Err(refuse(format!("{name} has an entry that is no finite number")));
         }
         let is_other = values.get(key) != Some(&Value::Numbers(list.clone()));
         if values.place(key).is_some() && is_other {
-            let message = format!("{key} differs from {name} in {FILE}");
-            return Err(values.error(key, message).remedy(format!("leave out {key}, or {FILE}")));
+            let message = format!("{key} differs from {name} in {file}");
+            return Err(values.error(key, message).remedy(format!("leave out {key}, or {file}")));
         }
     }
-    for ((key, _), list) in MATRICES.into_iter().zip(&flat) {
+    for (key, list) in side.matrices.into_iter().zip(&flat) {
         values.derive_keeping_place(key, Value::Numbers(list.clone()));
     }
-    values.derive_keeping_place(FILE, Value::Text(source.display()));
-    [slave.a, slave.b, slave.c] = flat;
-    Ok(())
+    values.derive_keeping_place(file, Value::Text(source.display()));
+    Ok(Some(flat))
 }
 
-fn matrices(values: &mut Values, source: &Source) -> Result<BTreeMap<String, Rows>, ScenarioError> {
+fn matrices(values: &mut Values, file: &str, source: &Source) -> Result<BTreeMap<String, Rows>, ScenarioError> {
     let limits = Limits::read(values)?;
     let failed = |error: RecordingError| {
-        let place = limiting_key(&error.problem).and_then(|key| values.place(key)).or(values.place(FILE));
+        let place = limiting_key(&error.problem).and_then(|key| values.place(key)).or(values.place(file));
         ScenarioError::new(error.to_string()).at(place)
     };
     let bytes = match source.plain() {
@@ -87,11 +119,11 @@ fn matrices(values: &mut Values, source: &Source) -> Result<BTreeMap<String, Row
         .map_err(failed)?,
         Source::Text { text, .. } => text.as_bytes().to_vec(),
         Source::Builtin(_) | Source::Memory(_) | Source::Kept(..) => {
-            return Err(values.error(FILE, format!("{} is no file of matrices", source.display())).remedy(REMEDY));
+            return Err(values.error(file, format!("{} is no file of matrices", source.display())).remedy(REMEDY));
         }
     };
     let name = source.display();
-    let refuse = |reason: String| values.error(FILE, format!("{name}: {reason}")).remedy(REMEDY);
+    let refuse = |reason: String| values.error(file, format!("{name}: {reason}")).remedy(REMEDY);
     let is_text = std::str::from_utf8(&bytes).is_ok_and(|text| !text.contains('\0')) && !name.ends_with(".mat");
     if !is_text {
         let found = read_matrices(&name, bytes, &limits).map_err(failed)?;

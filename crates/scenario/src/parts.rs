@@ -20,7 +20,7 @@ use trocar_engine::engine::{
 };
 use trocar_engine::operator::{HumanOperator, Motion, Ramp, Reflex, Replay};
 use trocar_engine::sensor::{AnySensor, ForceSensor, PerfectSensor};
-use trocar_engine::teleoperation::{DirectLink, Lines, Link, PAYLOAD};
+use trocar_engine::teleoperation::{DirectLink, Lines, Link, MasterReading, PAYLOAD};
 use trocar_engine::tissue::{AnyTissue, DepthReplay, Fmu, RecordedForce, Recording, StillTissue};
 
 const FORWARD: u64 = 0x66_6f72_7761_7264;
@@ -45,7 +45,7 @@ impl Scenario {
     pub(super) fn general<L: Lane, P>(&self, plants: P, first_stream: u64) -> Result<Engine<P, Any<L>>, ScenarioError> {
         let link = self.link(first_stream)?;
         let parts = (self.operator(first_stream)?, self.any_tissue()?, self.any_sensor(first_stream)?);
-        Ok(self.engine_of(plants, self.parts(parts, self.any_chain(), link)))
+        Ok(self.engine_of(plants, self.parts(parts, self.any_chain(), link)?))
     }
 
     pub(super) fn wired<L: Lane, P>(&self, plants: P, first_stream: u64) -> Result<Wired<L, P>, ScenarioError> {
@@ -66,40 +66,42 @@ impl Scenario {
         Ok(match (self.replay().filter(|_| is_common), self.any_tissue()?) {
             (Some(operator), Still(StillTissue::Recording(Recording::Time(tissue)))) if is_papers && reads_exactly => {
                 Wired::Paper(
-                    self.engine_of(plants, self.parts((operator, tissue, PerfectSensor), self.paper_chain(), link)),
+                    self.engine_of(plants, self.parts((operator, tissue, PerfectSensor), self.paper_chain(), link)?),
                 )
             }
             (Some(operator), Still(StillTissue::Recording(Recording::Time(tissue)))) if is_papers => {
                 Wired::NoisyRecording(
-                    self.engine_of(plants, self.parts((operator, tissue, force_sensor()), self.paper_chain(), link)),
+                    self.engine_of(plants, self.parts((operator, tissue, force_sensor()), self.paper_chain(), link)?),
                 )
             }
             (Some(operator), Still(StillTissue::Layers(tissue))) => Wired::NoisyLayers(
-                self.engine_of(plants, self.parts((operator, tissue, force_sensor()), self.rls_chain(), link)),
+                self.engine_of(plants, self.parts((operator, tissue, force_sensor()), self.rls_chain(), link)?),
             ),
             (Some(operator), Still(StillTissue::Recording(Recording::Depth(tissue)))) if is_papers && reads_exactly => {
                 Wired::Depth(
-                    self.engine_of(plants, self.parts((operator, tissue, PerfectSensor), self.paper_chain(), link)),
+                    self.engine_of(plants, self.parts((operator, tissue, PerfectSensor), self.paper_chain(), link)?),
                 )
             }
             (_, tissue) => {
                 let parts = (self.operator(first_stream)?, tissue, self.any_sensor(first_stream)?);
-                Wired::AnyDirect(self.engine_of(plants, self.parts(parts, self.any_chain(), link)))
+                Wired::AnyDirect(self.engine_of(plants, self.parts(parts, self.any_chain(), link)?))
             }
         })
     }
 
+    #[expect(clippy::type_complexity, reason = "one parameter per role")]
     fn parts<L: Lane, O, T, S, E, D, K>(
         &self,
         (operator, tissue, sensor): (O, T, S),
         chain: Chain<L, E, D>,
         link: K,
-    ) -> Parts<L, O, T, S, E, D, K> {
-        Parts { operator, tissue, sensor, chain, supervisor: self.supervisor(), link, safety: self.command_limits() }
+    ) -> Result<Parts<L, O, T, S, E, D, K>, ScenarioError> {
+        let (supervisor, safety) = (self.supervisor(), self.command_limits());
+        Ok(Parts { operator, tissue, sensor, chain, supervisor, link, safety, master_reading: self.master_reading()? })
     }
 
     fn command_limits<L: Lane>(&self) -> Option<CommandLimits<L>> {
-        CommandLimits::in_simulation(&self.safety, self.grid.tick_s(), self.reference_m())
+        CommandLimits::in_simulation(&self.safety, self.grid.tick_s(), self.slave_start_m())
     }
 
     fn engine_of<P, W>(&self, plants: P, parts: W) -> Engine<P, W> {
@@ -174,15 +176,29 @@ impl Scenario {
             supervisor: Supervisor::with_laws(motion_law, force_law, augmentation, settings.cusum.threshold, tick_s),
             link,
             safety: self.command_limits(),
+            master_reading: self.master_reading()?,
         })
     }
 
-    fn reference_m(&self) -> f64 {
+    /// The reference in m that the master's start gives.
+    pub(super) fn reference_m(&self) -> f64 {
         self.position_scale() * self.start_m()
     }
 
+    /// The reference in m of the slave at rest.
+    pub(super) fn slave_start_m(&self) -> f64 {
+        self.slave.start_m.unwrap_or_else(|| self.reference_m())
+    }
+
+    pub(super) fn master_reading<L: Lane>(&self) -> Result<Option<MasterReading<L>>, ScenarioError> {
+        let acceleration = self.sensor.acceleration_std_m_per_s2;
+        let at = (self.grid.tick_s(), self.start_m());
+        let reading = MasterReading::new(&self.encoder, acceleration, &self.clutch, at);
+        reading.map_err(|error| self.values().out_of_range(&error))
+    }
+
     pub(super) fn any_tissue<L: Lane>(&self) -> Result<AnyTissue<L>, ScenarioError> {
-        let start_m = self.reference_m();
+        let start_m = self.slave_start_m();
         let tissue = match &self.tissue {
             TissueSpec::Recording { force_n, rupture_ticks } => {
                 Ok(Recording::Time(RecordedForce::new(force_n.clone(), rupture_ticks.clone())).into())
@@ -233,7 +249,7 @@ impl Scenario {
     }
 
     pub(super) fn initial_samples(&self) -> ([f64; 4], [f64; 5]) {
-        ([self.start_m(), 0.0, 0.0, 0.0], [0.0, self.reference_m(), 0.0, 0.0, 0.0])
+        ([self.start_m(), 0.0, 0.0, 0.0], [0.0, self.slave_start_m(), 0.0, 0.0, 0.0])
     }
 
     /// The delays of a run's samples, forward and backward, rounded up to whole ticks.
@@ -269,7 +285,9 @@ impl Scenario {
             backward_payload: line.delay([zero; PAYLOAD], back),
         };
         let (_, slave) = self.whole_steps().map_err(|error| self.unbuildable(&error))?;
-        Link::new(&self.link, lines, &slave, tick_s, start_m).map_err(|error| self.values().out_of_range(&error))
+        let link = Link::new(&self.link, lines, &slave, tick_s, start_m);
+        let link = link.map_err(|error| self.values().out_of_range(&error))?;
+        Ok(link.with_slave_at(self.slave_start_m()))
     }
 
     /// Builds the operator. Lane `i` has the tremor and reaction times of stream `first_stream + i`.

@@ -17,7 +17,7 @@ use trocar_core::time::{TickGrid, whole_ticks};
 use trocar_engine::channel::{DelaySettings, MAX_DELAY_TICKS};
 use trocar_engine::operator::OperatorTraits;
 use trocar_engine::operator::{MAX_POSITION_M, MotionSettings};
-use trocar_engine::plant::{ControlTiming, SlaveParameters};
+use trocar_engine::plant::ControlTiming;
 use trocar_engine::teleoperation::LinkSettings;
 use trocar_engine::tissue::TissueSettings;
 
@@ -50,10 +50,10 @@ impl DelayTicks {
 }
 
 /// True if a sample that arrives within a tick is read at the next tick. Only continuous position-force control of the
-/// appendix' slave without a scheme reads it on arrival.
+/// appendix' machines without a scheme reads it on arrival.
 #[must_use]
-pub fn waits_for_tick(timing: ControlTiming, link: &LinkSettings, slave: &SlaveParameters) -> bool {
-    timing == ControlTiming::Sampled || !link.forwards_samples() || slave.is_general()
+pub fn waits_for_tick(timing: ControlTiming, link: &LinkSettings, has_general_machine: bool) -> bool {
+    timing == ControlTiming::Sampled || !link.forwards_samples() || has_general_machine
 }
 
 impl Scenario {

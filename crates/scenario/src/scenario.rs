@@ -4,15 +4,17 @@
 //! [`Scenario::unread`], and a row of [`GROUPS`], which serves reading, checks, sweeps, the schema, the starter file
 //! and the reference.
 
+use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use trocar_core::error::InvalidValue;
 use trocar_core::settings::Key;
 
+use super::clutch::{ClutchSettings, clutch};
 use super::engine_kind::EngineKind;
 use super::error::ScenarioError;
 use super::link::link_settings;
-use super::machine_file::{MachineFileSettings, read_machine};
+use super::machine_file::{MasterFileSettings, SlaveFileSettings, read_master, read_slave};
 use super::replay::RecordingSpec;
 use super::resolve::{DelayTicks, delays, waits_for_tick};
 use super::run_settings::RunSettings;
@@ -35,11 +37,13 @@ use trocar_engine::operator::{
     MotionSettings, Perception, ReflexSettings, StiffeningSettings, StretchSettings, TremorSettings,
 };
 use trocar_engine::plant::{
-    ActuatorLimits, ArmParameters, ArmRoles, ControlTiming, Grip, MasterParameters, SlaveParameters,
+    ActuatorLimits, ArmParameters, ArmRoles, ControlTiming, Grip, MasterModelSettings, MasterParameters,
+    SlaveParameters,
 };
 use trocar_engine::sensor::SensorSettings;
 use trocar_engine::teleoperation::{
-    ComplianceSettings, ControllerSettings, LinkSettings, Machines, PassivitySettings, RecoverySettings, Scales,
+    ComplianceSettings, ControllerSettings, EncoderSettings, LinkSettings, Machines, PassivitySettings,
+    RecoverySettings, Scales,
 };
 use trocar_engine::tissue::{LAYER_KEYS, OrganMotion, ReplayIndex, TissueSettings};
 use trocar_recording::{ColumnSettings, FileSettings, Limits, OffsetSettings, Resampled, ScaleSettings, SignSettings};
@@ -59,6 +63,12 @@ pub struct Scenario {
     pub seed: u64,
     /// The master.
     pub master: MasterParameters,
+    /// The model of a master other than the appendix'.
+    pub master_model: MasterModelSettings,
+    /// The encoder of the master.
+    pub encoder: EncoderSettings,
+    /// The ticks at which the clutch of the master is open.
+    pub clutch: Arc<[Range<u64>]>,
     /// The arm.
     pub arm: ArmParameters,
     /// The slave.
@@ -136,6 +146,9 @@ impl Scenario {
             timing,
             seed,
             master: MasterParameters::DEFAULT,
+            master_model: MasterModelSettings::default(),
+            encoder: EncoderSettings::DEFAULT,
+            clutch: Arc::default(),
             arm: ArmParameters::DEFAULT,
             slave: SlaveParameters::default(),
             actuators: ActuatorLimits::DEFAULT,
@@ -172,6 +185,15 @@ impl Scenario {
             values: Arc::default(),
             steps: Arc::default(),
         }
+    }
+}
+
+impl Scenario {
+    /// True if the master or the slave is another machine than the appendix'. The controllers of both then run on the
+    /// tick, but for an appendix' master with continuous control.
+    #[must_use]
+    pub fn has_general_machine(&self) -> bool {
+        self.master_model.is_general() || self.slave.is_general()
     }
 }
 
@@ -227,6 +249,7 @@ const PLAIN: Group = Group { sections: &[], keys: &[], also: &[], whole: &[], re
 
 const OF_MACHINES: &[&[Key]] = &[
     MasterParameters::KEYS,
+    MasterModelSettings::KEYS,
     Grip::KEYS,
     ArmRoles::KEYS,
     ArmParameters::KEYS,
@@ -236,6 +259,7 @@ const OF_MACHINES: &[&[Key]] = &[
 
 const OF_LINK: &[&[Key]] = &[
     MasterParameters::KEYS,
+    MasterModelSettings::KEYS,
     SlaveParameters::KEYS,
     ComplianceSettings::KEYS,
     Scales::KEYS,
@@ -253,13 +277,30 @@ pub(super) const GROUPS: &[Group] = &[
         ..PLAIN
     },
     Group {
-        sections: &[("master", "The master (eq. 28) and its force controller (eq. 29).")],
+        sections: &[("master", "The master (eq. 28, or another machine) and its force controller (eq. 29).")],
         keys: MasterParameters::KEYS,
         also: &[ControllerSettings::KEYS],
         read: |of| {
             of.scenario.master = master(of.values)?;
             Ok(())
         },
+        ..PLAIN
+    },
+    Group {
+        keys: MasterModelSettings::KEYS,
+        read: |of| of.set(MasterModelSettings::read, MasterModelSettings::validate, |to| &mut to.master_model),
+        ..PLAIN
+    },
+    Group {
+        keys: EncoderSettings::KEYS,
+        read: |of| of.set(EncoderSettings::read, EncoderSettings::validate, |to| &mut to.encoder),
+        ..PLAIN
+    },
+    Group {
+        keys: MasterFileSettings::KEYS,
+        also: &[MasterModelSettings::KEYS],
+        whole: MasterFileSettings::KEYS,
+        read: |of| read_master(of.values, &mut of.scenario.master_model),
         ..PLAIN
     },
     Group {
@@ -287,19 +328,20 @@ pub(super) const GROUPS: &[Group] = &[
         ..PLAIN
     },
     Group {
-        keys: MachineFileSettings::KEYS,
+        keys: SlaveFileSettings::KEYS,
         also: &[SlaveParameters::KEYS],
-        whole: MachineFileSettings::KEYS,
-        read: |of| read_machine(of.values, &mut of.scenario.slave),
+        whole: SlaveFileSettings::KEYS,
+        read: |of| read_slave(of.values, &mut of.scenario.slave),
         ..PLAIN
     },
     Group { keys: ComplianceSettings::KEYS, ..PLAIN },
     Group {
         sections: &[("actuator", "Limits of both motors; they need simulation.control = \"sampled\".")],
         keys: ActuatorLimits::KEYS,
-        also: &[SlaveParameters::KEYS, ComplianceSettings::KEYS],
+        also: &[MasterModelSettings::KEYS, SlaveParameters::KEYS, ComplianceSettings::KEYS],
         read: |of| {
-            of.scenario.actuators = actuators(of.values, of.scenario.timing, &of.scenario.slave)?;
+            let Scenario { timing, master_model, slave, .. } = &*of.scenario;
+            of.scenario.actuators = actuators(of.values, *timing, (master_model, slave))?;
             Ok(())
         },
         ..PLAIN
@@ -325,6 +367,15 @@ pub(super) const GROUPS: &[Group] = &[
         read: |of| {
             let (forward, backward) = schedules(of.values, &of.scenario.grid)?;
             (of.scenario.forward_schedule, of.scenario.backward_schedule) = (forward, backward);
+            Ok(())
+        },
+        ..PLAIN
+    },
+    Group {
+        keys: ClutchSettings::KEYS,
+        also: &[PassivitySettings::KEYS],
+        read: |of| {
+            of.scenario.clutch = clutch(of.values, &of.scenario.grid)?;
             Ok(())
         },
         ..PLAIN
@@ -497,8 +548,8 @@ pub(super) const GROUPS: &[Group] = &[
     Group {
         also: OF_LINK,
         read: |of| {
-            let Scenario { master, slave, grid, .. } = &*of.scenario;
-            let link = link_settings(of.values, master, slave, grid.tick_s())?;
+            let Scenario { master, master_model, slave, grid, .. } = &*of.scenario;
+            let link = link_settings(of.values, (master, master_model), slave, grid.tick_s())?;
             let position_scale = of.scenario.position_scale();
             of.scenario.link = link;
             // Checking every position is expensive, so only check if the scale has changed.
@@ -510,14 +561,15 @@ pub(super) const GROUPS: &[Group] = &[
     Group {
         also: &[
             DelaySettings::KEYS,
+            MasterModelSettings::KEYS,
             SlaveParameters::KEYS,
             ComplianceSettings::KEYS,
             ControllerSettings::KEYS,
             PassivitySettings::KEYS,
         ],
         read: |of| {
-            let Scenario { timing, link, slave, .. } = &*of.scenario;
-            let waits_for_tick = waits_for_tick(*timing, link, slave);
+            let Scenario { timing, link, .. } = &*of.scenario;
+            let waits_for_tick = waits_for_tick(*timing, link, of.scenario.has_general_machine());
             let (settings, forward, backward) = delays(of.values, &of.scenario.grid, waits_for_tick)?;
             (of.scenario.delays, of.scenario.forward, of.scenario.backward) = (settings, forward, backward);
             Ok(())

@@ -1,15 +1,15 @@
 //! Reads the link's scheduled outages, and its delays from a file.
 
-use std::ops::Range;
 use std::sync::Arc;
 
 use super::document::Source;
 use super::error::ScenarioError;
+use super::intervals::{first_tick, intervals};
 use super::replay::{embedded, limiting_key};
 use super::schedule_settings::{EventSettings, ScheduleSettings};
 use super::value::Value;
 use super::values::Values;
-use trocar_core::time::{TickGrid, nearest_ticks, whole_ticks};
+use trocar_core::time::{TickGrid, nearest_ticks};
 use trocar_engine::channel::{DelaySettings, MAX_DELAY_TICKS, Schedule};
 use trocar_recording::{DelayRow, Limits, open_delays, read_delays, read_file};
 
@@ -19,13 +19,9 @@ const EVENTS: &str = EventSettings::KEYS[0].path;
 
 pub(super) fn schedules(values: &mut Values, grid: &TickGrid) -> Result<(Schedule, Schedule), ScenarioError> {
     let settings = ScheduleSettings::read(values)?;
-    let outages = outages(values, &settings.outages_s, grid.tick_s())?;
+    let outages = intervals(values, (OUTAGES, "outage"), &settings.outages_s, grid.tick_s())?;
     let [forward, backward] = logged_delays(values, grid)?;
     Ok((Schedule::new(forward, outages.clone()), Schedule::new(backward, outages)))
-}
-
-fn first_tick(time_s: f64, tick_s: f64) -> u64 {
-    whole_ticks(time_s, tick_s).unwrap_or((time_s / tick_s).ceil().max(0.0) as u64)
 }
 
 /// Reads the ticks of scheduled alarms, which are independent of the detector.
@@ -43,31 +39,6 @@ pub(super) fn events(values: &mut Values, grid: &TickGrid) -> Result<Arc<[u64]>,
         );
     }
     Ok(ticks)
-}
-
-fn outages(values: &Values, times_s: &[f64], tick_s: f64) -> Result<Arc<[Range<u64>]>, ScenarioError> {
-    let refuse = |message: String, remedy: &str| Err(values.error(OUTAGES, message).remedy(remedy));
-    let (pairs, rest) = times_s.as_chunks::<2>();
-    if let [begin_s] = rest {
-        let message = format!("{OUTAGES} has {} numbers, and the outage at {begin_s} s has no end", times_s.len());
-        return refuse(message, "write each outage as its start and its end, as in [2.0, 2.5]");
-    }
-    if let Some(before) = times_s.iter().find(|&&time_s| time_s < 0.0) {
-        return refuse(format!("{OUTAGES} has {before}, must be at least 0"), "count from the run's start");
-    }
-    if let Some([begin_s, end_s]) = pairs.iter().find(|[begin_s, end_s]| end_s <= begin_s) {
-        return refuse(
-            format!("{OUTAGES} has an outage from {begin_s} to {end_s} s, must end after its start"),
-            "write each outage as its start and its end",
-        );
-    }
-    if let Some(two) = pairs.windows(2).find(|two| two[1][0] < two[0][1]) {
-        return refuse(
-            format!("{OUTAGES} has an outage from {} s after one to {} s, must ascend", two[1][0], two[0][1]),
-            "sort the outages, and join those that overlap",
-        );
-    }
-    Ok(pairs.iter().map(|pair| first_tick(pair[0], tick_s)..first_tick(pair[1], tick_s)).collect())
 }
 
 struct DelayTable {
@@ -181,27 +152,5 @@ mod tests {
     #[test]
     fn samples_that_arrive_after_the_end_are_lost() {
         assert_eq!(filled(&[(0.0, Some(0.009)), (0.005, Some(0.010))])[4..6], [9, Schedule::LOST]);
-    }
-
-    #[test]
-    fn an_outage_begins_and_ends_at_the_first_tick_at_or_after_its_times() {
-        let of = |list: &str| {
-            let settings = [format!("{OUTAGES}={list}")];
-            let mut values =
-                Values::load(&Source::Text { name: "x".into(), text: "".into() }, &settings).expect("numbers");
-            let times_s = ScheduleSettings::read(&mut values).expect("there").outages_s;
-            outages(&values, &times_s, 1e-3).map_err(|error| error.to_string())
-        };
-        let ticks = of("[0.1, 0.3, 0.3, 0.3004, 0.69, 0.7001]").expect("good");
-        assert_eq!(*ticks, [100..300, 300..301, 690..701]);
-        for (list, reason) in [
-            ("[0.1]", "has 1 numbers, and the outage at 0.1 s has no end"),
-            ("[-0.1, 0.3]", "has -0.1, must be at least 0"),
-            ("[0.3, 0.3]", "from 0.3 to 0.3 s, must end after its start"),
-            ("[0.3, 0.4, 0.1, 0.2]", "an outage from 0.1 s after one to 0.4 s, must ascend"),
-        ] {
-            let message = of(list).expect_err(list);
-            assert!(message.contains(reason), "{message}");
-        }
     }
 }

@@ -3,7 +3,8 @@
 use super::error::ScenarioError;
 use super::values::Values;
 use trocar_engine::plant::{
-    ActuatorLimits, ArmParameters, ArmRoles, ControlTiming, Grip, MasterParameters, SlaveParameters,
+    ActuatorLimits, ArmParameters, ArmRoles, ControlTiming, Grip, MasterModelSettings, MasterParameters,
+    SlaveParameters,
 };
 use trocar_engine::teleoperation::{ComplianceSettings, ControllerKind};
 
@@ -30,13 +31,19 @@ pub(super) fn arm(values: &mut Values) -> Result<ArmParameters, ScenarioError> {
 pub(super) fn actuators(
     values: &mut Values,
     timing: ControlTiming,
-    slave: &SlaveParameters,
+    (master, slave): (&MasterModelSettings, &SlaveParameters),
 ) -> Result<ActuatorLimits, ScenarioError> {
     let limits = ActuatorLimits::read(values)?;
-    if slave.is_general() && limits.slave_lag_s > 0.0 {
-        let message = format!("{SLAVE_LAG} acts on the appendix' slave only");
-        let remedy = "remove it, and describe the lag in slave.denominator or slave.a";
-        return Err(values.error(SLAVE_LAG, message).remedy(remedy));
+    let is_general = master.is_general() || slave.is_general();
+    for (key, side, lags) in [
+        (MASTER_LAG, "master", master.is_general() && limits.master_lag_s > 0.0),
+        (SLAVE_LAG, "slave", is_general && limits.slave_lag_s > 0.0),
+    ] {
+        if lags {
+            let message = format!("{key} acts with the appendix' machines only");
+            let remedy = format!("remove it, and describe the lag in {side}.denominator or {side}.a");
+            return Err(values.error(key, message).remedy(remedy));
+        }
     }
     let lags = [(MASTER_LAG, limits.master_lag_s), (SLAVE_LAG, limits.slave_lag_s)];
     let limiting = [MASTER_LIMIT, SLAVE_LIMIT, MASTER_RATE, SLAVE_RATE].into_iter().find(|key| values.is_given(key));
@@ -47,6 +54,8 @@ pub(super) fn actuators(
             format!("{COMPLIANCE} acts as a change of the slave's command, which needs a motor without limits and lag");
         return Err(values.error(COMPLIANCE, message).remedy("remove it, or the slave's limits and lag"));
     }
+    // The controllers of general machines run on the tick.
+    let timing = if master.is_general() { ControlTiming::Sampled } else { timing };
     let (key, reason, limit) = match (limiting, lagging, timing) {
         (Some(key), _, ControlTiming::Continuous) => {
             let unknown = "the time at which a continuous controller saturates between two ticks is unknown, so an exact \

@@ -87,6 +87,7 @@ fn other_parts(scenario: &Scenario, delays: Option<&VaryingDelays>) -> Vec<LeftO
         (enabled && !is_held, "augmentation.hold", "a hold other than a freeze"),
         (enabled && stops, "augmentation.reengage", "a ramp that stops under load"),
         (enabled && damps, "augmentation.force_law", "the added damping"),
+        (scenario.master_model.has_coulomb_friction(), "master.coulomb_friction_n", "the master's Coulomb friction"),
         (scenario.slave.has_coulomb_friction(), "slave.coulomb_friction_n", "the slave's Coulomb friction"),
         (scenario.link.passivity.scheme != Scheme::None, "passivity.scheme", "the passivity scheme"),
         (has_jitter && !is_covered, "channel.jitter_s", JITTER[why]),
@@ -98,6 +99,12 @@ fn other_parts(scenario: &Scenario, delays: Option<&VaryingDelays>) -> Vec<LeftO
         (scenario.reflex.reacts(), "perception.reflex", "the operator's reflex"),
         (scenario.stretch.acts(), "operator.stretch_short_gain_n_s_per_m", "the stretch reflexes"),
         (scenario.stiffening.acts(), "operator.stiffening_per_n", "the grip that stiffens"),
+        (!scenario.clutch.is_empty(), "operator.clutch_s", "the clutch"),
+        (
+            scenario.encoder.encoder_resolution_m > 0.0,
+            "master.encoder_resolution_m",
+            "the steps of the master's encoder",
+        ),
         (sensor.position_resolution_m > 0.0, "sensor.position_resolution_m", "the steps of the position sensor"),
         (sensor.force_resolution_n > 0.0, "sensor.force_resolution_n", "the steps of the force sensor"),
     ];

@@ -34,6 +34,12 @@ pub enum StabilityError {
         /// Maximum number of states.
         max: u64,
     },
+    /// The tables of measured frequency responses cannot be used.
+    #[error("the measured responses cannot be used: {reason}")]
+    Measured {
+        /// The reason, with a remedy.
+        reason: &'static str,
+    },
     /// The semidefinite solver failed.
     #[error("the search for a certificate failed: the solver reports {status}")]
     Solver {

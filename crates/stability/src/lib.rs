@@ -22,6 +22,7 @@
 mod analysis;
 mod axis_text;
 mod bounded;
+mod certificate;
 mod closed_loop;
 mod coverage;
 mod error;
@@ -31,14 +32,17 @@ mod loop_response;
 mod machines;
 mod map;
 mod margins;
+mod measured;
 mod mode;
 mod parameter;
 mod population;
 mod ports;
+mod re_engaging;
 mod reached;
 mod response;
 mod response_path;
 mod sampled;
+mod semidefinite;
 mod sensitivity;
 mod shares;
 mod side;
@@ -52,6 +56,7 @@ mod z_width;
 
 pub use analysis::{Analysis, LIMITED, PortPoint};
 pub use bounded::{AbsoluteOver, AbsolutePoint, Bounded, NeededDamping, Terminations, arm_impedance};
+pub use certificate::{Certificate, Inequality, Lyapunov, StateMap, StateSpace, Summand};
 pub use closed_loop::ClosedLoop;
 pub use coverage::{LeftOut, LoopLimit, left_out, left_out_with, loop_limits, unmodelled};
 pub use error::StabilityError;
@@ -60,16 +65,18 @@ pub use linear_loop::LinearLoop;
 pub use loop_response::LoopResponse;
 pub use map::{Axis, Spacing, StabilityMap, is_near_boundary, map};
 pub use margins::{MAX_GAIN_MARGIN, Margins};
+pub use measured::{FrequencyResponse, MeasuredLoop, MeasuredSides, MeasuredVerdict};
 pub use mode::Mode;
 pub use parameter::Parameter;
 pub use population::{LimitQuantiles, Member, Population, Quantile, Worst};
 pub use ports::{Hybrid, Ports, is_passive_impedance};
+pub use re_engaging::EventBound;
 pub use sampled::{SampledBound, SampledWall};
 pub use sensitivity::{Sensitivity, sensitivities};
 pub use shares::ShareMap;
 pub use switching::{
-    Certificate, Cycle, DwellPoint, EventBound, GAP_M, Growth, Inequality, KeptGap, LONGEST_DWELL_S, Lyapunov, Phases,
-    Reach, Sequence, SimulatedCycle, SimulatedGrowth, StateMap, StateSpace, Summand, Switching, SwitchingSettings,
+    Cycle, DwellPoint, GAP_M, Growth, LONGEST_DWELL_S, Peaks, Phases, Reach, Sequence, SimulatedCycle, SimulatedGrowth,
+    Switching, SwitchingSettings, adversary,
 };
 pub use systems::{Locus, LoopSystem, PolesAndZeros};
 pub use tissue::{TissueRange, TissueSource};

@@ -1,7 +1,9 @@
 //! The linear loop of a scenario with a tissue: the parameters that determine its stability.
 
 use super::{Parameter, TissueRange};
-use trocar_engine::plant::{ActuatorLimits, ArmParameters, ControlTiming, MasterParameters, SlaveParameters};
+use trocar_engine::plant::{
+    ActuatorLimits, ArmParameters, ControlTiming, MasterModelSettings, MasterParameters, SlaveParameters,
+};
 use trocar_engine::teleoperation::LinkSettings;
 use trocar_scenario::{DelayTicks, waits_for_tick};
 
@@ -16,6 +18,8 @@ pub struct LinearLoop {
     pub timing: ControlTiming,
     /// The master.
     pub master: MasterParameters,
+    /// The model of a master other than the appendix'.
+    pub master_model: MasterModelSettings,
     /// The arm.
     pub arm: ArmParameters,
     /// The slave.
@@ -78,7 +82,21 @@ impl LinearLoop {
     /// True if a sample that arrives within a tick takes effect at the next one.
     #[must_use]
     pub fn waits_for_tick(&self) -> bool {
-        waits_for_tick(self.timing, &self.link, &self.slave)
+        waits_for_tick(self.timing, &self.link, self.has_general_machine())
+    }
+
+    /// True if the master or the slave is another machine than the appendix'.
+    #[must_use]
+    pub fn has_general_machine(&self) -> bool {
+        self.master_model.is_general() || self.slave.is_general()
+    }
+
+    /// True if the needle does not yield to the tissue, so an additional force acts through its reading alone. A reading
+    /// with a bandwidth averages it: it is then a number within the same bounds that is added to the reading, and so are
+    /// the steps and the noise of the sensor.
+    #[must_use]
+    pub fn adds_to_reading(&self) -> bool {
+        !self.slave.is_general() && self.link.machines.compliance_m_per_n == 0.0
     }
 
     fn places(&mut self, parameter: Parameter) -> Vec<&mut f64> {

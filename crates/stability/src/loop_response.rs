@@ -53,8 +53,14 @@ impl LoopResponse {
     /// The unwrapped phase of the loop gain in degrees.
     #[must_use]
     pub fn phases_deg(&self) -> Vec<f64> {
+        Self::unwrapped_deg(&self.gain)
+    }
+
+    /// The unwrapped phases of responses over frequency (Hz), in degrees.
+    #[must_use]
+    pub fn unwrapped_deg(responses: &[(f64, Complex64)]) -> Vec<f64> {
         let mut phases: Vec<f64> = vec![];
-        for (_, gain) in &self.gain {
+        for (_, gain) in responses {
             let phase = gain.arg().to_degrees();
             let turns = phases.last().map_or(0.0, |before| ((before - phase) / 360.0).round());
             phases.push(phase + 360.0 * turns);

@@ -2,8 +2,8 @@
 
 use super::{LinearLoop, StabilityError};
 use trocar_engine::plant::{
-    ArmParameters, ControlTiming, MASTER_STATES, MachineStep, MasterParameters, MasterStep, MotorStep, PlantError,
-    SLAVE_STATES, SampledGains, SlaveParameters, SlaveStep,
+    ArmParameters, ArmedStep, ControlTiming, GeneralMaster, MASTER_STATES, MachineStep, MasterModelSettings,
+    MasterParameters, MasterStep, MotorStep, PlantError, SLAVE_STATES, SampledGains, SlaveParameters, SlaveStep,
 };
 
 #[derive(Debug, Clone, PartialEq)]
@@ -11,6 +11,7 @@ struct StepParameters {
     tick_s: f64,
     timing: ControlTiming,
     master: MasterParameters,
+    master_model: MasterModelSettings,
     arm: ArmParameters,
     slave: SlaveParameters,
     lags_s: (f64, f64),
@@ -23,6 +24,7 @@ impl StepParameters {
             tick_s: settings.tick_s,
             timing: settings.timing,
             master: settings.master,
+            master_model: settings.master_model.clone(),
             arm: settings.arm,
             slave: settings.slave.clone(),
             lags_s: (settings.actuators.master_lag_s, settings.actuators.slave_lag_s),
@@ -42,15 +44,17 @@ pub(super) struct Machines {
     pub(super) motors: Option<(MotorStep<MASTER_STATES>, MotorStep<SLAVE_STATES>)>,
     pub(super) late_master: Option<MasterStep>,
     pub(super) late_slave: Option<SlaveStep>,
-    /// The machine and the controller of a general slave; `slave` and its motor are then not used.
+    /// The machine and the controller of the slave beside a general machine; `slave` and its motor are then not used.
     pub(super) general: Option<(MachineStep, SampledGains)>,
+    /// A general master with the arm; `master` and its motor are then not used.
+    pub(super) general_master: Option<ArmedStep>,
 }
 
 impl Machines {
     pub(super) fn new(settings: &LinearLoop) -> Result<Self, StabilityError> {
         let parameters = StepParameters::of(settings);
-        let StepParameters { tick_s, timing, master, arm, slave, lags_s, shares } = &parameters;
-        let general = slave.is_general().then(|| MachineStep::new(slave, *tick_s)).transpose()?;
+        let StepParameters { tick_s, timing, master, master_model, arm, slave, lags_s, shares } = &parameters;
+        let general = settings.has_general_machine().then(|| MachineStep::new(slave, *tick_s)).transpose()?;
         let unused = SlaveParameters::default();
         let of_appendix = if general.is_some() { &unused } else { slave };
         let of_machine = |tick_s| -> Result<(MasterStep, SlaveStep), PlantError> {
@@ -79,17 +83,22 @@ impl Machines {
             late_slave: late(shares.0)?.map(|(_, slave)| slave),
             master: master_step,
             slave: slave_step,
+            general_master: master_model
+                .is_general()
+                .then(|| ArmedStep::new(&GeneralMaster { parameters: master, model: master_model, arm }, *tick_s))
+                .transpose()?,
             general: general.map(|step| (step, SampledGains::of(slave, *tick_s))),
             parameters,
         })
     }
 
     pub(super) fn matches(&self, settings: &LinearLoop) -> bool {
-        let StepParameters { tick_s, timing, master, arm, slave, lags_s, shares } = &self.parameters;
+        let StepParameters { tick_s, timing, master, master_model, arm, slave, lags_s, shares } = &self.parameters;
         let LinearLoop { actuators, .. } = settings;
         *tick_s == settings.tick_s
             && *timing == settings.timing
             && *master == settings.master
+            && *master_model == settings.master_model
             && *arm == settings.arm
             && *slave == settings.slave
             && *lags_s == (actuators.master_lag_s, actuators.slave_lag_s)

@@ -1,7 +1,7 @@
 //! The teleoperator as a two-port between hand and tissue.
 
 use super::{LinearLoop, StabilityError};
-use trocar_engine::plant::{ControlTiming, Coupling, SampledGains, slave_system};
+use trocar_engine::plant::{ControlTiming, Coupling, GeneralMaster, Machine, SampledGains, slave_system};
 use trocar_engine::teleoperation::{MasterGains, SlaveGains};
 use trocar_lti::{Complex64, Continuous, StateSpace};
 
@@ -93,8 +93,37 @@ impl Hybrid {
 pub struct Ports {
     settings: LinearLoop,
     slave: StateSpace<Continuous>,
+    /// A general master, without the arm.
+    master: Option<StateSpace<Continuous>>,
     at_master: MasterGains,
     at_slave: SlaveGains,
+}
+
+/// The response of the force reading at `s = jω`.
+pub(super) fn force_reading(settings: &LinearLoop, s: Complex64) -> Complex64 {
+    let one = Complex64::new(1.0, 0.0);
+    let ticks = std::f64::consts::TAU * settings.force_bandwidth_hz * settings.tick_s;
+    if settings.force_bandwidth_hz <= 0.0 {
+        return one;
+    }
+    let before = (-s * settings.tick_s).exp();
+    let (keep, mean) = ((-ticks).exp(), -(-ticks).exp_m1() / ticks);
+    (before * (mean - keep) + (1.0 - mean)) / (one - before * keep)
+}
+
+/// The slave without its controller beside a general machine, otherwise with it unless it is sampled.
+fn slave_of(settings: &LinearLoop) -> Result<StateSpace<Continuous>, StabilityError> {
+    Ok(if settings.has_general_machine() {
+        Machine::of(&settings.slave)?.system().clone()
+    } else {
+        slave_system(&settings.slave, settings.timing)?
+    })
+}
+
+fn general_master(settings: &LinearLoop) -> Result<Option<StateSpace<Continuous>>, StabilityError> {
+    let LinearLoop { master, master_model, arm, .. } = settings;
+    let general = GeneralMaster { parameters: master, model: master_model, arm };
+    Ok(master_model.is_general().then(|| general.machine()).transpose()?.map(|machine| machine.system().clone()))
 }
 
 impl Ports {
@@ -105,7 +134,8 @@ impl Ports {
     pub fn new(settings: &LinearLoop) -> Result<Self, StabilityError> {
         let (at_master, at_slave) = settings.link.controller.gains(&settings.link.machines)?;
         Ok(Self {
-            slave: slave_system(&settings.slave, settings.timing)?,
+            slave: slave_of(settings)?,
+            master: general_master(settings)?,
             settings: settings.clone(),
             at_master,
             at_slave,
@@ -147,13 +177,7 @@ impl Ports {
         let scale = machines.position_scale;
 
         // The responses of force sensor and differentiator.
-        let ticks = std::f64::consts::TAU * settings.force_bandwidth_hz * tick_s;
-        let read = if settings.force_bandwidth_hz > 0.0 {
-            let (keep, mean) = ((-ticks).exp(), -(-ticks).exp_m1() / ticks);
-            (before * (mean - keep) + (1.0 - mean)) / (one - before * keep)
-        } else {
-            one
-        };
+        let read = force_reading(settings, s);
         let weight =
             -(-std::f64::consts::TAU * settings.link.controller.four_channel.acceleration_bandwidth_hz * tick_s)
                 .exp_m1();
@@ -161,7 +185,7 @@ impl Ports {
 
         // The slave: x_e = follow · x_ref + loaded · f_e, with a held x_ref.
         let response = self.slave.evaluate(s)?;
-        let (follow, loaded) = match (settings.slave.is_general(), settings.timing) {
+        let (follow, loaded) = match (settings.has_general_machine(), settings.timing) {
             (true, _) => {
                 let gains = SampledGains::of(&settings.slave, tick_s);
                 let motor = response[(0, 0)];
@@ -194,17 +218,26 @@ impl Ports {
 
         // U_m = (1 + k) F_ed - k F_h, with k = K_i / s or its held sum over the ticks, and m s v + b v = F_h - U_m.
         let gain = settings.master.force_integral_gain;
-        let integral = match settings.timing {
+        let timing = if self.master.is_some() { ControlTiming::Sampled } else { settings.timing };
+        let integral = match timing {
             ControlTiming::Continuous => s.inv() * gain,
             ControlTiming::Sampled => before / (one - before) * (gain * tick_s),
         };
-        let (of_force, of_hand, motor) = match settings.timing {
+        let (of_force, of_hand, motor) = match timing {
             ControlTiming::Continuous => (one + integral, integral, one),
             ControlTiming::Sampled => {
                 (one + integral, integral * hold, (one + s * settings.actuators.master_lag_s).inv())
             }
         };
-        let inertia = s * settings.master.mass_kg + settings.master.damping_n_s_per_m;
+        // A general master moves by x_h = G_e F_h - G_m U_m.
+        let (inertia, motor) = match &self.master {
+            None => (s * settings.master.mass_kg + settings.master.damping_n_s_per_m, motor),
+            Some(master) => {
+                let response = master.evaluate(s)?;
+                let of_hand = response[(0, 1)];
+                ((s * of_hand).inv(), motor * response[(0, 0)] / of_hand)
+            }
+        };
         // Collected by F_h, v_h and f_e: on_hand F_h + on_motion v_h + on_tissue f_e = 0.
         let pushed = match settings.master.coupling {
             Coupling::Physical => (one, one),

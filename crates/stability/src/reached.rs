@@ -31,13 +31,13 @@ pub struct Bounds {
 impl Bounds {
     /// Bounds of a scenario's loop, in and out of contact. `None` if the loop is unstable, or nonlinear apart from its
     /// limits: with augmentation, a tissue other than a spring and a damper, an error of the force reading, or a live
-    /// hand. Also `None` for a slave other than the appendix'.
+    /// hand. Also `None` for machines other than the appendix'.
     pub(super) fn of(scenario: &Scenario) -> Option<Self> {
         let sensor = &scenario.sensor;
         let is_exact = [sensor.force_noise_std_n, sensor.force_bias_n, sensor.force_resolution_n] == [0.0; 3];
         let tissue = TissueRange::of_parameters(scenario)?;
         let is_linear = !scenario.augmentation.enabled && tissue.source == TissueSource::SpringDamper;
-        if !(is_exact && is_linear) || scenario.slave.is_general() {
+        if !(is_exact && is_linear) || scenario.has_general_machine() {
             return None;
         }
         let settings = LinearLoop::of(scenario, tissue).ok()?;

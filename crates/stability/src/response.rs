@@ -100,6 +100,7 @@ impl Response {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::side::External;
 
     #[test]
     fn the_relative_slope_agrees_with_neighbouring_responses() {
@@ -115,6 +116,7 @@ mod tests {
                 force: local.clone(),
                 local,
                 desired: None,
+                external: External::none(3),
             };
             let response = Response::new(&side);
             for angle in [0.0, 0.3, 2.0] {

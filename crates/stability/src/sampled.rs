@@ -50,13 +50,14 @@ pub struct SampledBound {
 
 impl SampledBound {
     /// The bound of a loop. `None` if the condition does not apply: with a force integral (the force depends on more
-    /// than the sampled position), a controller other than the paper's, samples that arrive between ticks, or a motor
+    /// than the sampled position), a master or a controller other than the paper's, samples that arrive between ticks, or a motor
     /// lag.
     ///
     /// # Errors
     /// [`StabilityError`] if the loop cannot be built.
     pub fn of(settings: &LinearLoop) -> Result<Option<Self>, StabilityError> {
-        let applies = settings.master.force_integral_gain == 0.0
+        let applies = !settings.master_model.is_general()
+            && settings.master.force_integral_gain == 0.0
             && settings.link.controller.kind == ControllerKind::PositionForce
             && settings.actuators.master_lag_s == 0.0
             && settings.master.coupling == trocar_engine::plant::Coupling::Physical

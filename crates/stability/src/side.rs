@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::machines::Machines;
 use super::{LinearLoop, StabilityError};
-use trocar_engine::plant::{MachineColumn, MachineStep, SLAVE_STATES, SampledGains};
+use trocar_engine::plant::{ArmedColumn, ArmedStep, MachineColumn, MachineStep, SLAVE_STATES, SampledGains};
 
 /// `x_{k+1} = A x_k + b_now w_k + b_before w_{k-1}`, `y_k = c x_k`: `w` is the received signal and `y` the sent one,
 /// both at the tick.
@@ -23,6 +23,17 @@ pub(super) struct Side {
     pub(super) force: DVector<f64>,
     /// Effect of the desired position at this tick and the next; `None` for the slave.
     pub(super) desired: Option<(DVector<f64>, DVector<f64>)>,
+    /// Effect of 1 N of tissue force in addition to `K p + B v`; 0 at the master.
+    pub(super) external: External,
+}
+
+/// The effect of 1 N of force on the needle on the next states, and on `c`, `local` and `force` of a [`Side`].
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct External {
+    pub(super) next: DVector<f64>,
+    pub(super) sent: f64,
+    pub(super) local: f64,
+    pub(super) measured: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,9 +65,12 @@ impl States {
     }
 }
 
-/// Maximum number of states of a side: up to eight of the machine, two of the motor or the controller, two of the
-/// acceleration, two of the force reading.
-const MAX_STATES: usize = 14;
+/// Maximum number of states of a side: up to ten of the machine with the arm, two of the motor or the controller, two of
+/// the acceleration or the force reading, and [`EXTERNAL`].
+const MAX_STATES: usize = 15;
+
+/// The place of the additional tissue force among the states while a slave is built. No machine uses it.
+const EXTERNAL: usize = MAX_STATES - 1;
 
 fn zero() -> DVector<f64> {
     DVector::zeros(MAX_STATES)
@@ -71,6 +85,20 @@ fn first(column: &[f64]) -> DVector<f64> {
     let mut all = zero();
     all.rows_mut(0, column.len()).copy_from_slice(column);
     all
+}
+
+/// The parts of the position, the velocity and the hand's force of a master in its own command and in what it sends.
+fn of_master(
+    settings: &LinearLoop,
+    [position, velocity, hand]: [&DVector<f64>; 3],
+) -> Result<[DVector<f64>; 2], StabilityError> {
+    let link = &settings.link;
+    let (at_master, at_slave) = link.controller.gains(&link.machines)?;
+    let scale = link.machines.position_scale;
+    let local =
+        position * (at_master.position * scale) + velocity * (at_master.velocity * scale) - hand * at_master.hand;
+    let sent = position * scale + velocity * at_slave.velocity + hand * at_slave.hand_force;
+    Ok([local, sent])
 }
 
 /// Adds the acceleration that a side sends: `a_k = a_{k-1} + w ((v_k - v_{k-1}) / T - a_{k-1})`.
@@ -166,6 +194,14 @@ fn motion_of_general(
     now
 }
 
+#[cfg(test)]
+impl External {
+    /// No effect on a side with `n` states.
+    pub(super) fn none(n: usize) -> Self {
+        Self { next: DVector::zeros(n), sent: 0.0, local: 0.0, measured: 0.0 }
+    }
+}
+
 impl Side {
     /// Builds the master with its arm: `w` is the part of `F_ed` that comes from the slave, `y` the master's part of
     /// the slave's reference.
@@ -178,9 +214,10 @@ impl Side {
         settings: &LinearLoop,
         local_command: LocalCommand,
     ) -> Result<Self, StabilityError> {
-        let link = &settings.link;
-        let (at_master, at_slave) = link.controller.gains(&link.machines)?;
-        let scale = link.machines.position_scale;
+        if let Some(step) = &machines.general_master {
+            return Self::general_master(step, settings, local_command);
+        }
+        let (_, at_slave) = settings.link.controller.gains(&settings.link.machines)?;
         let step = &machines.master;
         let mut states = States::new(MAX_STATES);
         let motion = states.add(4);
@@ -198,8 +235,7 @@ impl Side {
             all
         };
         let (position, velocity, hand) = (unit(motion), unit(motion + 1), place(&step.hand_force));
-        let local = &position * (at_master.position * scale) + &velocity * (at_master.velocity * scale)
-            - &hand * at_master.hand;
+        let [local, mut sent] = of_master(settings, [&position, &velocity, &hand])?;
         for j in 0..5 {
             let column: Vec<f64> = step.transition.iter().map(|row| row[j]).collect();
             let to = match (j, integral) {
@@ -235,13 +271,44 @@ impl Side {
         if local_command == LocalCommand::Closed {
             states.a += &now * local.transpose();
         }
-        let mut sent = &position * scale + &velocity * at_slave.velocity + &hand * at_slave.hand_force;
         if at_slave.acceleration != 0.0 {
             sent += acceleration(&mut states, &velocity, settings) * at_slave.acceleration;
         }
         let split = machines.late_master.as_ref().map(|late| place(&late.feedback));
         let desired = (place(&step.desired_now), place(&step.desired_next));
         Ok(Self::of(states, now, split, [sent, local, zero()], Some(desired)))
+    }
+
+    /// Builds a general master with its arm and its controller on the tick. Coulomb friction and the constant force are
+    /// left out.
+    fn general_master(
+        step: &ArmedStep,
+        settings: &LinearLoop,
+        local_command: LocalCommand,
+    ) -> Result<Self, StabilityError> {
+        let place = |column: &ArmedColumn| first(&column[..step.states]);
+        let mut states = States::new(MAX_STATES);
+        states.add(step.states);
+        for (j, column) in step.transition[..step.states].iter().enumerate() {
+            states.a.set_column(j, &place(column));
+        }
+        let (position, velocity, hand) = (unit(0), unit(1), place(&step.hand_force));
+        // The motor resists: its force in the direction of insertion is -U_m.
+        let command = -place(&step.motor);
+        let mut now = command.clone();
+        let gain = settings.master.force_integral_gain;
+        if gain != 0.0 {
+            let integral = states.add(1);
+            states.a += &command * (unit(integral) * gain).transpose();
+            states.set(integral, &(unit(integral) - &hand * settings.tick_s));
+            now[integral] = settings.tick_s;
+        }
+        let [local, sent] = of_master(settings, [&position, &velocity, &hand])?;
+        if local_command == LocalCommand::Closed {
+            states.a += &now * local.transpose();
+        }
+        let desired = (place(&step.desired_now), place(&step.desired_next));
+        Ok(Self::of(states, now, None, [sent, local, zero()], Some(desired)))
     }
 
     /// Builds the slave on its tissue: `w` is the received part of the reference, `y` the sent part of `F_ed`.
@@ -258,9 +325,14 @@ impl Side {
         let (at_master, at_slave) = link.controller.gains(&link.machines)?;
         let mut states = States::new(MAX_STATES);
         let (position, velocity) = (unit(0), unit(1));
-        let force = &position * settings.stiffness_n_per_m + &velocity * settings.damping_n_s_per_m;
+        let spring_and_damper = &position * settings.stiffness_n_per_m + &velocity * settings.damping_n_s_per_m;
+        let force = &spring_and_damper + unit(EXTERNAL);
         let reading = |states: &mut States| {
-            let read = measurement(states, &force, settings);
+            let read = if settings.adds_to_reading() {
+                measurement(states, &spring_and_damper, settings) + unit(EXTERNAL)
+            } else {
+                measurement(states, &force, settings)
+            };
             let local = &read * -at_slave.local_force;
             let mut deflection = &force * link.machines.compliance_m_per_n;
             if local_command == LocalCommand::Closed {
@@ -317,6 +389,12 @@ impl Side {
     ) -> Self {
         let n = states.used;
         let cut = |vector: DVector<f64>| vector.rows(0, n).into_owned();
+        let external = External {
+            next: states.a.column(EXTERNAL).rows(0, n).into_owned(),
+            sent: sent[EXTERNAL],
+            local: local[EXTERNAL],
+            measured: force[EXTERNAL],
+        };
         let (now, before) = match late {
             None => (whole, None),
             Some(late) => (late.clone(), Some(whole - late)),
@@ -329,6 +407,7 @@ impl Side {
             local: cut(local),
             force: cut(force),
             desired: desired.map(|(now, next)| (cut(now), cut(next))),
+            external,
         }
     }
 }

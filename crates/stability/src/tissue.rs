@@ -47,6 +47,8 @@ pub struct TissueRange {
     pub stiffness_n_per_m: (f64, f64),
     /// The damping in N·s/m; 0 unless the tissue is a spring and a damper.
     pub damping_n_s_per_m: f64,
+    /// The largest damping in N·s/m that the tissue may have at some depth; the certificate of events covers it.
+    pub largest_damping_n_s_per_m: f64,
 }
 
 impl TissueRange {
@@ -57,13 +59,18 @@ impl TissueRange {
             source: TissueSource::SpringDamper,
             stiffness_n_per_m: (stiffness_n_per_m, stiffness_n_per_m),
             damping_n_s_per_m,
+            largest_damping_n_s_per_m: damping_n_s_per_m,
         }
     }
 
     /// A range without damping.
     #[must_use]
     pub fn of_slopes(source: TissueSource, (low, high): (f64, f64)) -> Self {
-        Self { source, stiffness_n_per_m: (low.max(0.0), high.max(0.0)), damping_n_s_per_m: 0.0 }
+        Self { source, stiffness_n_per_m: (low.max(0.0), high.max(0.0)), ..Self::spring(0.0, 0.0) }
+    }
+
+    fn up_to(self, largest_damping_n_s_per_m: f64) -> Self {
+        Self { largest_damping_n_s_per_m, ..self }
     }
 
     /// The tissue from a scenario's parameters and recordings. `None` if only a run shows it: for the tissue of a unit,
@@ -81,8 +88,8 @@ impl TissueRange {
             TissueSpec::Unit(_) => None,
             TissueSpec::Model(settings) => Some(match settings.springs(intended_depth_m(scenario))? {
                 Springs::SpringDamper(stiffness, damping) => Self::spring(stiffness, damping),
-                Springs::ToDepth(slopes) => Self::of_slopes(TissueSource::Model, slopes),
-                Springs::Layers(slopes) => Self::of_slopes(TissueSource::Layers, slopes),
+                Springs::ToDepth(slopes, damping) => Self::of_slopes(TissueSource::Model, slopes).up_to(damping),
+                Springs::Layers(slopes, damping) => Self::of_slopes(TissueSource::Layers, slopes).up_to(damping),
             }),
         }
     }

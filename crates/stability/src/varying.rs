@@ -428,6 +428,7 @@ fn scaling(criterion: &Criterion, nominal: &ClosedLoop, slave: &Response) -> Res
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::side::External;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
@@ -441,6 +442,7 @@ mod tests {
             local: nothing.clone(),
             force: nothing,
             desired: None,
+            external: External::none(n),
         }
     }
 

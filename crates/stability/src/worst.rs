@@ -34,6 +34,7 @@ impl LinearLoop {
             tick_s: scenario.grid.tick_s(),
             timing: scenario.timing,
             master: scenario.master,
+            master_model: scenario.master_model.clone(),
             arm: scenario.arm,
             slave: scenario.slave.clone(),
             actuators: ActuatorLimits {

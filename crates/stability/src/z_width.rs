@@ -126,7 +126,8 @@ impl ZWidth {
         let applies = settings.master.force_integral_gain == 0.0
             && settings.link.controller.kind == ControllerKind::PositionForce
             && settings.actuators.master_lag_s == 0.0
-            && settings.master.coupling == Coupling::Physical;
+            && settings.master.coupling == Coupling::Physical
+            && !settings.master_model.is_general();
         if !applies {
             return Ok(None);
         }

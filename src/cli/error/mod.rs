@@ -13,6 +13,7 @@ use crate::explore::ExploreError;
 use trocar_core::error::InvalidValue;
 use trocar_detect::calibration::CalibrationError;
 use trocar_identify::IdentifyError;
+use trocar_recording::RecordingError;
 use trocar_report::html::HtmlError;
 use trocar_report::{OutputError, PictureError};
 use trocar_scenario::ScenarioError;
@@ -21,7 +22,7 @@ use trocar_studies::compare::PaperError;
 use trocar_studies::fmu::UnitError;
 use trocar_studies::roc::RocError;
 use trocar_studies::run::RunError;
-use trocar_studies::stability_check::CheckError;
+use trocar_studies::stability_check::{CheckError, VerificationError};
 use trocar_studies::sweep::SweepError;
 
 #[derive(Debug, Error)]
@@ -55,6 +56,10 @@ pub(super) enum CliError {
     Calibration(#[from] CalibrationError),
     #[error(transparent)]
     Identify(#[from] IdentifyError),
+    #[error("to identify the {machine}, {flag} is needed; give its column")]
+    MissingColumn { flag: &'static str, machine: &'static str },
+    #[error("{flag} is not used to identify the {machine}; remove it, or give another --machine")]
+    UnusedColumn { flag: &'static str, machine: &'static str },
     #[error(transparent)]
     Roc(RocError),
     #[error(transparent)]
@@ -68,8 +73,15 @@ pub(super) enum CliError {
     NoCase { case: u64, cases: u64 },
     #[error("{axis}: {reason}")]
     Axis { axis: String, reason: String },
+    /// A measured frequency response cannot be read.
+    #[error(transparent)]
+    Response(RecordingError),
     #[error(transparent)]
     Stability(#[from] StabilityError),
+    #[error("{path}: {source}")]
+    Certificate { path: String, source: VerificationError },
+    #[error("{path}: {source}")]
+    Unreadable { path: String, source: std::io::Error },
     #[error(transparent)]
     Explore(#[from] ExploreError),
     #[error(transparent)]
@@ -192,13 +204,20 @@ impl CliError {
             | Self::Moved { .. }
             | Self::Roc(_)
             | Self::Axis { .. }
-            | Self::Stability(StabilityError::Plant(_) | StabilityError::Parameter(_))
+            | Self::Response(_)
+            | Self::Stability(
+                StabilityError::Plant(_) | StabilityError::Parameter(_) | StabilityError::Measured { .. },
+            )
+            | Self::Certificate { source: VerificationError::Form(_), .. }
+            | Self::Unreadable { .. }
             | Self::Exists { .. }
             | Self::NoCase { .. }
             | Self::LongSweep { .. }
             | Self::Unknown { .. }
             | Self::Calibration(_)
             | Self::Identify(_)
+            | Self::MissingColumn { .. }
+            | Self::UnusedColumn { .. }
             | Self::Unit(_)
             | Self::NoLibrary { .. }
             | Self::Run(RunError::Scenario(_)) => true,
@@ -209,6 +228,7 @@ impl CliError {
             Self::Interrupted { .. }
             | Self::Warnings { .. }
             | Self::Stability(_)
+            | Self::Certificate { .. }
             | Self::Run(RunError::Engine { .. })
             | Self::Output(_)
             | Self::Picture(_)

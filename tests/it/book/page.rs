@@ -32,10 +32,15 @@ impl BookPage {
     pub fn read(path: &Path) -> Self {
         let text = std::fs::read_to_string(path).expect("a page");
         let folder = TestFolder::new();
-        for entry in std::fs::read_dir(file("scenarios/sweeps")).expect("a folder") {
-            let from = entry.expect("an entry").path();
-            let name = from.file_name().and_then(|name| name.to_str()).expect("a name");
-            folder.file(&format!("scenarios/sweeps/{name}"), std::fs::read(&from).expect("read"));
+        // Pages for a checkout of the repository name its recordings.
+        let recordings =
+            ["scenarios/recordings", "tests/data/teleop_1dof"].into_iter().filter(|from| text.contains(from));
+        for from in std::iter::once("scenarios/sweeps").chain(recordings) {
+            for entry in std::fs::read_dir(file(from)).expect("a folder") {
+                let path = entry.expect("an entry").path();
+                let name = path.file_name().and_then(|name| name.to_str()).expect("a name");
+                folder.file(&format!("{from}/{name}"), std::fs::read(&path).expect("read"));
+            }
         }
         Self {
             path: path.to_owned(),

@@ -48,12 +48,25 @@ const REFUSED: &[(&str, &[Chosen])] = &[
         ],
     ),
     ("controller.kind", &[Chosen { key: "master.coupling", word: "as-printed" }]),
-    // Four channels and the passivity schemes compute with the appendix' slave.
+    // Four channels and the passivity schemes compute with the appendix' machines.
+    ("master.model", OF_APPENDIX),
     ("slave.model", OF_APPENDIX),
     ("slave.controller", OF_APPENDIX),
-    ("passivity.scheme", GENERAL),
-    ("actuator.slave_lag_s", GENERAL),
+    ("passivity.scheme", GENERAL_SLAVE),
+    ("passivity.scheme", GENERAL_MASTER),
+    ("actuator.slave_lag_s", GENERAL_SLAVE),
+    ("actuator.slave_lag_s", GENERAL_MASTER),
+    ("actuator.master_lag_s", GENERAL_MASTER),
+    // The passivity schemes presume sides that start and move together.
+    ("slave.start_m", SCHEMES),
+    ("operator.clutch_s", SCHEMES),
     ("slave.damping", &[Chosen { key: "controller.kind", word: "four-channel" }]),
+];
+
+const SCHEMES: &[Chosen] = &[
+    Chosen { key: "passivity.scheme", word: "wave-variables" },
+    Chosen { key: "passivity.scheme", word: "time-domain" },
+    Chosen { key: "passivity.scheme", word: "energy-tank" },
 ];
 
 const OF_APPENDIX: &[Chosen] = &[
@@ -63,7 +76,13 @@ const OF_APPENDIX: &[Chosen] = &[
     Chosen { key: "passivity.scheme", word: "energy-tank" },
 ];
 
-const GENERAL: &[Chosen] = &[
+const GENERAL_MASTER: &[Chosen] = &[
+    Chosen { key: "master.model", word: "mass-damper" },
+    Chosen { key: "master.model", word: "transfer-function" },
+    Chosen { key: "master.model", word: "state-space" },
+];
+
+const GENERAL_SLAVE: &[Chosen] = &[
     Chosen { key: "slave.model", word: "mass-damper" },
     Chosen { key: "slave.model", word: "transfer-function" },
     Chosen { key: "slave.model", word: "state-space" },
@@ -79,6 +98,8 @@ const ACCEPTED: &[(&str, &[Chosen])] = &[
         &[Chosen { key: "operator.kind", word: "recording" }, Chosen { key: "operator.kind", word: "ramp" }],
     ),
     ("perception.memory_s", &[Chosen { key: "master.coupling", word: "as-printed" }]),
+    // Beside a general master both controllers run on the tick anyway.
+    ("simulation.control", GENERAL_MASTER),
     // Only `[perception]` feels it.
     ("augmentation.cue", &[Chosen { key: "perception.kind", word: "none" }]),
     // On a rig only.

@@ -78,12 +78,14 @@ fn are_equal(one: &Scenario, other: &Scenario) -> bool {
     let schedules = |s: &Scenario| (s.forward_schedule.clone(), s.backward_schedule.clone(), s.events.clone());
     let ends = |s: &Scenario| (s.operator.clone(), s.tremor, s.reflex, s.perception, s.tissue.clone(), s.organ_motion);
     let arm = |s: &Scenario| (s.stretch, s.stiffening);
+    let master = |s: &Scenario| (s.master_model.clone(), s.encoder, s.clutch.clone());
     let detection = |s: &Scenario| (s.sensor, s.estimator, s.contact_m, s.detector, s.augmentation);
     run(one) == run(other)
         && machines(one) == machines(other)
         && schedules(one) == schedules(other)
         && ends(one) == ends(other)
         && arm(one) == arm(other)
+        && master(one) == master(other)
         && detection(one) == detection(other)
 }
 

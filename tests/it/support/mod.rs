@@ -143,6 +143,7 @@ impl ClosedLoop {
                 supervisor: Supervisor::new(&settings, 1.98e-2, tick_s, 0.0),
                 link: self.link(tick_s),
                 safety: None,
+                master_reading: None,
             },
         }
     }

@@ -1,14 +1,15 @@
-//! The plants with a general slave: any linear machine, or a mass with Coulomb friction, under a controller on the tick.
+//! The plants with a general master or slave. The slave is any linear machine, or a mass with Coulomb friction, under a controller on the tick.
 
 use super::integrated_slave::IntegratedSlave;
 use super::{
-    ExactPlants, IntegratedPlants, IntegrationError, LimitedPlants, MasterOutput, Plants, SlaveOutput, TissueForce,
+    ControlledMaster, ExactPlants, IntegratedPlants, IntegrationError, LimitedPlants, MasterOutput, Plants,
+    SlaveOutput, TissueForce,
 };
 use crate::plant::{
     ActuatorLimits, MachineColumn, MachineStep, PlantError, Rest, SampledController, SampledGains, SlaveParameters,
 };
 
-/// The plants whose master side is used. Their slave rests.
+/// The plants whose master side is used. Their slave, if any, rests.
 #[derive(Debug, Clone)]
 pub enum MasterPlants {
     /// With an exact step.
@@ -17,6 +18,8 @@ pub enum MasterPlants {
     Limited(Box<LimitedPlants<f64>>),
     /// Integrated numerically.
     Integrated(Box<IntegratedPlants>),
+    /// A master other than the appendix'; it has no slave.
+    General(Box<ControlledMaster>),
 }
 
 /// The machine of a general slave.
@@ -132,6 +135,7 @@ impl Plants<f64> for GeneralPlants {
             MasterPlants::Exact(plants) => plants.master(),
             MasterPlants::Limited(plants) => plants.master(),
             MasterPlants::Integrated(plants) => plants.master(),
+            MasterPlants::General(master) => master.output(),
         }
     }
 
@@ -154,6 +158,7 @@ impl Plants<f64> for GeneralPlants {
             MasterPlants::Exact(plants) => plants.step(desired, desired_next, feedback, 0.0, 0.0, none)?,
             MasterPlants::Limited(plants) => plants.step(desired, desired_next, feedback, 0.0, 0.0, none)?,
             MasterPlants::Integrated(plants) => plants.step(desired, desired_next, feedback, 0.0, 0.0, none)?,
+            MasterPlants::General(master) => master.step([desired, desired_next], feedback)?,
         }
         self.slave.step(reference - deflection, force)
     }

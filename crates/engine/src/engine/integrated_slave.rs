@@ -18,7 +18,7 @@ type State = DVector<f64>;
 
 /// `x' = A x + b_u u + b_w w`, with A row by row, and the position `c x`.
 #[derive(Debug, Clone)]
-struct Equations {
+pub(super) struct Equations {
     a: Vec<Vec<f64>>,
     motor: Vec<f64>,
     external: Vec<f64>,
@@ -34,10 +34,8 @@ struct Driven<'a> {
 
 impl System<f64, State> for Driven<'_> {
     fn system(&self, _time: f64, state: &State, derivative: &mut State) {
-        let Equations { a, motor, external, .. } = self.equations;
-        for (i, row) in a.iter().enumerate() {
-            let inner: f64 = row.iter().zip(state.iter()).map(|(entry, value)| entry * value).sum();
-            derivative[i] = inner + motor[i] * self.command + external[i] * self.external_n;
+        for i in 0..self.equations.states() {
+            derivative[i] = self.equations.derivative(i, state.as_slice(), self.command, self.external_n);
         }
     }
 }
@@ -46,6 +44,8 @@ impl System<f64, State> for Driven<'_> {
 #[derive(Debug, Clone)]
 pub struct IntegratedSlave {
     equations: Equations,
+    is_loaded: bool,
+    constant_n: f64,
     friction_n: f64,
     part_s: f64,
     state: State,
@@ -58,63 +58,48 @@ impl IntegratedSlave {
     /// [`PlantError::NoRest`].
     pub fn new(slave: &SlaveParameters, tick_s: f64, (position_m, command): (f64, f64)) -> Result<Self, PlantError> {
         let mut equations = match slave.model {
-            SlaveModel::Appendix | SlaveModel::TransferFunction => of_function(&slave.numerator, &slave.denominator),
-            SlaveModel::MassDamper => {
-                let by_mass = 1.0 / slave.mass_kg;
-                Equations {
-                    a: vec![vec![0.0, 1.0], vec![0.0, -slave.damping_n_s_per_m * by_mass]],
-                    motor: vec![0.0, by_mass],
-                    external: vec![0.0, by_mass],
-                    position: vec![1.0, 0.0],
-                }
+            SlaveModel::Appendix | SlaveModel::TransferFunction => {
+                Equations::of_function(&slave.numerator, &slave.denominator)
             }
-            SlaveModel::StateSpace => {
-                let n = slave.c.len();
-                Equations {
-                    a: slave.a.chunks(n).map(<[f64]>::to_vec).collect(),
-                    motor: slave.b.iter().copied().step_by(2).collect(),
-                    external: slave.b.iter().copied().skip(1).step_by(2).collect(),
-                    position: slave.c.clone(),
-                }
-            }
+            SlaveModel::MassDamper => Equations::of_mass(slave.mass_kg, slave.damping_n_s_per_m),
+            SlaveModel::StateSpace => Equations::of_matrices(&slave.a, &slave.b, &slave.c),
         };
-        if slave.model == SlaveModel::Appendix || !slave.load {
+        let is_general = slave.model != SlaveModel::Appendix;
+        if !is_general {
             equations.external.fill(0.0);
         }
+        let constant_n = if is_general { slave.constant_force_n } else { 0.0 };
         let state = match slave.model {
             SlaveModel::Appendix | SlaveModel::TransferFunction => {
-                Some(equations.rest_of_function(position_m, command))
+                Some(equations.rest_of_function(position_m, [command, constant_n]))
             }
             SlaveModel::MassDamper => Some(State::from_vec(vec![position_m, 0.0])),
-            SlaveModel::StateSpace => equations.rest_of_matrices(position_m, command),
+            SlaveModel::StateSpace => equations.rest_of_matrices(position_m, [command, constant_n]),
         };
-        let state = state.ok_or(PlantError::NoRest { reference_m: position_m })?;
+        let state = state.ok_or(PlantError::NoRest { side: "slave", start_m: position_m })?;
         let friction_n = if slave.model == SlaveModel::MassDamper { slave.coulomb_friction_n } else { 0.0 };
-        Ok(Self { equations, friction_n, part_s: tick_s / PARTS as f64, state })
+        let (is_loaded, part_s) = (is_general && slave.load, tick_s / PARTS as f64);
+        Ok(Self { equations, is_loaded, constant_n, friction_n, part_s, state })
     }
 
     /// Returns the position in m and the velocity in m/s.
     #[must_use]
     pub fn output(&self) -> [f64; 2] {
-        let Equations { a, position, .. } = &self.equations;
-        let value = |row: &[f64]| -> f64 { row.iter().zip(self.state.iter()).map(|(c, x)| c * x).sum() };
-        // The forces do not change the position's derivative: c B = 0.
-        let velocity = position.iter().zip(a).map(|(c, row)| c * value(row)).sum();
-        [value(position), velocity]
+        self.equations.output(self.state.as_slice())
     }
 
-    /// Steps over a tick with a held motor force and external force in N.
+    /// Steps over a tick with a held motor force and force of the tissue in N.
     ///
     /// # Errors
     /// [`IntegrationError`].
-    pub fn advance(&mut self, command: f64, external_n: f64) -> Result<(), IntegrationError> {
+    pub fn advance(&mut self, command: f64, tissue_n: f64) -> Result<(), IntegrationError> {
+        let external_n = if self.is_loaded { tissue_n + self.constant_n } else { self.constant_n };
         for _ in 0..PARTS {
             if self.friction_n == 0.0 {
                 self.state = self.integrate(command, external_n)?;
                 continue;
             }
-            // The loaded mass has the same column for both forces, the unloaded one none for the external force.
-            let force_n = if self.equations.external[1] == 0.0 { command } else { command + external_n };
+            let force_n = command + external_n;
             let velocity = self.state[1];
             if velocity == 0.0 && force_n.abs() <= self.friction_n {
                 continue;
@@ -141,17 +126,80 @@ impl IntegratedSlave {
 }
 
 impl Equations {
-    /// The rest of the observer form: `z_{i+1} = a_i z_1 - b_i u`.
-    fn rest_of_function(&self, position_m: f64, command: f64) -> State {
-        let at = |i: usize| -self.a[i - 1][0] * position_m - self.motor[i - 1] * command;
+    pub(super) fn of_mass(mass_kg: f64, damping_n_s_per_m: f64) -> Self {
+        let by_mass = 1.0 / mass_kg;
+        Self {
+            a: vec![vec![0.0, 1.0], vec![0.0, -damping_n_s_per_m * by_mass]],
+            motor: vec![0.0, by_mass],
+            external: vec![0.0, by_mass],
+            position: vec![1.0, 0.0],
+        }
+    }
+
+    pub(super) fn of_matrices(a: &[f64], b: &[f64], c: &[f64]) -> Self {
+        Self {
+            a: a.chunks(c.len()).map(<[f64]>::to_vec).collect(),
+            motor: b.iter().copied().step_by(2).collect(),
+            external: b.iter().copied().skip(1).step_by(2).collect(),
+            position: c.to_vec(),
+        }
+    }
+
+    /// The observer form: `z_i' = z_{i+1} - a_i z_1 + b_i u`, with the position `z_1`.
+    pub(super) fn of_function(numerator: &[f64], denominator: &[f64]) -> Self {
+        let n = denominator.len() - 1;
+        let leading = denominator[0];
+        // Leading zeros of the numerator have no effect.
+        let above = |power: usize| numerator.iter().rev().nth(power).map_or(0.0, |value| value / leading);
+        let a = (0..n)
+            .map(|i| {
+                let mut row = vec![0.0; n];
+                row[0] = -denominator[i + 1] / leading;
+                if i + 1 < n {
+                    row[i + 1] = 1.0;
+                }
+                row
+            })
+            .collect();
+        let motor: Vec<f64> = (0..n).map(|i| above(n - 1 - i)).collect();
+        let mut position = vec![0.0; n];
+        position[0] = 1.0;
+        Self { a, external: motor.clone(), motor, position }
+    }
+
+    pub(super) fn states(&self) -> usize {
+        self.position.len()
+    }
+
+    /// The derivative of state `i` under a motor force and an external force in N. Further entries of `state` are not
+    /// used.
+    pub(super) fn derivative(&self, i: usize, state: &[f64], motor_n: f64, external_n: f64) -> f64 {
+        let inner: f64 = self.a[i].iter().zip(state).map(|(entry, value)| entry * value).sum();
+        inner + self.motor[i] * motor_n + self.external[i] * external_n
+    }
+
+    /// Position (m) and velocity (m/s).
+    pub(super) fn output(&self, state: &[f64]) -> [f64; 2] {
+        let value = |row: &[f64]| -> f64 { row.iter().zip(state).map(|(c, x)| c * x).sum() };
+        // The forces do not change the position's derivative: c B = 0.
+        let velocity = self.position.iter().zip(&self.a).map(|(c, row)| c * value(row)).sum();
+        [value(&self.position), velocity]
+    }
+
+    /// The rest of the observer form under both forces: `z_{i+1} = a_i z_1 - b_i u`.
+    pub(super) fn rest_of_function(&self, position_m: f64, [motor_n, external_n]: [f64; 2]) -> State {
+        let at =
+            |i: usize| -self.a[i - 1][0] * position_m - self.motor[i - 1] * motor_n - self.external[i - 1] * external_n;
         State::from_fn(self.position.len(), |i, _| if i == 0 { position_m } else { at(i) })
     }
 
-    /// The state with `A x + b_u u = 0` and the given position.
-    fn rest_of_matrices(&self, position_m: f64, command: f64) -> Option<State> {
+    /// The state with `A x + b_u u + b_w w = 0` and the given position.
+    pub(super) fn rest_of_matrices(&self, position_m: f64, [motor_n, external_n]: [f64; 2]) -> Option<State> {
         let n = self.position.len();
         let entry = |i: usize, j: usize| if i < n { self.a[i][j] } else { self.position[j] };
-        let right = |i: usize| if i < n { -self.motor[i] * command } else { position_m };
+        let right = |i: usize| {
+            if i < n { -self.motor[i] * motor_n - self.external[i] * external_n } else { position_m }
+        };
         // Rows of similar size, so that a small coefficient counts like a large one.
         let scale: Vec<f64> =
             (0..=n).map(|i| (0..n).map(|j| entry(i, j).abs()).fold(f64::MIN_POSITIVE, f64::max)).collect();
@@ -160,26 +208,4 @@ impl Equations {
         let found = matrix.svd(true, true).solve(&right, 1e-14).ok()?;
         found.iter().all(|value| value.is_finite()).then_some(found)
     }
-}
-
-/// The observer form: `z_i' = z_{i+1} - a_i z_1 + b_i u`, with the position `z_1`.
-fn of_function(numerator: &[f64], denominator: &[f64]) -> Equations {
-    let n = denominator.len() - 1;
-    let leading = denominator[0];
-    // Leading zeros of the numerator have no effect.
-    let above = |power: usize| numerator.iter().rev().nth(power).map_or(0.0, |value| value / leading);
-    let a = (0..n)
-        .map(|i| {
-            let mut row = vec![0.0; n];
-            row[0] = -denominator[i + 1] / leading;
-            if i + 1 < n {
-                row[i + 1] = 1.0;
-            }
-            row
-        })
-        .collect();
-    let motor: Vec<f64> = (0..n).map(|i| above(n - 1 - i)).collect();
-    let mut position = vec![0.0; n];
-    position[0] = 1.0;
-    Equations { a, external: motor.clone(), motor, position }
 }

@@ -6,7 +6,7 @@ use super::signals::{Desired, FedBack, SlaveMeasurement};
 use super::{EngineError, MasterOutput, Observer, Plants, Signals, SlaveOutput};
 use crate::operator::Operator;
 use crate::sensor::{NoiseBank, Sensor};
-use crate::teleoperation::{AtMaster, AtSlave, Connection, LinkReport};
+use crate::teleoperation::{AtMaster, AtSlave, Connection, LinkReport, MasterReading};
 use crate::tissue::Tissue;
 use trocar_core::augmentation::{
     AnyForceLaw, ForceLaw, HeldReference, Modes, MotionLaw, SlaveCommand, Supervisor, SupervisorInput,
@@ -65,15 +65,8 @@ pub struct Parts<L: Lane, O, T, S, E, D, K, M = HeldReference<L>, F = AnyForceLa
     pub link: K,
     /// The limits of the commands; `None` if they do not act.
     pub safety: Option<CommandLimits<L>>,
-}
-
-#[inline(always)]
-pub(super) fn of_master<L: Lane>(master: &MasterOutput<L>) -> AtMaster<L> {
-    AtMaster {
-        position_m: master.position_m,
-        velocity_m_per_s: master.velocity_m_per_s,
-        hand_force_n: master.hand_force_n,
-    }
+    /// The encoder and the clutch of the master; `None` if it is read exactly and always.
+    pub master_reading: Option<MasterReading<L>>,
 }
 
 /// The steps of one side. Neither side reads values that the other changes in the same step, so each can run in its own
@@ -90,6 +83,17 @@ where
     M: MotionLaw<L>,
     F: ForceLaw<L>,
 {
+    /// Step 1, on the master's side: what is read of the master.
+    #[inline(always)]
+    pub(super) fn read_master(&mut self, tick: u64, master: &MasterOutput<L>) -> AtMaster<L> {
+        let MasterOutput { position_m, velocity_m_per_s, hand_force_n } = *master;
+        let exact = AtMaster { position_m, velocity_m_per_s, hand_force_n };
+        match &mut self.master_reading {
+            Some(reading) => reading.read(tick, exact),
+            None => exact,
+        }
+    }
+
     /// Steps 2 to 4, on the slave's side: tissue and sensors, estimator, detector.
     #[inline(always)]
     pub(super) fn sense(&mut self, tick: u64, slave: &SlaveOutput<L>) -> SlaveMeasurement<L> {
@@ -133,7 +137,10 @@ where
     #[inline(always)]
     pub(super) fn feed_back(&mut self, mode: Modes<L>, force_n: L, at_master: &AtMaster<L>) -> FedBack<L> {
         let (commanded_n, allowed_step_n) = self.supervisor.feedback_force(mode, force_n, at_master.velocity_m_per_s);
-        let force_n = self.link.limit(commanded_n, at_master);
+        let limited_n = self.link.limit(commanded_n, at_master);
+        // A master with an open clutch is free.
+        let is_free = self.master_reading.as_ref().is_some_and(MasterReading::is_open);
+        let force_n = if is_free { L::zero() } else { limited_n };
         let force_n = match &mut self.safety {
             Some(limits) => limits.force_n(force_n),
             None => force_n,
@@ -143,9 +150,10 @@ where
 
     #[inline(always)]
     pub(super) fn desired(&self, desired_m: L) -> Desired<L> {
+        let intended_m = self.operator.intended_position_m(desired_m);
         Desired {
             position_m: desired_m,
-            intended_m: self.operator.intended_position_m(desired_m),
+            intended_m: self.master_reading.as_ref().map_or(intended_m, |reading| reading.intended_m(intended_m)),
             is_noticed: self.operator.notices(),
         }
     }
@@ -187,7 +195,7 @@ where
     ) -> ControlFlow<Result<(), EngineError>, L> {
         // 1. read both plants
         let (master, slave) = (plants.master(), plants.slave());
-        let at_master = of_master(&master);
+        let at_master = self.read_master(tick, &master);
         // 2. to 4. tissue and sensors, estimator and detector
         let measured = self.sense(tick, &slave);
         // 5. link and supervisor on the slave's side
@@ -248,6 +256,7 @@ where
             supervisor: Gather::gather(of_each!(all, |one| &one.supervisor))?,
             link: K::gather(of_each!(all, |one| &one.link))?,
             safety: Gather::gather(of_each!(all, |one| &one.safety))?,
+            master_reading: Gather::gather(of_each!(all, |one| &one.master_reading))?,
         })
     }
 }

@@ -3,10 +3,9 @@
 //! A side runs its steps of [`Parts`](super::Parts)' tick. With the other side's messages at the same ticks, its
 //! signals are the same bits. Each side contains all parts and both machines, but uses only its own.
 
-use super::parts::of_master;
 use super::signals::{AtMasterSide, AtSlaveSide, at_rest};
 use super::{Any, Engine, EngineError, Observer, Plants, Signals, TissueForce, Wiring};
-use crate::teleoperation::{Connection as _, Received, ToMaster, ToSlave};
+use crate::teleoperation::{AtMaster, Connection as _, Received, ToMaster, ToSlave};
 use trocar_core::safety::{CommandLimits, SafetySettings};
 
 /// The engine of a side.
@@ -18,6 +17,8 @@ pub struct MasterSide {
     initial: [f64; 5],
     at_rest: AtSlaveSide<f64>,
     desired_m: f64,
+    /// The reading at the present tick.
+    at_master: AtMaster<f64>,
     /// The last feedback force in N.
     force_n: f64,
     tick: u64,
@@ -28,7 +29,8 @@ impl MasterSide {
     #[must_use]
     pub fn new(mut engine: SideEngine, initial: [f64; 5]) -> Self {
         let desired_m = engine.parts.begin();
-        Self { engine, initial, at_rest: at_rest().1, desired_m, force_n: 0.0, tick: 0 }
+        let at_master = AtMaster { position_m: 0.0, velocity_m_per_s: 0.0, hand_force_n: 0.0 };
+        Self { engine, initial, at_rest: at_rest().1, desired_m, at_master, force_n: 0.0, tick: 0 }
     }
 
     /// The sample before the first message: force (N), position (m), velocity (m/s), acceleration (m/s²), mode.
@@ -51,7 +53,9 @@ impl MasterSide {
 
     /// First half of a tick: returns the master's message. Must be called once before each [`MasterSide::step`].
     pub fn send(&mut self) -> ToSlave<f64> {
-        self.engine.parts.link.master_sends(&of_master(&self.engine.plants.master()))
+        let Engine { plants, parts, .. } = &mut self.engine;
+        self.at_master = parts.read_master(self.tick, &plants.master());
+        parts.link.master_sends(&self.at_master)
     }
 
     /// Second half of a tick: receives a message, shows this side's signals to the observer (the other side's are 0),
@@ -62,7 +66,7 @@ impl MasterSide {
     pub fn step(&mut self, received: &Received<f64, 5>, observer: &mut dyn Observer<f64>) -> Result<(), EngineError> {
         let Engine { plants, parts, .. } = &mut self.engine;
         let master = plants.master();
-        let at_master = of_master(&master);
+        let at_master = self.at_master;
         let (mode, force_n) = parts.link.master_receives(received, &at_master);
         let fed_back = parts.feed_back(mode, force_n, &at_master);
         let desired = parts.desired(self.desired_m);

@@ -16,7 +16,7 @@ pub struct Signals<L: Lane> {
     pub tick: u64,
     /// `x_d` in m.
     pub desired_position_m: L,
-    /// Position of the master that the operator intends, `x_v` in m.
+    /// Position of the master that the operator intends, `x_v` in m, less the travel under a clutch.
     pub intended_position_m: L,
     /// `x_h` in m.
     pub master_position_m: L,

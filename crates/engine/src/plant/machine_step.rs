@@ -29,6 +29,8 @@ pub struct MachineStep {
     pub sliding: Option<SlidingMass>,
     /// True if the tissue's force acts on the machine.
     pub is_loaded: bool,
+    /// Constant external force in N.
+    constant_n: f64,
     tick_s: f64,
 }
 
@@ -56,17 +58,18 @@ impl MachineStep {
                 friction: CoulombFriction { limit_n: slave.coulomb_friction_n },
             }),
             is_loaded: slave.model != SlaveModel::Appendix && slave.load,
+            constant_n: slave.constant_external_n(),
             tick_s,
         })
     }
 
-    /// Returns the state after a tick with a held motor force and external force in N.
+    /// Returns the state after a tick with a held motor force and force of the tissue in N.
     #[must_use]
-    pub fn advance(&self, state: &MachineColumn, command: f64, external_n: f64) -> MachineColumn {
+    pub fn advance(&self, state: &MachineColumn, command: f64, tissue_n: f64) -> MachineColumn {
+        let external_n = if self.is_loaded { tissue_n + self.constant_n } else { self.constant_n };
         let mut next = [0.0; MAX_MACHINE_STATES];
         if let Some(mass) = &self.sliding {
-            let force_n = if self.is_loaded { command + external_n } else { command };
-            [next[0], next[1]] = mass.advance([state[0], state[1]], force_n, self.tick_s);
+            [next[0], next[1]] = mass.advance([state[0], state[1]], command + external_n, self.tick_s);
             return next;
         }
         for (column, value) in self.transition[..self.states].iter().zip(state) {
@@ -81,7 +84,7 @@ impl MachineStep {
     }
 }
 
-/// The state of a machine at rest without an external force, and the command that holds it there.
+/// The state of a machine at rest without a force of the tissue, and the command that holds it there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rest {
     /// The state.
@@ -106,13 +109,14 @@ impl Rest {
         matrix.view_mut((0, 0), (n, n)).copy_from(a);
         matrix.view_mut((0, n), (n, 1)).copy_from(&b);
         let mut right = DVector::zeros(n + 1);
+        right.rows_mut(0, n).copy_from(&(machine.system().b().column(1) * -slave.constant_external_n()));
         if gains.sum != 0.0 || gains.proportional + gains.position == 0.0 {
             (matrix[(n, 0)], right[n]) = (1.0, reference_m);
         } else {
             (matrix[(n, 0)], matrix[(n, n)]) = (gains.proportional + gains.position, 1.0);
             right[n] = gains.proportional * reference_m;
         }
-        let no_rest = || PlantError::NoRest { reference_m };
+        let no_rest = || PlantError::NoRest { side: "slave", start_m: reference_m };
         let mut solution = solve(matrix, &right).ok_or_else(no_rest)?;
         // At rest the velocity is 0; a rounding error would release a mass that friction holds.
         solution[1] = 0.0;
@@ -123,7 +127,7 @@ impl Rest {
 
 /// Solves `M x = r` with rows and columns scaled to similar sizes; `None` if there is no solution. A singular system has
 /// the solution of least norm.
-fn solve(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
+pub(super) fn solve(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     let (mut scaled, mut right) = (matrix, right.clone());
     let size = |largest: f64| if largest > 0.0 { largest } else { 1.0 };
     for i in 0..scaled.nrows() {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
-use super::{ControlTiming, MASTER_STATES, MotorStep, PlantError, on};
+use super::{ControlTiming, MASTER_STATES, MasterModel, MotorStep, PlantError, on};
 use trocar_lti::{
     Continuous, InputHold, Interconnection, Signal, StateSpace, TransferFunction, append, exact_step, realise,
     realise_with_derivative,
@@ -24,9 +24,9 @@ trocar_core::settings! {
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct MasterParameters in "master." given (is_fed_positions: bool = false) {
         /// Mass of the master.
-        mass_kg: f64 [MASS] = 0.245,
+        mass_kg: f64 [MASS] for MasterModel::Appendix | MassDamper = 0.245,
         /// Damping of the master.
-        damping_n_s_per_m: f64 [NON_NEGATIVE] = 4.1,
+        damping_n_s_per_m: f64 [NON_NEGATIVE] for MasterModel::Appendix | MassDamper = 4.1,
         /// Integral gain K_i of the force controller, in 1/s.
         ///
         /// It is 0 if positions are fed back: a spring to the slave's position is not a force to be tracked, and the
@@ -35,7 +35,7 @@ trocar_core::settings! {
             => "12, as in the paper; 0 if positions are fed back to the master"
             if is_fed_positions { 0.0 } else { 12.0 },
         /// Equation of the master.
-        coupling: Coupling,
+        coupling: Coupling for MasterModel::Appendix,
     }
 }
 

@@ -5,17 +5,22 @@
 //! selectable.
 
 mod actuator;
+mod armed_step;
 mod control;
 mod machine_step;
 mod master;
+mod master_model;
 mod model;
 mod slave;
 mod sliding;
+mod stick_slip;
 
 pub use actuator::{ActuatorLimits, MotorStep};
+pub use armed_step::{ArmedColumn, ArmedRest, ArmedStep, MAX_ARMED_STATES};
 pub use control::{SampledController, SampledGains, SlaveController};
 pub use machine_step::{MachineColumn, MachineStep, Rest};
 pub use master::{ArmParameters, ArmRoles, Coupling, Grip, MasterParameters, MasterStep, master_system};
+pub use master_model::{GeneralMaster, MasterModel, MasterModelSettings};
 pub use model::{MAX_MACHINE_STATES, Machine, SlaveModel};
 pub use slave::{Damping, SlaveParameters, SlaveStep, slave_system};
 pub use sliding::SlidingMass;
@@ -69,38 +74,48 @@ pub enum PlantError {
     },
     /// A transfer function from force to position without a velocity.
     #[error(
-        "slave.denominator of degree {denominator} under slave.numerator of degree {numerator}: the denominator must be at \
-         least 2 above a numerator other than 0, so that a force changes the velocity gradually"
+        "{side}.denominator of degree {denominator} under {side}.numerator of degree {numerator}: the denominator must be \
+         at least 2 above a numerator other than 0, so that a force changes the velocity gradually"
     )]
     Improper {
+        /// Name of the side.
+        side: &'static str,
         /// Degree of the numerator.
         numerator: usize,
         /// Degree of the denominator.
         denominator: usize,
     },
-    /// A state-space model in which a force changes the velocity at once.
-    #[error("{key} lets a force change the velocity at once: c b must be 0, so that the machine has a velocity")]
+    /// A model in which a force changes the velocity at once.
+    #[error("{side}.{key} lets a force change the velocity at once: c b must be 0, so that the machine has a velocity")]
     VelocityJumps {
-        /// Key of the input matrix.
+        /// Name of the side.
+        side: &'static str,
+        /// Key of the input matrix or the numerator.
         key: &'static str,
     },
     /// A machine with too many states.
-    #[error("{key} describes a machine with {states} states, must be at most {MAX_MACHINE_STATES}")]
+    #[error("{side}.{key} describes a machine with {states} states, must be at most {MAX_MACHINE_STATES}")]
     TooManyStates {
+        /// Name of the side.
+        side: &'static str,
         /// Key of the model.
         key: &'static str,
         /// Number of states.
         states: usize,
     },
     /// A state-space model without position and velocity.
-    #[error("slave.c has {states} numbers, must have one per state and at least 2, for position and velocity")]
+    #[error("{side}.c has {states} numbers, must have one per state and at least 2, for position and velocity")]
     TooFewStates {
+        /// Name of the side.
+        side: &'static str,
         /// Number of states.
         states: usize,
     },
     /// A matrix of the wrong size.
-    #[error("{key} has {found} numbers, must have {expected}, row by row, for the {states} states of slave.c")]
+    #[error("{side}.{key} has {found} numbers, must have {expected}, row by row, for the {states} states of {side}.c")]
     Size {
+        /// Name of the side.
+        side: &'static str,
         /// Key of the matrix.
         key: &'static str,
         /// Number of its entries.
@@ -111,8 +126,12 @@ pub enum PlantError {
         states: usize,
     },
     /// A machine that is unstable without its controller.
-    #[error("{key} describes an unstable machine: it has a pole at {re:.6} ± {im:.6}j 1/s, must be stable or marginal")]
+    #[error(
+        "{side}.{key} describes an unstable machine: it has a pole at {re:.6} ± {im:.6}j 1/s, must be stable or marginal"
+    )]
     Unstable {
+        /// Name of the side.
+        side: &'static str,
         /// Key of the model.
         key: &'static str,
         /// Real part of the pole in 1/s.
@@ -120,31 +139,41 @@ pub enum PlantError {
         /// Magnitude of its imaginary part in 1/s.
         im: f64,
     },
-    /// A machine that cannot rest at the reference.
-    #[error("the slave cannot rest at its initial reference of {reference_m} m: no motor force holds it there")]
+    /// A machine that cannot rest at the start.
+    #[error("the {side} cannot rest at its start of {start_m} m: no motor force holds it there")]
     NoRest {
-        /// Reference in m.
-        reference_m: f64,
+        /// Name of the side.
+        side: &'static str,
+        /// Start in m.
+        start_m: f64,
     },
 }
 
 impl PlantError {
     /// The key of a model that cannot be used, and the remedy; `None` for other errors.
     #[must_use]
-    pub fn of_model(&self) -> Option<(&'static str, &'static str)> {
-        let of_function = "check the coefficients, highest power first, from force to position";
-        Some(match self {
-            Self::Improper { .. } => ("slave.numerator", of_function),
-            Self::VelocityJumps { key } => {
-                (*key, "describe a machine whose acceleration follows the force, with the force in N as the input")
+    pub fn of_model(&self) -> Option<(String, String)> {
+        let (side, key, remedy) = match self {
+            Self::Improper { side, .. } => {
+                (side, "numerator", "check the coefficients, highest power first, from force to position")
             }
-            Self::TooManyStates { key, .. } => (*key, "reduce the order of the model"),
-            Self::TooFewStates { .. } => ("slave.c", "give slave.a, slave.b and slave.c, row by row"),
-            Self::Size { key, .. } => (*key, "slave.a is n x n, slave.b n x 2 (motor, external force), slave.c 1 x n"),
-            Self::Unstable { key, .. } => (*key, "check the signs; the controller is not a part of the model"),
-            Self::NoRest { .. } => ("slave.model", "check the model, or let the operator start at 0"),
+            Self::VelocityJumps { side, key } => (
+                side,
+                *key,
+                "describe a machine whose acceleration follows the force, with the force in N as the input",
+            ),
+            Self::TooManyStates { side, key, .. } => (side, *key, "reduce the order of the model"),
+            Self::TooFewStates { side, .. } => (side, "c", "give a, b and c, row by row"),
+            Self::Size { side, key, .. } => {
+                (side, *key, "a is n x n, b n x 2 (motor, external force), c 1 x n, row by row")
+            }
+            Self::Unstable { side, key, .. } => {
+                (side, *key, "check the signs; the controller is not a part of the model")
+            }
+            Self::NoRest { side, .. } => (side, "model", "check the model, or let the operator start at 0"),
             Self::Parameter(_) | Self::Build { .. } | Self::SlaveDegree { .. } => return None,
-        })
+        };
+        Some((format!("{side}.{key}"), remedy.to_owned()))
     }
 }
 

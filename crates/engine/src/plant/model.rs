@@ -30,6 +30,28 @@ trocar_core::choice! {
     }
 }
 
+/// A model of a machine, from its settings.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Model<'a> {
+    /// A transfer function from force to position, highest power first.
+    Function { numerator: &'a [f64], denominator: &'a [f64] },
+    /// A mass with viscous friction.
+    MassDamper { mass_kg: f64, damping_n_s_per_m: f64 },
+    /// Matrices row by row.
+    Matrices { a: &'a [f64], b: &'a [f64], c: &'a [f64] },
+}
+
+impl Model<'_> {
+    /// The key that an error of the whole model names, without its side.
+    fn key(self) -> &'static str {
+        match self {
+            Self::Function { .. } => "denominator",
+            Self::MassDamper { .. } => "mass_kg",
+            Self::Matrices { .. } => "a",
+        }
+    }
+}
+
 /// A linear machine. Inputs: the motor's force and an external force in the direction of insertion (N). Outputs and
 /// first states: position (m) and velocity (m/s).
 #[derive(Debug, Clone, PartialEq)]
@@ -46,42 +68,54 @@ impl Machine {
     /// velocity at once, or an unstable machine.
     pub fn of(slave: &SlaveParameters) -> Result<Self, PlantError> {
         slave.validate()?;
-        let (system, key) = match slave.model {
+        let model = match slave.model {
             SlaveModel::Appendix | SlaveModel::TransferFunction => {
-                (of_function(&slave.numerator, &slave.denominator)?, "slave.denominator")
+                Model::Function { numerator: &slave.numerator, denominator: &slave.denominator }
             }
             SlaveModel::MassDamper => {
-                (of_function(&[1.0], &[slave.mass_kg, slave.damping_n_s_per_m, 0.0])?, "slave.mass_kg")
+                Model::MassDamper { mass_kg: slave.mass_kg, damping_n_s_per_m: slave.damping_n_s_per_m }
             }
-            SlaveModel::StateSpace => (of_matrices(&slave.a, &slave.b, &slave.c)?, "slave.a"),
+            SlaveModel::StateSpace => Model::Matrices { a: &slave.a, b: &slave.b, c: &slave.c },
         };
-        if system.states() > MAX_MACHINE_STATES {
-            return Err(PlantError::TooManyStates { key, states: system.states() });
-        }
-        let poles = system.poles().map_err(on("slave"))?;
-        let largest = poles.iter().map(|pole| pole.norm()).fold(1.0, f64::max);
-        if let Some(pole) = poles.iter().find(|pole| pole.re > MARGINAL * largest) {
-            return Err(PlantError::Unstable { key, re: pole.re, im: pole.im.abs() });
-        }
-        let velocity = system.c() * system.a();
-        let jump = system.c() * system.b();
-        if jump.amax() > NO_JUMP * system.c().norm() * system.b().norm() {
-            return Err(PlantError::VelocityJumps {
-                key: if key == "slave.a" { "slave.b" } else { "slave.numerator" },
-            });
-        }
-        let outputs = DMatrix::from_rows(&[system.c().row(0), velocity.row(0)]);
-        let direct = DMatrix::zeros(2, system.inputs());
-        let system = StateSpace::continuous(system.a().clone(), system.b().clone(), outputs, direct);
-        let system = system.and_then(|system| outputs_first(&system, &[0, 1])).map_err(on("slave"))?;
-        let mut system = balanced(&system, 2).map_err(on("slave"))?;
-        if slave.model == SlaveModel::Appendix || !slave.load {
+        let Self { mut system } = Self::described("slave", model)?;
+        if slave.model == SlaveModel::Appendix {
             let mut b = system.b().clone();
             b.column_mut(1).fill(0.0);
             system = StateSpace::continuous(system.a().clone(), b, system.c().clone(), system.d().clone())
                 .map_err(on("slave"))?;
         }
         Ok(Self { system })
+    }
+
+    /// Returns the machine of a side, `"master"` or `"slave"`.
+    pub(super) fn described(side: &'static str, model: Model<'_>) -> Result<Self, PlantError> {
+        let system = match model {
+            Model::Function { numerator, denominator } => of_function(side, numerator, denominator)?,
+            Model::MassDamper { mass_kg, damping_n_s_per_m } => {
+                of_function(side, &[1.0], &[mass_kg, damping_n_s_per_m, 0.0])?
+            }
+            Model::Matrices { a, b, c } => of_matrices(side, a, b, c)?,
+        };
+        let key = model.key();
+        if system.states() > MAX_MACHINE_STATES {
+            return Err(PlantError::TooManyStates { side, key, states: system.states() });
+        }
+        let poles = system.poles().map_err(on(side))?;
+        let largest = poles.iter().map(|pole| pole.norm()).fold(1.0, f64::max);
+        if let Some(pole) = poles.iter().find(|pole| pole.re > MARGINAL * largest) {
+            return Err(PlantError::Unstable { side, key, re: pole.re, im: pole.im.abs() });
+        }
+        let velocity = system.c() * system.a();
+        let jump = system.c() * system.b();
+        if jump.amax() > NO_JUMP * system.c().norm() * system.b().norm() {
+            let key = if let Model::Matrices { .. } = model { "b" } else { "numerator" };
+            return Err(PlantError::VelocityJumps { side, key });
+        }
+        let outputs = DMatrix::from_rows(&[system.c().row(0), velocity.row(0)]);
+        let direct = DMatrix::zeros(2, system.inputs());
+        let system = StateSpace::continuous(system.a().clone(), system.b().clone(), outputs, direct);
+        let system = system.and_then(|system| outputs_first(&system, &[0, 1])).map_err(on(side))?;
+        Ok(Self { system: balanced(&system, 2).map_err(on(side))? })
     }
 
     /// Returns the system.
@@ -92,39 +126,43 @@ impl Machine {
 }
 
 /// A transfer function from both forces to the position.
-fn of_function(numerator: &[f64], denominator: &[f64]) -> Result<StateSpace<Continuous>, PlantError> {
+fn of_function(
+    side: &'static str,
+    numerator: &[f64],
+    denominator: &[f64],
+) -> Result<StateSpace<Continuous>, PlantError> {
     let leading = numerator.iter().position(|&value| value != 0.0).unwrap_or(numerator.len());
     let degrees = ((numerator.len() - leading).saturating_sub(1), denominator.len().saturating_sub(1));
     if degrees.1 > MAX_MACHINE_STATES {
-        return Err(PlantError::TooManyStates { key: "slave.denominator", states: degrees.1 });
+        return Err(PlantError::TooManyStates { side, key: "denominator", states: degrees.1 });
     }
-    let function = TransferFunction::new(numerator, denominator).map_err(on("slave"))?;
+    let function = TransferFunction::new(numerator, denominator).map_err(on(side))?;
     if function.relative_degree().is_none_or(|degree| degree < 2) {
-        return Err(PlantError::Improper { numerator: degrees.0, denominator: degrees.1 });
+        return Err(PlantError::Improper { side, numerator: degrees.0, denominator: degrees.1 });
     }
-    let single = balanced(&realise(&function).map_err(on("slave"))?, 0).map_err(on("slave"))?;
+    let single = balanced(&realise(&function).map_err(on(side))?, 0).map_err(on(side))?;
     let b = single.b().column(0);
     let b = DMatrix::from_columns(&[b, b]);
-    StateSpace::continuous(single.a().clone(), b, single.c().clone(), DMatrix::zeros(1, 2)).map_err(on("slave"))
+    StateSpace::continuous(single.a().clone(), b, single.c().clone(), DMatrix::zeros(1, 2)).map_err(on(side))
 }
 
 /// Matrices row by row: A (n x n), B (n x 2), C (1 x n).
-fn of_matrices(a: &[f64], b: &[f64], c: &[f64]) -> Result<StateSpace<Continuous>, PlantError> {
+fn of_matrices(side: &'static str, a: &[f64], b: &[f64], c: &[f64]) -> Result<StateSpace<Continuous>, PlantError> {
     let states = c.len();
     if states > MAX_MACHINE_STATES {
-        return Err(PlantError::TooManyStates { key: "slave.c", states });
+        return Err(PlantError::TooManyStates { side, key: "c", states });
     }
     if states < 2 {
-        return Err(PlantError::TooFewStates { states });
+        return Err(PlantError::TooFewStates { side, states });
     }
-    for (key, found, expected) in [("slave.a", a.len(), states * states), ("slave.b", b.len(), states * 2)] {
+    for (key, found, expected) in [("a", a.len(), states * states), ("b", b.len(), states * 2)] {
         if found != expected {
-            return Err(PlantError::Size { key, found, expected, states });
+            return Err(PlantError::Size { side, key, found, expected, states });
         }
     }
     let (a, b) = (DMatrix::from_row_slice(states, states, a), DMatrix::from_row_slice(states, 2, b));
     let system = StateSpace::continuous(a, b, DMatrix::from_row_slice(1, states, c), DMatrix::zeros(1, 2));
-    system.and_then(|system| balanced(&system, 0)).map_err(on("slave"))
+    system.and_then(|system| balanced(&system, 0)).map_err(on(side))
 }
 
 /// Scales all states but the first ones by powers of two, which is exact. The row and the column of each state in A then

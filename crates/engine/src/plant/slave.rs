@@ -2,7 +2,7 @@
 
 use super::{ControlTiming, Machine, MotorStep, PlantError, SLAVE_STATES, SlaveController, SlaveModel, on};
 use trocar_core::error::{finite, require};
-use trocar_core::settings::ActsFor;
+use trocar_core::settings::{ActsFor, Range};
 use trocar_lti::{
     Continuous, InputHold, Interconnection, Signal, StateSpace, TransferFunction, exact_step, realise_with_derivative,
 };
@@ -17,6 +17,9 @@ trocar_core::choice! {
         "as-printed" => AsPrinted,
     }
 }
+
+/// The engine stops a run beyond it.
+const START: Range = Range::stated(-1.0, 1.0, "from -1 to 1 m");
 
 const ACTS_WITH_FORCE: ActsFor = ActsFor::all_but(SlaveModel::KEY.path, SlaveModel::WORDS, "appendix");
 
@@ -45,6 +48,11 @@ trocar_core::settings! {
         c: Vec<f64> for SlaveModel::StateSpace = [1.0, 0.0],
         /// The tissue's force acts on the machine, held over a tick.
         load: bool for (ACTS_WITH_FORCE) = true,
+        /// Constant external force on the machine in the direction of insertion, for example its weight.
+        constant_force_n: f64 [ANY] for (ACTS_WITH_FORCE) = 0.0,
+        /// Reference of the slave at rest before the run; by default that of the master's start. From another one the
+        /// slave moves to the master's reference at once.
+        start_m: Option<f64> [self::START],
         /// Controller of the slave.
         controller: SlaveController,
         /// Proportional gain K_p.
@@ -67,6 +75,11 @@ impl SlaveParameters {
     #[must_use]
     pub fn has_coulomb_friction(&self) -> bool {
         self.model == SlaveModel::MassDamper && self.coulomb_friction_n > 0.0
+    }
+
+    /// The constant force on the machine in N; 0 for the appendix' slave.
+    pub(super) fn constant_external_n(&self) -> f64 {
+        if self.model == SlaveModel::Appendix { 0.0 } else { self.constant_force_n }
     }
 
     /// True for a machine or a controller other than the appendix'. Its controller runs on the tick.

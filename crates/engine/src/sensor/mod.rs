@@ -65,15 +65,15 @@ impl SensorSettings {
 
 /// Rounds to multiples of a step; a step of 0 does not round.
 #[derive(Debug, Clone, Copy)]
-struct Quantiser<L>(Option<(L, L)>);
+pub(crate) struct Quantiser<L>(Option<(L, L)>);
 
 impl<L: Lane> Quantiser<L> {
-    fn new(step: f64) -> Self {
+    pub(crate) fn new(step: f64) -> Self {
         Self((step > 0.0).then(|| (L::splat(step), L::splat(1.0 / step))))
     }
 
     #[inline(always)]
-    fn read(&self, value: L) -> L {
+    pub(crate) fn read(&self, value: L) -> L {
         match self.0 {
             Some((step, inverse)) => value.round_to(step, inverse),
             None => value,

@@ -142,6 +142,13 @@ impl<L: Lane> Link<L> {
 }
 
 impl<L: Lane, A, P> Link<L, A, P> {
+    /// Sets the position of a slave at rest in m; by default it is where the master's position puts it.
+    #[must_use]
+    pub fn with_slave_at(mut self, start_m: f64) -> Self {
+        self.slave_port = Port::at(L::splat(start_m));
+        self
+    }
+
     /// Replaces the architecture of a link at rest.
     #[must_use]
     pub fn with_architecture<B: Architecture<L>>(self, architecture: B) -> Link<L, B, P> {

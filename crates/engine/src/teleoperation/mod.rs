@@ -8,6 +8,7 @@ mod architecture;
 mod connection;
 mod direct;
 mod link;
+mod master_reading;
 mod passivity;
 mod recovery;
 mod settings;
@@ -22,6 +23,7 @@ pub use architecture::{
 pub use connection::{AtMaster, AtSlave, Connection, LinkReport};
 pub use direct::DirectLink;
 pub use link::{FromMaster, FromSlave, Lines, Link, Message, PayloadLine, Received, ToMaster, ToSlave};
+pub use master_reading::{EncoderSettings, MasterReading};
 pub use passivity::tank::TankSettings;
 pub use passivity::waves::WavesSettings;
 pub use passivity::{

@@ -134,7 +134,9 @@ impl<L: Lane> Model for Generalised<L> {
                 _ => (mus[end], 0.0),
             }
         };
-        Some(Springs::ToDepth(slopes_n_per_m(mu, settings.power.power, depth_m?)))
+        let (power, depth_m) = (settings.power.power, depth_m?);
+        let damping = settings.lambdas.iter().copied().fold(0.0, f64::max) * depth_m.powf(power);
+        Some(Springs::ToDepth(slopes_n_per_m(mu, power, depth_m), damping))
     }
 }
 
@@ -190,7 +192,7 @@ mod tests {
                 (force_n(depth_m) - force_n(depth_m - 1e-5)) / 1e-5
             });
             let (least, largest) = slopes.fold((f64::MAX, f64::MIN), |(a, b), slope| (a.min(slope), b.max(slope)));
-            let Some(Springs::ToDepth((low, high))) = <Generalised<f64> as Model>::springs(&settings, Some(0.03))
+            let Some(Springs::ToDepth((low, high), _)) = <Generalised<f64> as Model>::springs(&settings, Some(0.03))
             else {
                 panic!("no slopes");
             };

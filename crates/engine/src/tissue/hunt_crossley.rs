@@ -72,7 +72,9 @@ impl<L: Lane> Model for HuntCrossley<L> {
     }
 
     fn springs(settings: &HuntCrossleySettings, depth_m: Option<f64>) -> Option<Springs> {
-        Some(Springs::ToDepth(slopes_n_per_m(|_| (settings.mu, 0.0), settings.power.power, depth_m?)))
+        let (power, depth_m) = (settings.power.power, depth_m?);
+        let damping = settings.lambda * depth_m.powf(power);
+        Some(Springs::ToDepth(slopes_n_per_m(|_| (settings.mu, 0.0), power, depth_m), damping))
     }
 }
 
@@ -109,10 +111,11 @@ mod tests {
     #[test]
     fn the_spring_stiffens_from_the_surface_down_to_the_depth() {
         let settings = HuntCrossleySettings { mu: 500.0, power: PowerSettings { power: 2.0 }, ..Default::default() };
-        let Some(Springs::ToDepth((low, high))) = HuntCrossley::<f64>::springs(&settings, Some(0.02)) else {
+        let Some(Springs::ToDepth((low, high), damping)) = HuntCrossley::<f64>::springs(&settings, Some(0.02)) else {
             panic!("a depth is known")
         };
         assert!(low == 0.0 && (high - 20.0).abs() < 1e-9, "{low} {high}");
+        assert!((damping - settings.lambda * 4e-4).abs() < 1e-12, "{damping}");
         assert_eq!(HuntCrossley::<f64>::springs(&settings, None), None);
         let surface = Surface { contact_m: 0.013 };
         assert_eq!(HuntCrossley::<f64>::surface_m(&HuntCrossleySettings { surface, ..settings }), Some(0.013));

@@ -330,6 +330,8 @@ impl<L: Lane> Model for Layers<L> {
 
     /// From 0, for a layer that is being cut, to the slope of the stiffest layer just before its rupture or during
     /// cutting. The shaft adds its stiffness after a layer with friction is cut, because it sticks after reversals.
+    ///
+    /// The damping is `c f` of the layer with the largest rupture force, and the viscous friction on the whole shaft.
     fn springs(settings: &LayersParameters, _depth_m: Option<f64>) -> Option<Springs> {
         let mut highest: f64 = 0.0;
         let mut of_shaft = 0.0;
@@ -340,7 +342,10 @@ impl<L: Lane> Model for Layers<L> {
             }
             highest = highest.max(layer.slope_n_per_m(layer.cutting_force_n) + of_shaft);
         }
-        Some(Springs::Layers((0.0, highest)))
+        let of_layer = |layer: &LayerParameters| layer.damping_s_per_m * layer.rupture_force_n;
+        let along_shaft_m: f64 = settings.layers.iter().map(|(_, layer)| layer.thickness_m).sum();
+        let damping = settings.layers.iter().map(|(_, layer)| of_layer(layer)).fold(0.0, f64::max);
+        Some(Springs::Layers((0.0, highest), damping + settings.shaft.damping_n_s_per_m2 * along_shaft_m))
     }
 
     fn layers(settings: &LayersParameters) -> Vec<StatedLayer<'_>> {

@@ -9,15 +9,16 @@ pub(super) const NEEDS_FILE: InvalidValue =
     InvalidValue { name: "tissue.kind", value: 0.0, requirement: "built with its file", item: None };
 
 /// The springs that a tissue shows to a linear loop between ruptures. Ranges are the smallest and the largest slope of
-/// the force over the position, in N/m, without damping and sliding friction.
+/// the force over the position, in N/m, without damping and sliding friction. The number after a range is the largest
+/// damping, in N·s/m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Springs {
     /// A spring (N/m) and a damper (N·s/m).
     SpringDamper(f64, f64),
     /// Slopes of a tissue without layers, down to a depth.
-    ToDepth((f64, f64)),
+    ToDepth((f64, f64), f64),
     /// Slopes of layers, which end at their ruptures.
-    Layers((f64, f64)),
+    Layers((f64, f64), f64),
 }
 
 /// A default layer: its name, and the values of the keys that differ from the defaults.

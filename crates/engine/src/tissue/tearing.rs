@@ -309,7 +309,8 @@ impl<L: Lane> Model for Tearing<L> {
             }
             highest = highest.max(layer.fast_slope_n_per_m(layer.cutting_force_n(width_m)) + of_shaft);
         }
-        Some(Springs::Layers((0.0, highest)))
+        let along_shaft_m: f64 = settings.layers.iter().map(|(_, layer)| layer.thickness_m).sum();
+        Some(Springs::Layers((0.0, highest), settings.shaft.damping_n_s_per_m2 * along_shaft_m))
     }
 
     fn layers(settings: &TearingSettings) -> Vec<StatedLayer<'_>> {

@@ -10,9 +10,9 @@ use nalgebra::{Complex, DMatrix, DVector};
 use std::sync::Arc;
 
 use super::modes::{Modes, Space};
-use super::semidefinite::times;
 use super::settings::Phases;
 use crate::StabilityError;
+use crate::semidefinite::times;
 use trocar_base::interrupt;
 use trocar_base::parallel::{map, try_map};
 use trocar_core::augmentation::cross_fade;
@@ -55,17 +55,17 @@ pub struct Growth {
     pub changes: usize,
 }
 
-type Choices = Arc<Vec<DMatrix<f64>>>;
+pub(super) type Choices = Arc<Vec<DMatrix<f64>>>;
 
 pub(super) struct Steps<'a> {
     modes: &'a Modes,
-    phases: Phases,
-    teleoperation: Choices,
-    freeze: Choices,
-    frozen: Choices,
-    release: Choices,
-    closed: Choices,
-    blends: Vec<Choices>,
+    pub(super) phases: Phases,
+    pub(super) teleoperation: Choices,
+    pub(super) freeze: Choices,
+    pub(super) frozen: Choices,
+    pub(super) release: Choices,
+    pub(super) closed: Choices,
+    pub(super) blends: Vec<Choices>,
 }
 
 impl<'a> Steps<'a> {
@@ -184,7 +184,7 @@ fn product(steps: &[Choices], chosen: &[usize], narrow: &(DMatrix<f64>, DMatrix<
     times(&narrow.1, &all)
 }
 
-fn radius(matrix: &DMatrix<f64>) -> Result<f64, StabilityError> {
+pub(super) fn radius(matrix: &DMatrix<f64>) -> Result<f64, StabilityError> {
     if matrix.iter().any(|value| !value.is_finite()) {
         return Ok(f64::INFINITY);
     }

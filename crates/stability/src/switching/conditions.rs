@@ -23,8 +23,6 @@
 //! Control Optim.* 45, 2006; functions linear between nodes after Allerhand and Shaked, *IEEE Trans. Autom. Control*
 //! 56, 2011).
 //!
-//! For a gap that is kept, see `kept_gap.rs`.
-//!
 //! The functions and the condition for a tick are linear in time between nodes; the condition holds in a piece if it
 //! holds at its first and last tick. If the frozen map depends on the tissue, functions `P_F(t)` on the frozen states
 //! replace its powers; with `Γ` on the states that are constant while frozen, `max(P_F, Γ)` cannot grow.
@@ -33,9 +31,9 @@
 
 use nalgebra::DMatrix;
 
-use super::interval::{Interval, power};
 use super::modes::{Modes, Space};
 use super::settings::Phases;
+use crate::certificate::interval::{Interval, power};
 use trocar_core::augmentation::cross_fade;
 
 /// Weight of a condition per second relative to one per event; a tick's condition has its share.
@@ -50,8 +48,6 @@ pub(super) struct NamedMap {
     pub(super) from: Space,
     pub(super) to: Space,
     pub(super) matrix: DMatrix<f64>,
-    /// True if it only selects states, without rounding.
-    pub(super) is_exact: bool,
 }
 
 /// How often a map is applied.
@@ -108,15 +104,19 @@ pub(super) struct Choice {
     pub(super) rate_per_s: f64,
     /// Pieces of the functions in time, in each phase.
     pub(super) pieces: u64,
+    /// True if the additional force `w` acts.
+    pub(super) is_driven: bool,
 }
 
 #[derive(Debug, Clone)]
 pub(super) struct Focus {
     /// Rows over all states. In each space the bound holds for every row that is not 0 there.
     pub(super) rows: Vec<DMatrix<f64>>,
-    pub(super) frozen: DMatrix<f64>,
+    /// The rows while frozen.
+    pub(super) frozen: Vec<DMatrix<f64>>,
     /// `b`.
     pub(super) bound: f64,
+    /// The states at the start; none if the motion starts at rest.
     pub(super) starts: Vec<DMatrix<f64>>,
 }
 
@@ -132,6 +132,8 @@ struct Builder<'a> {
     /// `μ` and `ρ`.
     decay: f64,
     at_entry: f64,
+    /// `ω`, if the additional force acts.
+    input: Option<usize>,
 }
 
 struct Roles {
@@ -161,7 +163,7 @@ fn decay_over(decay: f64, dwell: u64) -> Interval {
 }
 
 fn share(part: u64, whole: u64) -> Interval {
-    Interval::rounded(part as f64 / whole as f64)
+    if part == whole { number(1.0) } else { Interval::rounded(part as f64 / whole as f64) }
 }
 
 fn pieces(ticks: u64, max: u64) -> Vec<u64> {
@@ -184,10 +186,12 @@ impl Conditions {
             held: (kept, 1.0 - kept),
             decay,
             at_entry: at_entry.next_down(),
+            input: None,
         };
+
         let dwell = pieces(choice.dwell - 1, choice.pieces);
         let fade = pieces(phases.blend, choice.pieces);
-        let roles = builder.roles(&dwell, &fade);
+        let roles = builder.roles((&dwell, &fade), choice.is_driven);
         for unknown in 0..builder.functions.len() {
             let rows = builder.functions[unknown].space;
             let one = builder.select(rows, rows);
@@ -211,7 +215,7 @@ impl Builder<'_> {
         self.functions.len() - 1
     }
 
-    fn roles(&mut self, dwell: &[u64], fade: &[u64]) -> Roles {
+    fn roles(&mut self, (dwell, fade): (&[u64], &[u64]), is_driven: bool) -> Roles {
         let modes = self.modes;
         let fading = fade.len() + 1;
         // Linked functions are adjacent to keep the solver's matrix narrow.
@@ -224,7 +228,11 @@ impl Builder<'_> {
             for (node, tick) in ticks.into_iter().enumerate() {
                 frozen.push((self.function("frozen", node, Space::Frozen), tick));
             }
-            constants = Some(self.function("held_while_frozen", 0, Space::Held));
+            if modes.size(Space::Held) > 0 {
+                constants = Some(self.function("held_while_frozen", 0, Space::Held));
+            }
+        } else if is_driven && modes.drives_target() {
+            frozen.push((self.function("frozen", 0, Space::Frozen), 0));
         }
         let (mut of_fading, mut fading_held) = (vec![], vec![]);
         for node in 0..fading {
@@ -236,6 +244,7 @@ impl Builder<'_> {
         let held = modes.has_gap().then(|| self.function("teleoperation_with_gap", 0, Space::LoopGap));
         let dropped = (0..=dwell.len()).map(|node| self.function("teleoperation", node, Space::Loop)).collect();
         let gap = modes.has_gap().then(|| self.function("gap", 0, Space::Gap));
+        self.input = is_driven.then(|| self.function("additional_force", 0, Space::Input));
         Roles { dropped, fading: of_fading, fading_held, held, gap, frozen, constants }
     }
 
@@ -244,7 +253,7 @@ impl Builder<'_> {
             return known;
         }
         let matrix = matrix(self.modes);
-        self.maps.push(NamedMap { name, from, to, matrix, is_exact: false });
+        self.maps.push(NamedMap { name, from, to, matrix });
         self.maps.len() - 1
     }
 
@@ -253,12 +262,10 @@ impl Builder<'_> {
     }
 
     fn select(&mut self, from: Space, to: Space) -> usize {
-        let at = self.map(format!("{to:?}_of_{from:?}"), from, to, |modes| match (from, to) {
+        self.map(format!("{to:?}_of_{from:?}"), from, to, |modes| match (from, to) {
             (Space::Number, Space::Number) => DMatrix::identity(1, 1),
             _ => modes.selection(from, to),
-        });
-        self.maps[at].is_exact = true;
-        at
+        })
     }
 
     fn term(&self, factor: Interval, unknown: usize, maps: &[usize]) -> Term {
@@ -276,12 +283,20 @@ impl Builder<'_> {
         self.add(name, rows, terms);
     }
 
-    /// Adds `P(t) - Mᵀ P(t+1) M` at the first and last tick of a piece with linear `P`.
-    fn along(&mut self, name: &'static str, rows: Space, nodes: (usize, usize), ticks: u64, map: usize) {
-        self.decaying(name, rows, nodes, ticks, (map, 1.0));
+    /// The space of the rows of a condition in which the additional force acts.
+    fn driven(&self, space: Space) -> Space {
+        if self.input.is_some() { space.driven() } else { space }
     }
 
-    /// Adds `μ P(t) - Mᵀ P(t+1) M` in the same way.
+    /// Adds `factor ω w²` to the terms, if the additional force acts.
+    fn drive(&mut self, terms: &mut Vec<Term>, rows: Space, factor: f64) {
+        if let Some(input) = self.input {
+            let of_input = self.select(rows, Space::Input);
+            terms.push(self.term(number(factor), input, &[of_input]));
+        }
+    }
+
+    /// Adds `μ P(t) - Mᵀ P(t+1) M` at the first and last tick of a piece with linear `P`, with `(1 - μ) ω w²`.
     fn decaying(
         &mut self,
         name: &'static str,
@@ -290,39 +305,49 @@ impl Builder<'_> {
         ticks: u64,
         (map, decay): (usize, f64),
     ) {
-        let one = self.select(rows, rows);
+        let one = self.select(rows, self.functions[from].space);
         let last = if ticks == 1 { None } else { Some(ticks - 1) };
         for tick in std::iter::once(0).chain(last) {
             let mut terms = vec![];
             for (share_to, sign, map) in [(tick, decay, one), (tick + 1, -1.0, map)] {
                 for (part, node) in [(ticks - share_to, from), (share_to, to)] {
                     if part > 0 {
-                        let factor = if part == ticks { number(1.0) } else { share(part, ticks) };
-                        terms.push(self.term(factor * number(sign), node, &[map]));
+                        terms.push(self.term(share(part, ticks) * number(sign), node, &[map]));
                     }
                 }
             }
+            self.drive(&mut terms, rows, 1.0 - decay);
             self.add(name, rows, terms);
         }
     }
 
-    fn held_level(&mut self, roles: &Roles) -> Vec<Term> {
-        let (Some(held), Some(gap)) = (roles.held, roles.gap) else { return vec![] };
-        let rows = Space::LoopGap;
-        let (one, gaps) = (self.select(rows, rows), self.select(rows, Space::Gap));
-        let (of_function, of_gap) = self.held;
-        vec![self.term(number(of_function), held, &[one]), self.term(number(of_gap), gap, &[gaps])]
+    /// `a P + (1 - a) Γ` for a function on `space` and its companion on constant states, whose share the additional
+    /// force halves. The weights sum to 1, so the larger of the functions and of `ω w²` cannot grow.
+    fn level(&mut self, rows: Space, function: usize, companion: Option<usize>) -> Vec<Term> {
+        let (of_function, rest) = self.held;
+        let one = self.select(rows, self.functions[function].space);
+        let mut terms = vec![self.term(number(of_function), function, &[one])];
+        let of_companion = if self.input.is_some() { 0.5 * rest } else { rest };
+        match companion {
+            Some(companion) => {
+                let kept = self.select(rows, self.functions[companion].space);
+                terms.push(self.term(number(of_companion), companion, &[kept]));
+                self.drive(&mut terms, rows, rest - of_companion);
+            }
+            None => self.drive(&mut terms, rows, rest),
+        }
+        terms
     }
 
-    fn at_events(&mut self, roles: &Roles) -> Term {
-        let one = self.select(Space::Loop, Space::Loop);
-        self.term(number(self.at_entry), *roles.dropped.last().unwrap_or(&0), &[one])
+    fn at_events(&mut self, roles: &Roles, rows: Space) -> Vec<Term> {
+        let one = self.select(rows, Space::Loop);
+        let mut terms = vec![self.term(number(self.at_entry), *roles.dropped.last().unwrap_or(&0), &[one])];
+        self.drive(&mut terms, rows, 1.0 - self.at_entry);
+        terms
     }
 
-    fn entry(&mut self, vertex: usize, rows: Space) -> usize {
-        self.between(format!("entry_{vertex}"), rows, Space::Frozen, |modes| {
-            modes.freeze() * modes.teleoperation(vertex)
-        })
+    fn entry(&mut self, vertex: usize, rows: Space, to: Space) -> usize {
+        self.between(format!("entry_{vertex}"), rows, to, |modes| modes.freeze() * modes.teleoperation(vertex))
     }
 
     fn releases(&self) -> std::ops::Range<usize> {
@@ -335,63 +360,98 @@ impl Builder<'_> {
             (None, Some(&fading)) => (Space::Fading, fading),
             (None, None) => return,
         };
-        let (rows, level) = (Space::Loop, self.at_events(roles));
-        let releases: Vec<usize> = self
-            .releases()
-            .map(|vertex| {
-                self.between(format!("release_{vertex}"), Space::Frozen, space, |modes| modes.release(vertex))
-            })
-            .collect();
-        if roles.frozen.is_empty() {
-            let frozen = self.between("frozen".into(), Space::Frozen, Space::Frozen, |modes| modes.frozen(0, 1.0));
-            for vertex in self.modes.vertices() {
-                let entry = self.entry(vertex, rows);
-                for &release in &releases {
-                    let maps = vec![(release, Count::Once), (frozen, Count::Each), (entry, Count::Once)];
-                    let terms = vec![level.clone(), Term { factor: number(-1.0), unknown: first, maps }];
-                    let counts = Some(self.phases.held);
-                    self.list.push(Condition { name: "entering", terms, rows, weight: 1.0, counts });
-                }
+        let rows = self.driven(Space::Loop);
+        let level = self.at_events(roles, rows);
+        if let (true, [(released, _)]) = (self.modes.is_frozen_map_unique(), &roles.frozen[..]) {
+            // The additional force acts at the first tick and at the release, but not between them.
+            self.freeze(*released, None, (rows, &level));
+        } else if roles.frozen.is_empty() {
+            for vertex in self.releases() {
+                let release = self.release(vertex, Space::Frozen, space);
+                self.freeze(first, Some(release), (rows, &level));
             }
             return;
+        } else {
+            self.evolve(roles, (rows, &level));
         }
-        let Some(constants) = roles.constants else { return };
-        let whole = Space::Frozen;
-        let (one, kept) = (self.select(whole, whole), self.select(whole, Space::Held));
-        let (decay, rest) = self.held;
         let last = roles.frozen[roles.frozen.len() - 1].0;
+        let rows = self.driven(Space::Frozen);
+        for vertex in self.releases() {
+            let release = self.release(vertex, rows, space);
+            let level = self.level(rows, last, roles.constants);
+            self.below("releasing", rows, first, release, level);
+        }
+    }
+
+    fn release(&mut self, vertex: usize, from: Space, to: Space) -> usize {
+        self.between(format!("release_{vertex}"), from, to, |modes| modes.release(vertex))
+    }
+
+    /// Adds the condition that `to` after an entry, any length of the freeze, and a release if given is below `level`.
+    fn freeze(&mut self, to: usize, release: Option<usize>, (rows, level): (Space, &[Term])) {
+        let frozen = self.between("frozen".into(), Space::Frozen, Space::Frozen, |modes| modes.frozen(0, 1.0));
         for vertex in self.modes.vertices() {
-            let entry = self.entry(vertex, rows);
-            for (function, maps) in [(roles.frozen[0].0, vec![entry]), (constants, vec![kept, entry])] {
-                let terms = vec![level.clone(), self.term(number(-1.0), function, &maps)];
+            let entry = self.entry(vertex, rows, Space::Frozen);
+            let of_release = release.map(|release| (release, Count::Once));
+            let maps = of_release.into_iter().chain([(frozen, Count::Each), (entry, Count::Once)]).collect();
+            let mut terms = level.to_vec();
+            terms.push(Term { factor: number(-1.0), unknown: to, maps });
+            let counts = Some(self.phases.held);
+            self.list.push(Condition { name: "entering", terms, rows, weight: 1.0, counts });
+        }
+    }
+
+    /// Adds the conditions of the functions `P_F(t)` and `Γ`.
+    fn evolve(&mut self, roles: &Roles, (rows, level): (Space, &[Term])) {
+        for vertex in self.modes.vertices() {
+            for function in std::iter::once(roles.frozen[0].0).chain(roles.constants) {
+                let entry = self.entry(vertex, rows, self.functions[function].space);
+                let mut terms = level.to_vec();
+                terms.push(self.term(number(-1.0), function, &[entry]));
                 self.list.push(Condition { name: "entering", terms, rows, weight: 1.0, counts: None });
             }
-            for &share in self.modes.shares() {
-                let name = format!("frozen_{vertex}_{share}");
-                let map = self.between(name, whole, whole, |modes| modes.frozen(vertex, share));
-                let from = self.list.len();
-                for pair in roles.frozen.windows(2) {
-                    self.decaying("frozen", whole, (pair[0].0, pair[1].0), pair[1].1 - pair[0].1, (map, decay));
-                }
-                let level = vec![self.term(number(decay), last, &[one])];
-                self.below("frozen", whole, last, map, level);
-                let constant = self.term(number(rest), constants, &[kept]);
-                for condition in &mut self.list[from..] {
-                    condition.terms.push(constant.clone());
+        }
+        let rows = self.driven(Space::Frozen);
+        let last = roles.frozen[roles.frozen.len() - 1].0;
+        for vertex in self.modes.vertices() {
+            for &part in self.modes.shares() {
+                let name = format!("frozen_{vertex}_{part}");
+                let map = self.between(name, rows, Space::Frozen, |modes| modes.frozen(vertex, part));
+                let mut pieces: Vec<(usize, usize, u64)> =
+                    roles.frozen.windows(2).map(|pair| (pair[0].0, pair[1].0, pair[1].1 - pair[0].1)).collect();
+                pieces.push((last, last, 1));
+                for (from, to, ticks) in pieces {
+                    for tick in if ticks == 1 { vec![0] } else { vec![0, ticks - 1] } {
+                        let mut terms = vec![];
+                        for term in self.level(rows, from, roles.constants) {
+                            // Only the function on the frozen states changes along a piece.
+                            if term.unknown == from && ticks > 1 && tick > 0 {
+                                let at = |part| share(part, ticks) * term.factor;
+                                terms.push(Term { factor: at(ticks - tick), ..term.clone() });
+                                terms.push(Term { factor: at(tick), unknown: to, ..term });
+                            } else {
+                                terms.push(term);
+                            }
+                        }
+                        for (part, node) in [(ticks - tick - 1, from), (tick + 1, to)] {
+                            if part > 0 {
+                                terms.push(self.term(share(part, ticks) * number(-1.0), node, &[map]));
+                            }
+                        }
+                        self.add("frozen", rows, terms);
+                    }
                 }
             }
-        }
-        for release in releases {
-            let level = vec![self.term(number(decay), last, &[one]), self.term(number(rest), constants, &[kept])];
-            self.below("releasing", whole, first, release, level);
         }
     }
 
     fn fade(&mut self, roles: &Roles, lengths: &[u64]) {
         let all: u64 = lengths.iter().sum();
         let weight = |tick: u64| cross_fade(tick as f64 / all as f64);
+        let decay = if self.input.is_some() { self.decay } else { 1.0 };
         let branches = [(Space::Fading, &roles.fading), (Space::FadingGap, &roles.fading_held)];
         for (space, nodes) in branches.into_iter().filter(|(_, nodes)| !nodes.is_empty()) {
+            let rows = self.driven(space);
             let mut begin = 0;
             for (piece, &ticks) in lengths.iter().enumerate() {
                 // The weights from the piece's first tick to its last.
@@ -400,9 +460,8 @@ impl Builder<'_> {
                 for vertex in self.modes.vertices() {
                     for weight in if ticks == 1 { vec![max] } else { vec![min, max] } {
                         let name = format!("cross_fade_{vertex}_{weight}");
-                        let map = self.between(name, space, space, |modes| modes.blend(vertex, weight));
-                        let nodes = (nodes[piece], nodes[piece + 1]);
-                        self.along("cross-fade", space, nodes, ticks, map);
+                        let map = self.between(name, rows, space, |modes| modes.blend(vertex, weight));
+                        self.decaying("cross-fade", rows, (nodes[piece], nodes[piece + 1]), ticks, (map, decay));
                     }
                 }
             }
@@ -431,34 +490,32 @@ impl Builder<'_> {
     }
 
     fn teleoperation(&mut self, vertex: usize, rows: Space) -> usize {
-        self.between(format!("teleoperation_{vertex}"), rows, rows, |modes| modes.teleoperation(vertex))
+        let to = rows.undriven().0;
+        self.between(format!("teleoperation_{vertex}"), rows, to, |modes| modes.teleoperation(vertex))
     }
 
     fn drop_gap(&mut self, roles: &Roles) {
         let (Some(held), Some(&next)) = (roles.held, roles.dropped.first()) else { return };
-        let rows = Space::LoopGap;
+        let rows = self.driven(Space::LoopGap);
         for vertex in self.modes.vertices() {
             let map = self.teleoperation(vertex, rows);
-            let level = self.held_level(roles);
+            let level = self.level(rows, held, roles.gap);
             self.below("held", rows, held, map, level);
         }
         let of_loop = self.select(rows, Space::Loop);
-        let level = self.held_level(roles);
+        let level = self.level(rows, held, roles.gap);
         self.below("dropping", rows, next, of_loop, level);
     }
 
     fn dwell(&mut self, roles: &Roles, lengths: &[u64]) {
-        let rows = Space::Loop;
-        let one = self.select(rows, rows);
+        let rows = self.driven(Space::Loop);
         let last = roles.dropped[lengths.len()];
         for vertex in self.modes.vertices() {
             let map = self.teleoperation(vertex, rows);
-            let decay = self.decay;
-            let from = vec![self.term(number(decay), last, &[one])];
-            self.below("dwelling", rows, last, map, from);
+            self.decaying("dwelling", rows, (last, last), 1, (map, self.decay));
             for (piece, &ticks) in lengths.iter().enumerate() {
                 let nodes = (roles.dropped[piece], roles.dropped[piece + 1]);
-                self.decaying("dwelling", rows, nodes, ticks, (map, decay));
+                self.decaying("dwelling", rows, nodes, ticks, (map, self.decay));
             }
         }
     }
@@ -470,7 +527,7 @@ impl Builder<'_> {
         let functions: Vec<(usize, Space)> =
             self.functions.iter().map(|function| function.space).enumerate().filter(|(k, _)| *k != size).collect();
         for (function, space) in functions {
-            if matches!(space, Space::Gap | Space::Held | Space::Frozen) {
+            if matches!(space, Space::Gap | Space::Held | Space::Frozen | Space::Input) {
                 continue;
             }
             let whole = self.select(space, space);
@@ -484,32 +541,46 @@ impl Builder<'_> {
                 self.below("bounded", space, size, map, from);
             }
         }
-        let (rows, last) = (Space::Loop, *roles.dropped.last().unwrap_or(&0));
-        let quantity = self.modes.row(&focus.frozen, Space::Frozen);
-        let quantity = self.map("quantity_frozen".into(), Space::Frozen, Space::Number, |_| quantity);
-        let whole = self.select(rows, rows);
-        if roles.frozen.is_empty() {
+        let quantities: Vec<usize> = (focus.frozen.iter().enumerate())
+            .map(|(k, row)| {
+                let narrow = self.modes.row(row, Space::Frozen);
+                self.map(format!("quantity_frozen_{k}"), Space::Frozen, Space::Number, |_| narrow)
+            })
+            .collect();
+        let rows = self.driven(Space::Loop);
+        let level = self.at_events(roles, rows);
+        if self.modes.is_frozen_map_unique() {
             let frozen = self.between("frozen".into(), Space::Frozen, Space::Frozen, |modes| modes.frozen(0, 1.0));
             for vertex in self.modes.vertices() {
-                let entry = self.entry(vertex, rows);
-                let maps = vec![(quantity, Count::Once), (frozen, Count::Each), (entry, Count::Once)];
-                let terms =
-                    vec![self.term(number(1.0), last, &[whole]), Term { factor: number(-1.0), unknown: size, maps }];
-                let counts = Some((0, self.phases.held.1));
-                self.list.push(Condition { name: "bounded", terms, rows, weight: self.per_tick, counts });
+                let entry = self.entry(vertex, rows, Space::Frozen);
+                for &quantity in &quantities {
+                    let maps = vec![(quantity, Count::Once), (frozen, Count::Each), (entry, Count::Once)];
+                    let mut terms = level.clone();
+                    terms.push(Term { factor: number(-1.0), unknown: size, maps });
+                    let counts = Some((0, self.phases.held.1));
+                    self.list.push(Condition { name: "bounded", terms, rows, weight: self.per_tick, counts });
+                }
             }
         } else {
             let whole = self.select(Space::Frozen, Space::Frozen);
             for &(frozen, _) in &roles.frozen {
-                let from = vec![self.term(number(1.0), frozen, &[whole])];
-                self.below("bounded", Space::Frozen, size, quantity, from);
+                for &quantity in &quantities {
+                    let from = vec![self.term(number(1.0), frozen, &[whole])];
+                    self.below("bounded", Space::Frozen, size, quantity, from);
+                }
             }
         }
+        let level = self.map("level".into(), Space::Start, Space::Number, |_| DMatrix::identity(1, 1));
         let square = number(focus.bound) * number(focus.bound);
+        if let Some(input) = self.input {
+            let force = self.map("force".into(), Space::Start, Space::Input, |_| DMatrix::identity(1, 1));
+            let terms = vec![self.term(square, size, &[level]), self.term(number(-1.0), input, &[force])];
+            self.add("start", Space::Start, terms);
+        }
+        let (rows, last) = (Space::Loop, *roles.dropped.last().unwrap_or(&0));
         for (k, start) in focus.starts.iter().enumerate() {
             let narrow = self.modes.row(&start.transpose(), rows).transpose();
             let start = self.map(format!("start_{k}"), Space::Start, rows, |_| narrow);
-            let level = self.map("level".into(), Space::Start, Space::Number, |_| DMatrix::identity(1, 1));
             let terms = vec![self.term(square, size, &[level]), self.term(number(-1.0), last, &[start])];
             self.add("start", Space::Start, terms);
         }

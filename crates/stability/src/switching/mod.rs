@@ -4,38 +4,34 @@
 //! module does:
 //!
 //! - `modes`: the maps of each phase;
-//! - `conditions`, `certificate`: a certificate that every sequence of events with a minimum dwell between them decays,
-//!   found by semidefinite programming and verified in interval arithmetic;
+//! - `conditions`, `attempt`: a certificate that every sequence of events with a minimum dwell between them decays,
+//!   found by semidefinite programming and verified by `crate::certificate`;
+//! - `peaks`: bounds of motions under a tissue force in addition to springs and dampers: the statement about a scenario;
 //! - `reach`: bounds of motions from the certificate;
 //! - `ascent`, `products`: the worst sequences found, with a tissue that changes at every tick or is constant, to show
-//!   how tight the certificate is;
-//! - `event`: the effect of each re-engaging policy at the end of one event.
+//!   how tight the certificate is.
 
+mod adversary;
 mod ascent;
-mod certificate;
+mod attempt;
 mod conditions;
-mod event;
-mod interval;
-mod kept_gap;
-mod modes;
+pub(crate) mod modes;
+mod peaks;
 mod products;
 mod reach;
-mod responses;
 mod scaling;
-mod sdp;
 mod search;
-mod semidefinite;
 mod settings;
 
+pub use adversary::adversary;
 pub use ascent::{Cycle, Growth};
-pub use certificate::{Certificate, Inequality, Lyapunov, StateMap, StateSpace, Summand};
-pub use event::EventBound;
-pub use kept_gap::KeptGap;
+pub use peaks::Peaks;
 pub use products::{SimulatedCycle, SimulatedGrowth};
 pub use reach::{Reach, Sequence};
 pub use settings::{Phases, SwitchingSettings};
 
-use crate::StabilityError;
+use crate::certificate::Certificate;
+use crate::{EventBound, StabilityError};
 use ascent::Steps;
 use modes::Modes;
 use search::Search;
@@ -65,16 +61,16 @@ pub struct Switching {
     pub settings: SwitchingSettings,
     /// The phases of an event.
     pub phases: Phases,
-    /// The certificate with the shortest dwell. `None` if there is none up to [`LONGEST_DWELL_S`], or for a kept gap.
+    /// The certificate with the shortest dwell; `None` if no dwell up to [`LONGEST_DWELL_S`] has one.
     pub certificate: Option<Certificate>,
-    /// The proof for a kept gap (`clutch`) with the shortest dwell.
-    pub kept_gap: Option<KeptGap>,
     /// The certificate with the smallest growth at the supervisor's refractory time.
     pub at_refractory: Option<Certificate>,
     /// True if the certificate also covers loss of contact at any tick; `None` if contact itself is not certified.
     pub covers_lost_contact: Option<bool>,
     /// Bounds of motions with the refractory time between events; `None` if not certified, or with a delay.
     pub reach: Option<Reach>,
+    /// Bounds of the motion per newton of additional tissue force, with the decay of every motion; `None` if not certified.
+    pub peaks: Option<Peaks>,
     /// The worst growth per event found at the refractory time, with a tissue chosen at every tick.
     pub growth: Growth,
     /// The growth at the refractory time on one constant stiffness, which a scenario can simulate.
@@ -93,6 +89,12 @@ impl Switching {
     /// # Errors
     /// [`StabilityError`].
     pub fn of(settings: &SwitchingSettings) -> Result<Self, StabilityError> {
+        let (springs, peaks) = rayon::join(|| Self::of_springs(&settings.with_least_damping()), || Peaks::of(settings));
+        Ok(Self { settings: settings.clone(), peaks: peaks?, ..springs? })
+    }
+
+    /// The analysis without the damping that some tissues have in addition, and without an additional force.
+    fn of_springs(settings: &SwitchingSettings) -> Result<Self, StabilityError> {
         let phases = settings.phases();
         let modes = Modes::new(settings)?;
         let steps = Steps::new(&modes, phases);
@@ -103,36 +105,30 @@ impl Switching {
             Ok::<_, StabilityError>((growth?, softest?, stiffest?))
         };
         let mut search = Search::new(settings, &modes, phases);
-        let (shortest, growths) = rayon::join(|| Proof::shortest(settings, &mut search), found_growths);
+        let (shortest, growths) = rayon::join(|| search.shortest(), found_growths);
         let (shortest, (growth, softest, stiffest)) = (shortest?, growths?);
-        let is_certified = shortest.as_ref().is_some_and(|found| found.dwell_ticks() <= phases.refractory);
+        let is_certified = shortest.as_ref().is_some_and(|found| found.dwell_ticks <= phases.refractory);
         let proved = match (&shortest, is_certified) {
-            (Some(found), true) => found.at_refractory(settings, &search, (&steps, phases), &growth)?,
+            (Some(_), true) => AtRefractory::of(settings, &search, (&steps, phases), &growth)?,
             _ => AtRefractory::default(),
         };
-        let longest = shortest.as_ref().map_or(phases.refractory, Proof::dwell_ticks);
+        let longest = shortest.as_ref().map_or(phases.refractory, |found| found.dwell_ticks);
         let certified = |dwell: u64| match (&shortest, &proved.tightest) {
-            (Some(Proof::KeptGap(found)), _) if dwell >= longest => Some(found.growth_after(dwell)),
             (_, Some(tightest)) if dwell >= phases.refractory => Some(tightest.growth_after(dwell)),
             (Some(_), _) if dwell >= longest => Some(1.0),
             _ => None,
         };
         let (growing_dwell_ticks, by_dwell) = rayon::join(
             || Self::growing_dwell(&steps, longest, (phases.refractory, &growth)),
-            || by_dwell(settings, (&steps, &growth), shortest.as_ref().map(Proof::dwell_ticks), &certified),
+            || by_dwell(settings, (&steps, &growth), shortest.as_ref().map(|found| found.dwell_ticks), &certified),
         );
         let (growing_dwell_ticks, by_dwell) = (growing_dwell_ticks?, by_dwell?);
         let AtRefractory { tightest, covers_lost_contact, reach } = proved;
-        let (certificate, kept_gap) = match shortest {
-            Some(Proof::Functions(found)) => (Some(*found), None),
-            Some(Proof::KeptGap(found)) => (None, Some(*found)),
-            None => (None, None),
-        };
         Ok(Self {
             phases,
             reach,
-            certificate,
-            kept_gap,
+            peaks: None,
+            certificate: shortest,
             at_refractory: tightest,
             covers_lost_contact,
             growth,
@@ -167,9 +163,10 @@ impl Switching {
     /// # Errors
     /// [`StabilityError`].
     pub fn certified_dwell(settings: &SwitchingSettings) -> Result<Option<u64>, StabilityError> {
+        let settings = &settings.with_least_damping();
         let modes = Modes::new(settings)?;
         let mut search = Search::new(settings, &modes, settings.phases());
-        Ok(Proof::shortest(settings, &mut search)?.map(|found| found.dwell_ticks()))
+        Ok(search.shortest()?.map(|found| found.dwell_ticks))
     }
 
     /// True if `dwell_ticks` of teleoperation between events are certified. Solves one or a few programmes, where
@@ -178,9 +175,7 @@ impl Switching {
     /// # Errors
     /// [`StabilityError`].
     pub fn certifies(settings: &SwitchingSettings, dwell_ticks: u64) -> Result<bool, StabilityError> {
-        if settings.keeps_gap() {
-            return Ok(Self::certified_dwell(settings)?.is_some_and(|found| found <= dwell_ticks.max(1)));
-        }
+        let settings = &settings.with_least_damping();
         let modes = Modes::new(settings)?;
         Search::new(settings, &modes, settings.phases()).is_certified(dwell_ticks.max(1))
     }
@@ -188,17 +183,19 @@ impl Switching {
     /// The shortest certified dwell in ticks.
     #[must_use]
     pub fn dwell_ticks(&self) -> Option<u64> {
-        let of_functions = self.certificate.as_ref().map(|found| found.dwell_ticks);
-        of_functions.or(self.kept_gap.as_ref().map(|found| found.dwell_ticks))
+        self.certificate.as_ref().map(|found| found.dwell_ticks)
     }
 
     /// The certified growth per event at the refractory time, if it is certified.
     #[must_use]
     pub fn certified_growth(&self) -> Option<f64> {
-        let refractory = self.phases.refractory;
-        let kept_gap = self.kept_gap.as_ref().filter(|_| self.is_certified());
-        let of_functions = self.at_refractory.as_ref().map(|found| found.contraction.sqrt());
-        of_functions.or(kept_gap.map(|found| found.growth_after(refractory)))
+        self.at_refractory.as_ref().map(|found| found.contraction.sqrt())
+    }
+
+    /// True if a sequence on one stiffness makes the motion grow. A gap that out of contact does not change is no growth.
+    #[must_use]
+    pub fn shows_growth(&self) -> bool {
+        self.shown.found > 1.0 + 1e-6
     }
 
     /// True if the refractory time is at least the certified dwell: every sequence of events is stable.
@@ -208,11 +205,6 @@ impl Switching {
     }
 }
 
-enum Proof {
-    Functions(Box<Certificate>),
-    KeptGap(Box<KeptGap>),
-}
-
 #[derive(Default)]
 struct AtRefractory {
     tightest: Option<Certificate>,
@@ -220,39 +212,14 @@ struct AtRefractory {
     reach: Option<Reach>,
 }
 
-impl Proof {
-    fn shortest(settings: &SwitchingSettings, search: &mut Search<'_>) -> Result<Option<Self>, StabilityError> {
-        if settings.keeps_gap() {
-            // Without contact, a kept gap does not change.
-            if settings.loses_contact {
-                return Ok(None);
-            }
-            let wanted = (settings.longest_dwell_ticks(), settings.delay_ticks() == 0);
-            let found = KeptGap::of(search.modes(), settings.phases(), wanted)?;
-            return Ok(found.map(|found| Self::KeptGap(Box::new(found))));
-        }
-        Ok(search.shortest()?.map(|found| Self::Functions(Box::new(found))))
-    }
-
-    fn dwell_ticks(&self) -> u64 {
-        match self {
-            Self::Functions(found) => found.dwell_ticks,
-            Self::KeptGap(found) => found.dwell_ticks,
-        }
-    }
-
-    fn at_refractory(
-        &self,
+impl AtRefractory {
+    fn of(
         settings: &SwitchingSettings,
         search: &Search<'_>,
         (steps, phases): (&Steps<'_>, Phases),
         growth: &Growth,
-    ) -> Result<AtRefractory, StabilityError> {
+    ) -> Result<Self, StabilityError> {
         let dwell = phases.refractory;
-        if let Self::KeptGap(found) = self {
-            let reach = found.reach.map(|bounds| Reach::with(settings, steps, (phases, dwell), bounds)).transpose()?;
-            return Ok(AtRefractory { tightest: None, covers_lost_contact: Some(false), reach });
-        }
         let reach = || match search.choice(dwell) {
             Some(choice) if settings.delay_ticks() == 0 => Reach::of(settings, steps, (phases, choice)),
             _ => Ok(None),
@@ -264,7 +231,7 @@ impl Proof {
         };
         let (tightest, (covers_lost_contact, reach)) =
             rayon::join(|| search.tightest(dwell, growth.found), || rayon::join(without_contact, reach));
-        Ok(AtRefractory { tightest: tightest?, covers_lost_contact: Some(covers_lost_contact?), reach: reach? })
+        Ok(Self { tightest: tightest?, covers_lost_contact: Some(covers_lost_contact?), reach: reach? })
     }
 }
 

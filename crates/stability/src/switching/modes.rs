@@ -5,7 +5,9 @@ use nalgebra::{DMatrix, DVector};
 use crate::machines::Machines;
 use crate::side::{LocalCommand, Side};
 use crate::{LinearLoop, StabilityError, SwitchingSettings};
-use trocar_core::augmentation::{AmplifySettings, DecaySettings, ForceLawSettings, Freeze, Reengage};
+use trocar_core::augmentation::{
+    AmplifySettings, DampSettings, DecaySettings, ForceLawSettings, Freeze, HoldSettings, Reengage,
+};
 
 /// A space of states: the loop's states `x` and the extra states that a phase uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,6 +26,14 @@ pub(super) enum Space {
     Held,
     /// `g`.
     Gap,
+    /// `w`, the tissue force in addition to `K p + B v`.
+    Input,
+    /// `(x, w)`, and likewise for the next ones.
+    DrivenLoop,
+    DrivenLoopGap,
+    DrivenFading,
+    DrivenFadingGap,
+    DrivenFrozen,
     /// A quantity to bound.
     Number,
     /// The distance of the hand's release, in m.
@@ -32,12 +42,41 @@ pub(super) enum Space {
 }
 
 /// Indices of the extra states after the loop's states.
+const HAND_VELOCITY: usize = 1;
+
 const REFERENCE: usize = 0;
 const FED_BACK: usize = 1;
 const ANCHOR: usize = 2;
 const TISSUE: usize = 3;
-const GAP: usize = 4;
-const EXTRA: usize = 5;
+pub(super) const GAP: usize = 4;
+const INPUT: usize = 5;
+const EXTRA: usize = 6;
+
+impl Space {
+    /// The space with the input in addition.
+    pub(super) fn driven(self) -> Self {
+        match self {
+            Self::Loop => Self::DrivenLoop,
+            Self::LoopGap => Self::DrivenLoopGap,
+            Self::Fading => Self::DrivenFading,
+            Self::FadingGap => Self::DrivenFadingGap,
+            Self::Frozen => Self::DrivenFrozen,
+            other => other,
+        }
+    }
+
+    /// The space without the input, and true if it had one.
+    pub(super) fn undriven(self) -> (Self, bool) {
+        match self {
+            Self::DrivenLoop => (Self::Loop, true),
+            Self::DrivenLoopGap => (Self::LoopGap, true),
+            Self::DrivenFading => (Self::Fading, true),
+            Self::DrivenFadingGap => (Self::FadingGap, true),
+            Self::DrivenFrozen => (Self::Frozen, true),
+            other => (other, false),
+        }
+    }
+}
 
 /// One end of the tissue's range: `f = K p + B v`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,9 +88,10 @@ struct Vertex {
 /// The linear maps of the phases. Positions are relative to the tissue's surface and to the hand's desired position.
 ///
 /// ```text
-/// (x, r, φ, F*, F_t, g)     x: master's side, slave's side, hand positions on the way, latest first;
+/// (x, r, φ, F*, F_t, g, w)  x: master's side, slave's side, hand positions on the way, latest first;
 ///                           r the reference, φ the last feedback force, F* and F_t the feedback force and the measured
-///                           force at the alarm, g the gap: x_ref = hand + g
+///                           force at the alarm, g the gap: x_ref = hand + g;
+///                           w the tissue force in addition to K p + B v, an input
 /// ```
 /// The supervisor and the slave use the hand's position that has arrived; mode and force reach the master after the
 /// backward delay. The master's states are therefore taken when the slave's samples arrive: both sides switch at the
@@ -60,13 +100,15 @@ struct Vertex {
 /// A map starts from the states before the tick's force: an event that begins at tick `k` uses `x`, the anchor `F*` and
 /// the last reference at `k - 1`.
 #[derive(Debug, Clone)]
-pub(super) struct Modes {
+pub(crate) struct Modes {
     master: Side,
     slaves: Vec<Side>,
     /// Whole ticks of both delays.
     delay: usize,
     integral: bool,
     law: ForceLawSettings,
+    /// True if the slave follows the hand during events, so they leave no gap.
+    follows: bool,
     freeze: Freeze,
     reengage: Reengage,
     /// Decay factor of the force per tick.
@@ -75,14 +117,22 @@ pub(super) struct Modes {
 }
 
 impl Modes {
-    pub(super) fn new(settings: &SwitchingSettings) -> Result<Self, StabilityError> {
+    pub(crate) fn new(settings: &SwitchingSettings) -> Result<Self, StabilityError> {
         let machines = Machines::new(&settings.of_loop)?;
         let (softest, stiffest) = settings.stiffness_n_per_m;
-        let damping_n_s_per_m = settings.of_loop.damping_n_s_per_m;
-        let in_contact = |stiffness_n_per_m| Vertex { stiffness_n_per_m, damping_n_s_per_m };
-        let mut vertices = vec![in_contact(softest), in_contact(stiffest)];
-        if settings.loses_contact {
-            vertices.push(Vertex { stiffness_n_per_m: 0.0, damping_n_s_per_m: 0.0 });
+        let (least, most) = settings.damping_n_s_per_m;
+        let corners = [(softest, most), (stiffest, most)];
+        // The first two are the ends of the range of stiffness, which may coincide.
+        let mut vertices: Vec<Vertex> = [softest, stiffest]
+            .map(|stiffness_n_per_m| Vertex { stiffness_n_per_m, damping_n_s_per_m: least })
+            .to_vec();
+        for (stiffness_n_per_m, damping_n_s_per_m) in
+            corners.into_iter().chain(settings.loses_contact.then_some((0.0, 0.0)))
+        {
+            let vertex = Vertex { stiffness_n_per_m, damping_n_s_per_m };
+            if !vertices.contains(&vertex) {
+                vertices.push(vertex);
+            }
         }
         let slave = |vertex: &Vertex| {
             let settings = LinearLoop {
@@ -103,11 +153,8 @@ impl Modes {
             slaves: vertices.iter().map(slave).collect::<Result<_, _>>()?,
             delay: settings.delay_ticks() as usize,
             integral: settings.of_loop.master.force_integral_gain != 0.0,
-            // The added damping is not modelled, as the coverage reports; the measured force remains.
-            law: match augmentation.force {
-                ForceLawSettings::Damp(_) => ForceLawSettings::Amplify(AmplifySettings { gain: 1.0 }),
-                law => law,
-            },
+            law: augmentation.force,
+            follows: augmentation.hold == HoldSettings::Following,
             freeze: augmentation.freeze,
             reengage: augmentation.reengage,
             decay_factor,
@@ -115,7 +162,7 @@ impl Modes {
         })
     }
 
-    pub(super) fn states(&self) -> usize {
+    pub(crate) fn states(&self) -> usize {
         self.master.a.nrows() + self.slaves[0].a.nrows() + self.delay
     }
 
@@ -123,11 +170,11 @@ impl Modes {
         self.states() + EXTRA
     }
 
-    pub(super) fn master_states(&self) -> usize {
+    pub(crate) fn master_states(&self) -> usize {
         self.master.a.nrows()
     }
 
-    pub(super) fn delay(&self) -> usize {
+    pub(crate) fn delay(&self) -> usize {
         self.delay
     }
 
@@ -141,7 +188,7 @@ impl Modes {
         Ok((-largest.ln() / self.tick_s).max(0.0))
     }
 
-    pub(super) fn without_delay(&self) -> Self {
+    pub(crate) fn without_delay(&self) -> Self {
         Self { delay: 0, ..self.clone() }
     }
 
@@ -169,6 +216,7 @@ impl Modes {
             ("force_at_alarm", "N"),
             ("tissue_at_alarm", "N"),
             ("gap", "m"),
+            ("additional_force", "N"),
         ];
         let all: Vec<(String, &'static str)> =
             of_loop.into_iter().chain(extra.map(|(name, unit)| named(name, unit))).collect();
@@ -179,32 +227,43 @@ impl Modes {
     }
 
     fn has_anchor(&self) -> bool {
-        !matches!(self.law, ForceLawSettings::Decay(DecaySettings { ratio: 0.0, .. }))
+        !matches!(self.law, ForceLawSettings::Decay(DecaySettings { ratio: 0.0, .. }) | ForceLawSettings::Damp(_))
     }
 
     pub(super) fn has_gap(&self) -> bool {
-        self.reengage != Reengage::Snap
+        self.reengage != Reengage::Snap && !self.follows
     }
 
     pub(super) fn gap_closes(&self) -> bool {
-        self.reengage != Reengage::Clutch
+        self.reengage != Reengage::Clutch || self.follows
     }
 
     fn places(&self, space: Space) -> Vec<usize> {
         let n = self.states();
+        let (space, is_driven) = space.undriven();
         let mut places: Vec<usize> = match space {
-            Space::Gap | Space::Held | Space::Number | Space::Start => vec![],
-            Space::Loop | Space::LoopGap | Space::Fading | Space::FadingGap | Space::Frozen | Space::All => {
-                (0..n).collect()
-            }
+            Space::Input | Space::Gap | Space::Held | Space::Number | Space::Start => vec![],
+            Space::Loop
+            | Space::LoopGap
+            | Space::Fading
+            | Space::FadingGap
+            | Space::Frozen
+            | Space::All
+            | Space::DrivenLoop
+            | Space::DrivenLoopGap
+            | Space::DrivenFading
+            | Space::DrivenFadingGap
+            | Space::DrivenFrozen => (0..n).collect(),
         };
         match space {
-            Space::Loop | Space::Number | Space::Start => {}
+            Space::Input => places.push(n + INPUT),
             Space::LoopGap | Space::Gap => places.push(n + GAP),
             Space::Fading => places.push(n + FED_BACK),
             Space::FadingGap => places.extend([n + FED_BACK, n + GAP]),
             Space::Frozen | Space::Held => {
-                places.push(n + REFERENCE);
+                if !self.follows {
+                    places.push(n + REFERENCE);
+                }
                 if space == Space::Frozen {
                     places.push(n + FED_BACK);
                 }
@@ -216,6 +275,17 @@ impl Modes {
                 }
             }
             Space::All => places.extend(n..n + EXTRA),
+            Space::Loop
+            | Space::Number
+            | Space::Start
+            | Space::DrivenLoop
+            | Space::DrivenLoopGap
+            | Space::DrivenFading
+            | Space::DrivenFadingGap
+            | Space::DrivenFrozen => {}
+        }
+        if is_driven {
+            places.push(n + INPUT);
         }
         places
     }
@@ -252,10 +322,14 @@ impl Modes {
         self.unit(self.states() + state)
     }
 
+    fn input(&self, weight: f64) -> DMatrix<f64> {
+        self.extra(INPUT) * weight
+    }
+
     /// The slave's target: the arrived, scaled hand position and the slave's contribution, in m.
-    pub(super) fn hand(&self, vertex: usize) -> DMatrix<f64> {
+    pub(crate) fn hand(&self, vertex: usize) -> DMatrix<f64> {
         let nothing = DVector::zeros(self.master.c.len());
-        let local = self.weights(&nothing, &self.slaves[vertex].local);
+        let local = self.weights(&nothing, &self.slaves[vertex].local) + self.input(self.slaves[vertex].external.local);
         let arrived = match self.delay {
             0 => self.weights(&self.master.c, &DVector::zeros(self.slaves[vertex].c.len())),
             _ => self.unit(self.states() - 1),
@@ -263,16 +337,17 @@ impl Modes {
         local + arrived
     }
 
-    pub(super) fn slave(&self) -> DMatrix<f64> {
+    pub(crate) fn slave(&self) -> DMatrix<f64> {
         self.unit(self.master.a.nrows())
     }
 
-    pub(super) fn force(&self, vertex: usize) -> DMatrix<f64> {
-        self.weights(&self.master.local, &self.slaves[vertex].c)
+    pub(crate) fn force(&self, vertex: usize) -> DMatrix<f64> {
+        self.weights(&self.master.local, &self.slaves[vertex].c) + self.input(self.slaves[vertex].external.sent)
     }
 
     fn measured(&self, vertex: usize) -> DMatrix<f64> {
-        self.weights(&DVector::zeros(self.master.c.len()), &self.slaves[vertex].force)
+        let slave = &self.slaves[vertex];
+        self.weights(&DVector::zeros(self.master.c.len()), &slave.force) + self.input(slave.external.measured)
     }
 
     /// The last feedback force in N.
@@ -286,15 +361,15 @@ impl Modes {
         column
     }
 
-    pub(super) fn of_reference(&self) -> DMatrix<f64> {
+    pub(crate) fn of_reference(&self) -> DMatrix<f64> {
         self.column(self.master.a.nrows(), &self.slaves[0].now)
     }
 
-    pub(super) fn of_force(&self) -> DMatrix<f64> {
+    pub(crate) fn of_force(&self) -> DMatrix<f64> {
         self.column(0, &self.master.now)
     }
 
-    pub(super) fn of_desired(&self) -> DMatrix<f64> {
+    pub(crate) fn of_desired(&self) -> DMatrix<f64> {
         match &self.master.desired {
             Some((now, next)) => self.column(0, &(now + next)),
             None => DMatrix::zeros(self.states() + EXTRA, 1),
@@ -325,12 +400,13 @@ impl Modes {
     }
 
     /// The map of both sides and the delay without reference and feedback force. Keeps all extra states.
-    pub(super) fn apart(&self, vertex: usize) -> DMatrix<f64> {
+    pub(crate) fn apart(&self, vertex: usize) -> DMatrix<f64> {
         let slave = &self.slaves[vertex];
         let (m, s, n) = (self.master.a.nrows(), slave.a.nrows(), self.states());
         let mut a = DMatrix::zeros(n + EXTRA, n + EXTRA);
         a.view_mut((0, 0), (m, m)).copy_from(&self.master.a);
         a.view_mut((m, m), (s, s)).copy_from(&slave.a);
+        a.view_mut((m, n + INPUT), (s, 1)).copy_from(&slave.external.next);
         if self.delay > 0 {
             a.view_mut((m + s, 0), (1, m)).tr_copy_from(&self.master.c);
         }
@@ -372,31 +448,49 @@ impl Modes {
         map
     }
 
-    /// The map of a frozen tick. The law `amplify` has a floor: `share` is 1 without it and 0 for the constant `F*`;
-    /// the floored force lies between the two.
+    /// The map of a tick of an event. The law `amplify` has a floor: `share` is 1 without it and 0 for the constant `F*`;
+    /// the floored force lies between the two. Of the added damping of `damp`, which rises, `share` has risen.
     pub(super) fn frozen(&self, vertex: usize, share: f64) -> DMatrix<f64> {
         let fed_back = match self.law {
             ForceLawSettings::Decay(DecaySettings { ratio, .. }) => {
                 self.fed_back() * self.decay_factor + self.extra(ANCHOR) * (ratio * (1.0 - self.decay_factor))
             }
-            ForceLawSettings::Amplify(_) | ForceLawSettings::Damp(_) => {
-                let gain = if let ForceLawSettings::Amplify(AmplifySettings { gain }) = self.law { gain } else { 1.0 };
+            ForceLawSettings::Damp(DampSettings { damping_n_s_per_m, .. }) => {
+                self.force(vertex) + self.unit(HAND_VELOCITY) * (share * damping_n_s_per_m)
+            }
+            ForceLawSettings::Amplify(AmplifySettings { gain }) => {
                 // The coupling of the positions stays constant; only the measured force varies.
                 self.extra(ANCHOR) + (self.measured(vertex) - self.extra(TISSUE)) * (share * gain)
             }
         };
-        let mut map = self.tick(vertex, &self.extra(REFERENCE), &fed_back);
+        let reference = if self.follows { self.hand(vertex) } else { self.extra(REFERENCE) };
+        let mut map = self.tick(vertex, &reference, &fed_back);
         map.row_mut(self.states() + FED_BACK).copy_from(&fed_back.row(0));
         map
     }
 
     /// True if the frozen map is the same for every tissue and force: its powers are exact.
     pub(super) fn is_frozen_map_unique(&self) -> bool {
-        matches!(self.law, ForceLawSettings::Decay(_)) && self.slaves.iter().all(|slave| slave.a == self.slaves[0].a)
+        !self.follows
+            && matches!(self.law, ForceLawSettings::Decay(_))
+            && self.slaves.iter().all(|slave| slave.a == self.slaves[0].a)
     }
 
     pub(super) fn shares(&self) -> &'static [f64] {
-        if matches!(self.law, ForceLawSettings::Decay(_)) { &[1.0] } else { &[0.0, 1.0] }
+        match self.law {
+            ForceLawSettings::Damp(DampSettings { damping_n_s_per_m: 0.0, .. }) | ForceLawSettings::Decay(_) => &[1.0],
+            ForceLawSettings::Damp(_) | ForceLawSettings::Amplify(_) => &[0.0, 1.0],
+        }
+    }
+
+    /// True if the additional force changes the slave's target at once.
+    pub(super) fn drives_target(&self) -> bool {
+        self.slaves.iter().any(|slave| slave.external.local != 0.0)
+    }
+
+    /// The hand's position in m.
+    pub(super) fn hand_position(&self) -> DMatrix<f64> {
+        self.unit(0)
     }
 
     /// True if the slave's target and the machines do not depend on the tissue.

@@ -5,13 +5,12 @@
 
 use nalgebra::DMatrix;
 
-use super::ascent::power;
+use super::ascent::{power, radius};
 use super::modes::{Modes, Space};
 use super::settings::Phases;
 use crate::StabilityError;
 use trocar_base::interrupt;
 use trocar_core::augmentation::cross_fade;
-use trocar_lti::eigenvalues;
 
 /// Minimum excess of a prefix's norm over the best growth for extending the prefix.
 const TOLERANCE: f64 = 0.01;
@@ -48,14 +47,6 @@ struct Node {
     matrix: DMatrix<f64>,
     word: Vec<usize>,
     min_norm: f64,
-}
-
-fn radius(matrix: &DMatrix<f64>) -> Result<f64, StabilityError> {
-    // The states of an unstable loop can overflow.
-    if matrix.iter().any(|value| !value.is_finite()) {
-        return Ok(f64::INFINITY);
-    }
-    Ok(eigenvalues(matrix)?.into_iter().map(|value| value.norm()).fold(0.0, f64::max))
 }
 
 /// A cycle from the last tick before an event to the last tick before the next one, on `(x, g)` if the gap is kept,

@@ -4,11 +4,12 @@ use nalgebra::DMatrix;
 
 use super::SwitchingSettings;
 use super::ascent::{Steps, farthest};
-use super::certificate::{Certificate, attempt};
+use super::attempt::{attempt, narrowed};
 use super::conditions::{Choice, Focus};
 use super::modes::Modes;
 use super::settings::Phases;
 use crate::StabilityError;
+use crate::certificate::Certificate;
 use trocar_base::interrupt;
 use trocar_base::parallel::try_map;
 use trocar_core::augmentation::cross_fade;
@@ -31,11 +32,10 @@ const EVENTS: usize = 2;
 /// of that distance, over every admissible sequence of events.
 #[derive(Debug, Clone)]
 pub struct Reach {
-    /// Verified bound of the slave's position in m/m, with its certificate; `None` for a kept gap, which has one common
-    /// proof.
-    pub slave: (f64, Option<Certificate>),
-    /// Verified bound of the feedback force in N/m, with its certificate as for the slave.
-    pub force: (f64, Option<Certificate>),
+    /// Verified bound of the slave's position in m/m, with its certificate.
+    pub slave: (f64, Certificate),
+    /// Verified bound of the feedback force in N/m, with its certificate.
+    pub force: (f64, Certificate),
     /// The largest motion of the slave found, in m/m, from the first event on, with a varying tissue.
     pub slave_found: f64,
     /// The largest feedback force found, in N/m.
@@ -76,32 +76,22 @@ impl Reach {
             .vertices()
             .map(|vertex| DMatrix::from_column_slice(modes.places_all(), 1, modes.after_step(vertex).as_slice()))
             .collect();
-        let focus =
-            |rows: Vec<DMatrix<f64>>, frozen: DMatrix<f64>| Focus { rows, frozen, bound: 1.0, starts: starts.clone() };
+        let focus = |rows: Vec<DMatrix<f64>>, frozen: Vec<DMatrix<f64>>| Focus {
+            rows,
+            frozen,
+            bound: 1.0,
+            starts: starts.clone(),
+        };
         let of_force: Vec<DMatrix<f64>> =
             modes.vertices().map(|vertex| modes.force(vertex)).chain([modes.fed_back()]).collect();
         let [slave_found, force_found] = found(steps, choice.dwell);
         let (slave, force) = rayon::join(
-            || bound(modes, phases, choice, &focus(vec![modes.slave()], modes.slave()), slave_found),
-            || bound(modes, phases, choice, &focus(of_force.clone(), modes.fed_back()), force_found),
+            || bound(modes, phases, choice, &focus(vec![modes.slave()], vec![modes.slave()]), slave_found),
+            || bound(modes, phases, choice, &focus(of_force.clone(), vec![modes.fed_back()]), force_found),
         );
         let (Some(slave), Some(force)) = (slave?, force?) else { return Ok(None) };
         let (worst, simulated) = on_one_stiffness(settings, phases, choice.dwell)?;
-        let [slave, force] = [slave, force].map(|(bound, certificate)| (bound, Some(certificate)));
         Ok(Some(Self { slave, force, slave_found: slave_found.max(simulated), force_found, worst, simulated }))
-    }
-
-    /// Builds the result from proved bounds.
-    pub(super) fn with(
-        settings: &SwitchingSettings,
-        steps: &Steps<'_>,
-        (phases, dwell): (Phases, u64),
-        (slave, force): (f64, f64),
-    ) -> Result<Self, StabilityError> {
-        let [slave_found, force_found] = found(steps, dwell);
-        let (worst, simulated) = on_one_stiffness(settings, phases, dwell)?;
-        let slave_found = slave_found.max(simulated);
-        Ok(Self { slave: (slave, None), force: (force, None), slave_found, force_found, worst, simulated })
     }
 }
 
@@ -133,14 +123,8 @@ fn bound(
             }
         }
     }
-    let Some((mut ratio, mut certificate)) = best else { return Ok(None) };
-    while ratio > MAX_RATIO * fails {
-        let middle = (ratio * fails).sqrt();
-        match at(found * middle)? {
-            Some(other) => (ratio, certificate) = (middle, other),
-            None => fails = middle,
-        }
-    }
+    let Some(best) = best else { return Ok(None) };
+    let (ratio, certificate) = narrowed(best, fails, MAX_RATIO, |ratio| at(found * ratio))?;
     Ok(Some((found * ratio, certificate)))
 }
 

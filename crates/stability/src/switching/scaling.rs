@@ -3,9 +3,9 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::conditions::Focus;
-use super::interval::{Enclosure, Interval, exact, product, rounded};
 use super::modes::{Modes, Space};
 use crate::StabilityError;
+use crate::certificate::interval::{Enclosure, exact, product, rounded, solved};
 
 /// Number of doublings in a Gramian's sum: 2^40 ticks, longer than any transient.
 const DOUBLINGS: usize = 40;
@@ -44,10 +44,12 @@ impl Scales {
                 sum += &step * &sum * step.transpose();
                 step = &step * &step;
             }
-            let position = sum[(0, 0)].max(f64::MIN_POSITIVE);
-            gramian += sum / position;
+            // Without a tissue the reference moves the slave alone.
+            let position = if sum[(0, 0)] > 0.0 { sum[(0, 0)] } else { sum.diagonal().max() };
+            gramian += sum / position.max(f64::MIN_POSITIVE);
         }
-        let spread = gramian.diagonal().map(|value| 1e-10 * value);
+        // Without a tissue nothing reaches the states of the force reading.
+        let spread = gramian.diagonal().map(|value| if value == 0.0 { 1.0 } else { 1e-10 * value });
         gramian += DMatrix::from_diagonal(&spread);
         let gramian = gramian.map(|value| if value.is_finite() { value } else { 0.0 });
         let root = Cholesky::new(gramian)
@@ -67,12 +69,6 @@ impl Scales {
         Ok(Self { of_loop, metre, newton, number: 1.0, start: 1.0 })
     }
 
-    /// A separate scale for each state, for bounds of single states.
-    pub(super) fn of_single_states(&self) -> Self {
-        let sizes = DVector::from_fn(self.of_loop.nrows(), |i, _| power_of_two(self.of_loop.row(i).norm()));
-        Self { of_loop: DMatrix::from_diagonal(&sizes), ..self.clone() }
-    }
-
     pub(super) fn with_focus(&self, modes: &Modes, focus: &Focus) -> Self {
         let space = Space::FadingGap;
         let scale = self.of(modes, space);
@@ -83,13 +79,16 @@ impl Scales {
             self.of_loop.solve_lower_triangular(&of_loop).map_or(0.0, |scaled| scaled.norm())
         };
         let largest = focus.starts.iter().map(start).fold(0.0, f64::max);
-        Self { number: power_of_two(size), start: 1.0 / power_of_two(largest), ..self.clone() }
+        let start = if focus.starts.is_empty() { 1.0 / self.newton } else { 1.0 / power_of_two(largest) };
+        Self { number: power_of_two(size), start, ..self.clone() }
     }
 
     pub(super) fn of(&self, modes: &Modes, space: Space) -> DMatrix<f64> {
         let n = modes.states();
         let (gap, force) = (1.0 / self.metre, 1.0 / self.newton);
-        let extra = match space {
+        let (space, is_driven) = space.undriven();
+        let mut extra = match space {
+            Space::Input => return DMatrix::from_element(1, 1, force),
             Space::Loop | Space::All => vec![],
             Space::LoopGap => vec![gap],
             Space::Fading => vec![force],
@@ -102,7 +101,16 @@ impl Scales {
             Space::Gap => return DMatrix::from_element(1, 1, gap),
             Space::Number => return DMatrix::from_element(1, 1, self.number),
             Space::Start => return DMatrix::from_element(1, 1, self.start),
+            // `undriven` has no input.
+            Space::DrivenLoop
+            | Space::DrivenLoopGap
+            | Space::DrivenFading
+            | Space::DrivenFadingGap
+            | Space::DrivenFrozen => vec![],
         };
+        if is_driven {
+            extra.push(force);
+        }
         let mut scale = DMatrix::zeros(n + extra.len(), n + extra.len());
         scale.view_mut((0, 0), (n, n)).copy_from(&self.of_loop);
         for (k, value) in extra.into_iter().enumerate() {
@@ -112,30 +120,7 @@ impl Scales {
     }
 
     /// Encloses a map between scaled states, `S_to⁻¹ M S_from`.
-    pub(super) fn scaled(
-        &self,
-        modes: &Modes,
-        map: &DMatrix<f64>,
-        is_exact: bool,
-        (from, to): (Space, Space),
-    ) -> Enclosure {
-        let inner = if is_exact { exact(map) } else { rounded(map) };
-        let mut rows = product(&inner, &exact(&self.of(modes, from)));
-        let scale = self.of(modes, to);
-        // Forward substitution, row by row.
-        for i in 0..rows.len() {
-            for k in 0..i {
-                if scale[(i, k)] == 0.0 {
-                    continue;
-                }
-                for j in 0..rows[i].len() {
-                    rows[i][j] = rows[i][j] - Interval::exact(scale[(i, k)]) * rows[k][j];
-                }
-            }
-            for entry in &mut rows[i] {
-                *entry = entry.over(Interval::exact(scale[(i, i)]));
-            }
-        }
-        rows
+    pub(super) fn scaled(&self, modes: &Modes, map: &DMatrix<f64>, (from, to): (Space, Space)) -> Enclosure {
+        solved(&self.of(modes, to), product(&rounded(map), &exact(&self.of(modes, from))))
     }
 }

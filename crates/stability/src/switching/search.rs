@@ -1,11 +1,12 @@
 //! The search for the certificates with the shortest dwell and with the smallest growth.
 
-use super::certificate::{Certificate, attempt};
+use super::attempt;
 use super::conditions::Choice;
 use super::modes::Modes;
 use super::settings::Phases;
 use super::{LONGEST_DWELL_S, SwitchingSettings};
 use crate::StabilityError;
+use crate::certificate::Certificate;
 use trocar_base::parallel::try_map;
 
 /// The ratio of dwells at which the search for the shortest one ends.
@@ -23,14 +24,27 @@ const RATES: [f64; 2] = [0.95, 0.0];
 /// The ratio of growths at which the search for the smallest one ends.
 const MAX_GROWTH_RATIO: f64 = 2.0;
 
-/// Pieces of the functions in each phase, for loops with at most this many states; otherwise one.
+/// Pieces of the functions in each phase, also for a force law that depends on the tissue while the slave is frozen, for
+/// loops with at most this many states; otherwise one.
 const PIECES: u64 = 2;
+const PIECES_ON_TISSUE: u64 = 8;
 const MAX_STATES_WITH_PIECES: usize = 12;
+
+/// Pieces of the functions in time that a loop of this size affords.
+fn pieces(modes: &Modes) -> u64 {
+    match (modes.states() <= MAX_STATES_WITH_PIECES, modes.is_frozen_map_unique()) {
+        (false, _) => 1,
+        (true, true) => PIECES,
+        (true, false) => PIECES_ON_TISSUE,
+    }
+}
 
 pub(super) struct Search<'a> {
     modes: &'a Modes,
     phases: Phases,
     longest: u64,
+    /// True if a gap can remain, which the functions do not cover.
+    keeps_gap: bool,
     pieces: u64,
     holds_s: &'static [f64],
     /// The time constant of the certificate with the shortest dwell.
@@ -39,25 +53,21 @@ pub(super) struct Search<'a> {
 
 impl<'a> Search<'a> {
     pub(super) fn new(settings: &SwitchingSettings, modes: &'a Modes, phases: Phases) -> Self {
-        let pieces = if modes.states() <= MAX_STATES_WITH_PIECES { PIECES } else { 1 };
+        let pieces = pieces(modes);
         let holds_s = if modes.has_gap() { &HOLDS_S[..] } else { &HOLDS_S[..1] };
-        Self { modes, phases, longest: settings.longest_dwell_ticks(), pieces, holds_s, hold_s: None }
-    }
-
-    pub(super) fn modes(&self) -> &'a Modes {
-        self.modes
+        let (longest, keeps_gap) = (settings.longest_dwell_ticks(), settings.keeps_gap());
+        Self { modes, phases, longest, keeps_gap, pieces, holds_s, hold_s: None }
     }
 
     fn certify(&self, choice: Choice) -> Result<Option<Certificate>, StabilityError> {
-        match attempt(self.modes, self.phases, choice, None) {
-            // The states of an unstable loop cannot be scaled.
-            Err(StabilityError::Solver { .. }) => Ok(None),
-            attempt => attempt,
+        if self.keeps_gap {
+            return Ok(None);
         }
+        attempt::certify(self.modes, self.phases, choice, None)
     }
 
     fn plain(&self, dwell: u64, hold_s: f64) -> Choice {
-        Choice { dwell, hold_s, contraction: 1.0, rate_per_s: 0.0, pieces: self.pieces }
+        Choice { dwell, hold_s, contraction: 1.0, rate_per_s: 0.0, pieces: self.pieces, is_driven: false }
     }
 
     fn with_holds(&self, dwell: u64, holds: &[f64]) -> Result<Option<(Certificate, f64)>, StabilityError> {

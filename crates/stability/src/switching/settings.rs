@@ -2,9 +2,9 @@
 
 use super::LONGEST_DWELL_S;
 use crate::LinearLoop;
-use trocar_core::augmentation::{AugmentationSettings, Reengage};
+use trocar_core::augmentation::{AugmentationSettings, ForceLawSettings, HoldSettings, Reengage};
 use trocar_core::time::nearest_ticks;
-use trocar_engine::teleoperation::Scheme;
+use trocar_engine::teleoperation::{ControllerKind, Scheme};
 use trocar_scenario::Scenario;
 
 /// A loop with events, on a tissue whose stiffness varies within a range at every tick.
@@ -17,6 +17,8 @@ pub struct SwitchingSettings {
     /// Minimum and maximum `K` in N/m. The force is `K(t) p + B v` with any `K(t)` between them: every nonlinear tissue
     /// whose force stays in the sector.
     pub stiffness_n_per_m: (f64, f64),
+    /// Minimum and maximum `B` in N·s/m, which may also change at any tick.
+    pub damping_n_s_per_m: (f64, f64),
     /// True if the needle can lose contact, with a force of 0, at any tick.
     pub loses_contact: bool,
 }
@@ -56,16 +58,35 @@ impl SwitchingSettings {
         if scenario.link.passivity.scheme != Scheme::None {
             return Err("the certificate does not cover passivity schemes");
         }
-        if stiffness_n_per_m.1 == 0.0 {
-            return Err("without a stiffness no loop closes through the tissue, so no event can make the motion grow");
+        let augmentation = scenario.augmentation;
+        let damps = matches!(augmentation.force, ForceLawSettings::Damp(_));
+        match augmentation.hold {
+            HoldSettings::Frozen if damps => {
+                return Err("the certificate does not cover added damping while the slave is frozen");
+            }
+            HoldSettings::Following if damps && of_loop.link.controller.kind != ControllerKind::PositionForce => {
+                return Err("the certificate covers added damping with position-force control only");
+            }
+            HoldSettings::Frozen | HoldSettings::Following => {}
+            HoldSettings::SpeedLimit(_) | HoldSettings::ForbiddenRegion(_) => {
+                return Err("the certificate covers a slave that is frozen or follows the hand, and no other hold");
+            }
         }
-        Ok(Self { of_loop, augmentation: scenario.augmentation, stiffness_n_per_m, loses_contact: false })
+        let damping_n_s_per_m =
+            (of_loop.damping_n_s_per_m, of_loop.tissue.largest_damping_n_s_per_m.max(of_loop.damping_n_s_per_m));
+        Ok(Self { of_loop, augmentation, stiffness_n_per_m, damping_n_s_per_m, loses_contact: false })
     }
 
     /// Returns both delays together in whole ticks.
     #[must_use]
     pub fn delay_ticks(&self) -> u64 {
         self.of_loop.forward().whole + self.of_loop.backward().whole
+    }
+
+    /// The same tissue without the damping that it has at some depths only.
+    pub(super) fn with_least_damping(&self) -> Self {
+        let (least, _) = self.damping_n_s_per_m;
+        Self { damping_n_s_per_m: (least, least), ..self.clone() }
     }
 
     /// The lengths of the phases.
@@ -86,9 +107,10 @@ impl SwitchingSettings {
         ((LONGEST_DWELL_S / self.of_loop.tick_s) as u64).max(2)
     }
 
-    /// True if the gap after an event is kept.
+    /// True if an event can leave a gap that is kept: with a clutch, or if a ramp stops under load.
     #[must_use]
     pub fn keeps_gap(&self) -> bool {
-        self.augmentation.reengage == Reengage::Clutch
+        let stays = matches!(self.augmentation.reengage, Reengage::Clutch | Reengage::RampUntilLoad { .. });
+        stays && self.augmentation.hold == HoldSettings::Frozen
     }
 }

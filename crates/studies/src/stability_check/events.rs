@@ -28,7 +28,7 @@ struct Demonstration {
 fn demonstration(switching: &Switching) -> Demonstration {
     let phases = switching.phases;
     let (softest, stiffest) = switching.settings.stiffness_n_per_m;
-    if let Some(reach) = switching.reach.as_ref().filter(|_| switching.shown.found < 1.0) {
+    if let Some(reach) = switching.reach.as_ref().filter(|_| !switching.shows_growth()) {
         let worst = &reach.worst;
         return Demonstration {
             stiffness_n_per_m: worst.stiffness_n_per_m,

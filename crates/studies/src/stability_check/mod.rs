@@ -5,20 +5,26 @@
 //! motion is compared with its earlier motion: an unstable loop grows long before contact is lost.
 
 mod document;
+mod event_limits;
 mod events;
 mod run;
 mod sequences;
+mod statement;
 mod study;
 mod tissue_of_run;
 mod verdict;
+mod verification;
 
 pub use document::{CertificateFile, LoopPart, StabilityFile};
+pub use event_limits::EventLimit;
 pub use events::worst_events;
 pub use run::{Verdict, simulate};
 pub use sequences::{EventRecord, EventRun, Farthest, random_sequences, without_alarms};
+pub use statement::Statement;
 pub use study::{MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
 pub use tissue_of_run::{linear_loop, tissue_range};
 pub use verdict::LoopVerdict;
+pub use verification::{VerificationError, Verified, verify};
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

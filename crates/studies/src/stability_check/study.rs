@@ -2,14 +2,16 @@
 
 use std::sync::atomic::AtomicBool;
 
+use super::event_limits::EventLimit;
+use super::statement::Statement;
 use super::tissue_of_run::linear_loop;
 use super::verdict::LoopVerdict;
 use super::{Check, CheckError, check, worst_events};
 use trocar_base::warning::{Code, Warning};
 use trocar_scenario::{Scenario, ScenarioError, Source};
 use trocar_stability::{
-    AbsoluteOver, Analysis, Axis, Bounded, Locus, LoopResponse, Population, StabilityMap, Switching, SwitchingSettings,
-    Terminations, TissueRange, ZWidth, map,
+    AbsoluteOver, Analysis, Axis, Bounded, Locus, LoopResponse, MeasuredLoop, MeasuredSides, Population, StabilityMap,
+    Switching, SwitchingSettings, Terminations, TissueRange, TissueSource, ZWidth, map,
 };
 
 /// Maximum tissue stiffness of the switching analysis, in N/m.
@@ -28,6 +30,8 @@ pub struct StabilityStudy {
     pub map: StabilityMap,
     /// The switching analysis, or the reason why there is none.
     pub switching: Result<Switching, &'static str>,
+    /// The loop with measured frequency responses, if there are any.
+    pub measured: Option<MeasuredLoop>,
     /// The Z-width, if computed.
     pub z_width: Option<ZWidth>,
     /// The limits over the scenario's population, if it has one.
@@ -43,6 +47,10 @@ pub struct StabilityStudy {
     pub response: LoopResponse,
     /// The poles over a parameter, if computed.
     pub locus: Option<Locus>,
+    /// The step of the force sensor in N; 0 without steps.
+    pub force_step_n: f64,
+    /// The limits of the parameters of an event; empty unless computed, or if the switching is not analysed.
+    pub event_limits: Vec<EventLimit>,
     /// The scenario that runs the worst sequence of events, if requested.
     pub worst_events: Option<Scenario>,
 }
@@ -82,6 +90,7 @@ impl StabilityStudy {
             analysis,
             map,
             switching,
+            measured: None,
             z_width: None,
             population,
             bounded,
@@ -89,8 +98,19 @@ impl StabilityStudy {
             check: None,
             response,
             locus: None,
+            force_step_n: scenario.sensor.force_resolution_n,
+            event_limits: vec![],
             worst_events: None,
         })
+    }
+
+    /// Analyses the loop with measured frequency responses of its sides.
+    ///
+    /// # Errors
+    /// [`CheckError`].
+    pub fn compute_measured(&mut self, sides: &MeasuredSides) -> Result<(), CheckError> {
+        self.measured = Some(MeasuredLoop::of(&self.analysis.settings, sides)?);
+        Ok(())
     }
 
     /// Computes the Z-width over the values of an axis of [`Parameter::Damping`].
@@ -110,6 +130,17 @@ impl StabilityStudy {
         let settings = &self.analysis.settings;
         self.bounded = Bounded::of(settings, terminations)?;
         self.absolute = axis.map(|axis| AbsoluteOver::of(settings, axis, terminations)).transpose()?;
+        Ok(())
+    }
+
+    /// Computes the limits of the parameters of an event. Takes minutes.
+    ///
+    /// # Errors
+    /// [`CheckError`].
+    pub fn compute_event_limits(&mut self) -> Result<(), CheckError> {
+        if let Ok(Switching { settings, peaks, .. }) = &self.switching {
+            self.event_limits = EventLimit::of_each(settings, peaks.as_ref())?;
+        }
         Ok(())
     }
 
@@ -139,20 +170,21 @@ impl StabilityStudy {
         &self.analysis.settings.tissue
     }
 
-    /// True if the tissue is always a spring within the certificate's range; `None` if the switching is not analysed.
+    /// True if the tissue is always a spring and a damper within the certificate's ranges with an additional force;
+    /// `None` if the switching is not analysed.
     #[must_use]
     pub fn covers_tissue(&self) -> Option<bool> {
         let (low, high) = self.switching.as_ref().ok()?.settings.stiffness_n_per_m;
         let (softest, stiffest) = self.tissue().stiffness_n_per_m;
-        Some(self.tissue().is_whole_tissue() && low <= softest && stiffest <= high)
+        Some(self.tissue().source != TissueSource::Run && low <= softest && stiffest <= high)
     }
 
-    /// True if the switching is certified for the scenario. `None` if it is not analysed, if the analysis leaves out a
-    /// part, or if the range of stiffness does not cover the tissue.
+    /// True if [`statement`](Self::statement) is that every motion decays. `None` if the switching is not analysed, if the
+    /// analysis leaves out a part, or if the range of stiffness does not cover the tissue.
     #[must_use]
     pub fn is_certified(&self) -> Option<bool> {
-        let switching = self.switching.as_ref().ok()?;
-        (self.verdict.left_out.is_empty() && self.covers_tissue() == Some(true)).then(|| switching.is_certified())
+        let decays = matches!(self.statement(), Statement::Decays(_));
+        (self.verdict.left_out.is_empty() && self.covers_tissue()? && self.switching.is_ok()).then_some(decays)
     }
 
     /// The warnings about the analysis.
@@ -180,10 +212,8 @@ impl StabilityStudy {
                 )
             } else {
                 (
-                    format!(
-                        "the analysis of events covers springs of {low:.0} to {high:.0} N/m, and leaves out {}",
-                        self.tissue().left_out().unwrap_or_default()
-                    ),
+                    "the analysis of events takes the stiffness of the tissue from a run, which another run can exceed"
+                        .to_owned(),
                     "`trocar run` simulates them and warns of a swing that does not decay; no warning is no proof",
                 )
             };

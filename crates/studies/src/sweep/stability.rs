@@ -6,7 +6,8 @@ use crate::stability_check::{Verdict, linear_loop, simulate};
 use trocar_metrics::metrics;
 use trocar_scenario::Scenario;
 use trocar_stability::{
-    Analysis, ClosedLoop, LinearLoop, Margins, Mode, Switching, SwitchingSettings, VaryingDelays, left_out,
+    Analysis, ClosedLoop, LinearLoop, Margins, Mode, Peaks, Switching, SwitchingSettings, TissueSource, VaryingDelays,
+    left_out,
 };
 
 /// The closed loop of a case; each part is computed at its first use.
@@ -77,13 +78,22 @@ impl<'a> LoopOfCase<'a> {
         })
     }
 
-    fn certified_dwell_s(&self) -> Option<f64> {
+    /// The loop with its events; `None` if the analysis leaves out a part of the scenario.
+    fn events(&self) -> Option<SwitchingSettings> {
         if self.leaves_out() {
             return None;
         }
+        let settings = self.settings().filter(|settings| settings.tissue.source != TissueSource::Run)?;
+        SwitchingSettings::of(self.scenario, settings.clone(), settings.tissue.stiffness_n_per_m).ok()
+    }
+
+    fn is_decay_certified(&self) -> Option<bool> {
+        Peaks::exist(&self.events()?, None).ok()
+    }
+
+    fn certified_dwell_s(&self) -> Option<f64> {
+        let switching = self.events()?;
         let settings = self.settings()?;
-        let switching =
-            SwitchingSettings::of(self.scenario, settings.clone(), settings.tissue.stiffness_n_per_m).ok()?;
         Some(Switching::certified_dwell(&switching).ok()?? as f64 * settings.tick_s)
     }
 }
@@ -123,5 +133,7 @@ metrics! {
         is_passive = "is passive", Count, Higher => |l| Some(as_number(l.ports()?.1));
         /// Minimum time of teleoperation between events for which the decay of motions is certified; undefined if the analysis leaves out a part of the scenario.
         certified_dwell_s = "certified dwell", Second, Lower => |l| l.certified_dwell_s();
+        /// 1 if the certificate states that every motion decays under any sequence of events that keeps the enforced times, else 0; undefined if the analysis leaves out a part of the scenario.
+        is_decay_certified = "decay certified", Count, Higher => |l| l.is_decay_certified().map(as_number);
     }
 }

@@ -164,6 +164,38 @@ fn a_load_acts_only_where_it_is_declared() {
 }
 
 #[test]
+fn a_constant_force_shifts_a_slave_at_rest_by_the_gain_of_its_controller() {
+    let rests = |load, integral_gain| {
+        let slave = SlaveParameters { constant_force_n: 7.0, load, integral_gain, ..mass_damper(0.4, 2.0, 0.0) };
+        let second = GeneralSlave::integrated(&slave, &NONE, TICK_S, 0.002).expect("valid");
+        for mut slave in [exact(&slave), second.clone()] {
+            let start = slave.output();
+            for _ in 0..100 {
+                slave.step(0.002, TissueForce::zero()).expect("a step");
+            }
+            assert!((slave.output()[0] - start[0]).abs() < 1e-12, "stays where it rests");
+        }
+        let [position, velocity] = difference(&trace(exact(&slave), 300), &trace(second, 300));
+        assert!(position < 1e-10 && velocity < 1e-8, "{position:e} {velocity:e}");
+        exact(&slave).output()[0]
+    };
+    for load in [true, false] {
+        assert!((rests(load, 0.0) - (0.002 + 7.0 / 700.0)).abs() < 1e-12);
+        assert!((rests(load, 900.0) - 0.002).abs() < 1e-12);
+    }
+    // Friction holds the mass under the force.
+    let slave = SlaveParameters {
+        constant_force_n: 0.5,
+        proportional_gain: 0.0,
+        integral_gain: 0.0,
+        ..mass_damper(0.4, 2.0, 1.0)
+    };
+    let mut held = exact(&slave);
+    held.step(0.002, TissueForce::zero()).expect("a step");
+    assert_eq!(held.output(), [0.002, 0.0]);
+}
+
+#[test]
 fn the_appendix_machine_as_a_transfer_function_equals_the_sampled_slave_of_the_appendix() {
     let timing = ControlTiming::Sampled;
     let appendix = SlaveParameters::default();

@@ -2,6 +2,7 @@
 
 mod eight;
 mod general;
+mod general_master;
 mod machines;
 mod observers;
 mod runs;

@@ -96,6 +96,7 @@ impl Case {
             supervisor: Supervisor::new(&AugmentationSettings::default(), detector.cusum.threshold, TICK_S, 0.0),
             link,
             safety: None,
+            master_reading: None,
         }
     }
 

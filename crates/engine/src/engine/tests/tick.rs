@@ -171,6 +171,7 @@ fn parts(at_tip: bool) -> (MarkingParts, Calls) {
         supervisor: Supervisor::new(&settings, 1.0, 1e-3, 0.0),
         link: part(),
         safety: None,
+        master_reading: None,
     };
     (parts, calls)
 }

@@ -49,8 +49,8 @@ fn the_surface_is_known_only_for_simulated_tissues() {
 fn the_springs_match_the_kind() {
     let springs = simulated().map(|settings| settings.springs(Some(0.02)));
     assert_eq!(springs[0], Some(Springs::SpringDamper(200.0, 5.0)));
-    assert!(matches!(springs[1..3], [Some(Springs::ToDepth(_)), Some(Springs::ToDepth(_))]));
-    assert!(matches!(springs[3..], [Some(Springs::Layers(_)), Some(Springs::Layers(_))]));
+    assert!(matches!(springs[1..3], [Some(Springs::ToDepth(..)), Some(Springs::ToDepth(..))]));
+    assert!(matches!(springs[3..], [Some(Springs::Layers(..)), Some(Springs::Layers(..))]));
     assert_eq!(simulated().map(|settings| settings.springs(None).is_some()), [true, false, false, true, true]);
     assert_eq!(TissueSettings::Recording(ReplaySettings::default()).springs(Some(0.02)), None);
 }

@@ -155,7 +155,7 @@ fn the_friction_of_two_layers_adds_up() {
 fn highest_slope(layers: &[LayerParameters]) -> f64 {
     let shaft = ShaftParameters { stiffness_n_per_m: 400.0, ..SHAFT };
     let parameters = LayersParameters { shaft, ..parameters(layers) };
-    let Some(Springs::Layers((0.0, highest))) = Layers::<f64>::springs(&parameters, None) else {
+    let Some(Springs::Layers((0.0, highest), _)) = Layers::<f64>::springs(&parameters, None) else {
         panic!("no slopes of layers from 0")
     };
     highest

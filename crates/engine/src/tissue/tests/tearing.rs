@@ -132,7 +132,7 @@ fn the_friction_is_the_grip_plus_the_friction_of_the_cut_length() {
 
 fn highest_slope(layers: &[TearingLayer]) -> f64 {
     let settings = TearingSettings { shaft: ShaftParameters { stiffness_n_per_m: 400.0, ..SHAFT }, ..settings(layers) };
-    let Some(Springs::Layers((0.0, highest))) = Tearing::<f64>::springs(&settings, None) else {
+    let Some(Springs::Layers((0.0, highest), _)) = Tearing::<f64>::springs(&settings, None) else {
         panic!("no slopes of layers from 0")
     };
     highest

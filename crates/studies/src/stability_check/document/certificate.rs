@@ -7,12 +7,15 @@ use serde::Serialize;
 use serde_json::{Map, Value as Json};
 
 use super::switching::{rows, seconds};
+use crate::stability_check::verification::with_digest;
 use trocar_document::json_of;
-use trocar_stability::{Certificate, Inequality, KeptGap, Lyapunov, StateMap, StateSpace, Summand, Switching};
+use trocar_stability::{Certificate, Inequality, Lyapunov, StateMap, StateSpace, Summand, Switching};
 
 /// `certificate.json`: all data for an independent verification of the certificates. A matrix is a list of rows.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct CertificateFile<'a> {
+    /// SHA-256 of the text of the file after this entry and its comma.
+    sha256: &'static str,
     /// Length of a tick, in s.
     tick_s: f64,
     /// Minimum and maximum stiffness of the tissue, in N/m.
@@ -30,11 +33,13 @@ struct Certificates<'a> {
     /// The certificate with the shortest time between events.
     #[serde(skip_serializing_if = "Option::is_none")]
     shortest_dwell: Option<CertificateEntry<'a>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    kept_gap: Option<KeptGapEntry<'a>>,
     /// The certificate of the smallest growth at the refractory time of the supervisor.
     #[serde(skip_serializing_if = "Option::is_none")]
     growth_at_refractory: Option<CertificateEntry<'a>>,
+    /// The certificate of the statement. The rows of `quantity_0` and `quantity_1` are the positions of needle and hand
+    /// over their bounds for an additional force of 1 N.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    statement: Option<CertificateEntry<'a>>,
     /// The certificate that bounds the needle's position.
     #[serde(skip_serializing_if = "Option::is_none")]
     needle: Option<CertificateEntry<'a>>,
@@ -50,6 +55,10 @@ struct Certificates<'a> {
 struct CertificateEntry<'a> {
     /// Required time between two events, in s.
     dwell_s: f64,
+    /// Required time between two events, in ticks.
+    dwell_ticks: u64,
+    /// Bound of the ratio of V per tick of teleoperation.
+    decay: f64,
     /// Bound of the ratio of V between the beginnings of consecutive events.
     contraction: f64,
     /// The proved bound; `None` for a certificate of the decay.
@@ -65,34 +74,6 @@ struct CertificateEntry<'a> {
     maps: Vec<MapEntry<'a>>,
     /// The inequalities.
     inequalities: Vec<InequalityEntry<'a>>,
-}
-
-/// The proof for a gap that remains after the event. The scaled states at a release deviate from `along · gap` by at
-/// most `rest · |gap|`.
-#[derive(Debug, Serialize, JsonSchema)]
-struct KeptGapEntry<'a> {
-    /// Required time between two events, in s.
-    dwell_s: f64,
-    /// Required time between two events, and the refractory time of the supervisor, in ticks.
-    dwell_ticks: [u64; 2],
-    /// Bounds of the growth per event for these times between events.
-    #[schemars(with = "[Option<f64>; 2]")]
-    growth: [f64; 2],
-    /// Minimum and maximum time for which the slave is held, in ticks.
-    held_ticks: [u64; 2],
-    /// Time of the cross-fade, in ticks.
-    blend_ticks: u64,
-    /// Number of ticks with individual bounds.
-    ticks: u64,
-    /// The scaled states at a release per scaled gap.
-    along: &'a [f64],
-    /// The bounds of the deviation from these states, and of the scaled feedback force.
-    rest: &'a [f64],
-    /// The states of each phase, by name.
-    #[schemars(with = "BTreeMap<String, Space<'a>>")]
-    spaces: Map<String, Json>,
-    /// The maps.
-    maps: Vec<MapEntry<'a>>,
 }
 
 /// A bound that a certificate proves.
@@ -150,7 +131,7 @@ struct FunctionEntry<'a> {
 #[derive(Debug, Serialize, JsonSchema)]
 struct InequalityEntry<'a> {
     /// The property that follows from it.
-    name: &'static str,
+    name: &'a str,
     /// The space of its rows.
     rows: &'a str,
     /// The first and last power for which it holds; `None` without a power.
@@ -181,29 +162,29 @@ struct Factor {
 
 pub(super) fn certificate_json(switching: &Switching) -> Option<String> {
     let shortest_dwell = switching.certificate.as_ref();
-    let kept_gap = switching.kept_gap.as_ref().filter(|_| shortest_dwell.is_none());
-    if shortest_dwell.is_none() && kept_gap.is_none() {
+    let statement = switching.peaks.as_ref().map(|peaks| &peaks.certificate);
+    if shortest_dwell.is_none() && statement.is_none() {
         return None;
     }
     let of = |found| CertificateEntry::of(switching, found, None);
-    let bounding = |value, found: Option<_>, unit| {
-        found.map(|found| CertificateEntry::of(switching, found, Some(Bound { value, unit })))
-    };
+    let bounding = |(value, found), unit| CertificateEntry::of(switching, found, Some(Bound { value, unit }));
     let reach = switching.reach.as_ref();
     let whole = CertificateFile {
+        // Depends on the text of the others.
+        sha256: "",
         tick_s: switching.settings.of_loop.tick_s,
         stiffness_n_per_m: switching.settings.stiffness_n_per_m,
         damping_n_s_per_m: switching.settings.of_loop.damping_n_s_per_m,
         delay_ticks: switching.settings.delay_ticks(),
         certificates: Certificates {
             shortest_dwell: shortest_dwell.map(of),
-            kept_gap: kept_gap.map(|found| KeptGapEntry::of(switching, found)),
             growth_at_refractory: switching.at_refractory.as_ref().map(of),
-            needle: reach.and_then(|reach| bounding(reach.slave.0, reach.slave.1.as_ref(), "m/m")),
-            feedback_force: reach.and_then(|reach| bounding(reach.force.0, reach.force.1.as_ref(), "N/m")),
+            statement: statement.map(of),
+            needle: reach.map(|reach| bounding((reach.slave.0, &reach.slave.1), "m/m")),
+            feedback_force: reach.map(|reach| bounding((reach.force.0, &reach.force.1), "N/m")),
         },
     };
-    serde_json::to_string(&whole).ok().map(|text| text + "\n")
+    serde_json::to_string(&whole).ok().map(|text| with_digest(&(text + "\n")))
 }
 
 fn named(spaces: &[StateSpace]) -> Map<String, Json> {
@@ -225,25 +206,6 @@ fn maps_of<'a>(maps: &'a [StateMap], spaces: &'a [StateSpace]) -> Vec<MapEntry<'
     maps.iter().map(map).collect()
 }
 
-impl<'a> KeptGapEntry<'a> {
-    fn of(switching: &Switching, found: &'a KeptGap) -> Self {
-        let phases = switching.phases;
-        let dwell_ticks = [found.dwell_ticks, phases.refractory];
-        Self {
-            dwell_s: seconds(switching, found.dwell_ticks),
-            dwell_ticks,
-            growth: dwell_ticks.map(|ticks| found.growth_after(ticks)),
-            held_ticks: [phases.held.0, phases.held.1],
-            blend_ticks: phases.blend,
-            ticks: found.ticks,
-            along: &found.along,
-            rest: &found.rest,
-            spaces: named(&found.spaces),
-            maps: maps_of(&found.maps, &found.spaces),
-        }
-    }
-}
-
 impl<'a> CertificateEntry<'a> {
     fn of(switching: &Switching, certificate: &'a Certificate, bound: Option<Bound>) -> Self {
         let name = |place: usize| certificate.spaces[place].name.as_str();
@@ -253,13 +215,15 @@ impl<'a> CertificateEntry<'a> {
             p: rows(matrix),
         };
         let inequality = |one: &'a Inequality| InequalityEntry {
-            name: one.name,
+            name: &one.name,
             rows: name(one.rows),
             powers: one.powers,
             terms: one.terms.iter().map(TermEntry::of).collect(),
         };
         Self {
             dwell_s: seconds(switching, certificate.dwell_ticks),
+            dwell_ticks: certificate.dwell_ticks,
+            decay: certificate.decay,
             contraction: certificate.contraction,
             bound,
             at_events: certificate.at_events,

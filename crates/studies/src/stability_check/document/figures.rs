@@ -12,6 +12,9 @@ pub(super) fn add(study: &StabilityStudy, document: &mut Document<'_>) {
         document.figure("ports", figures::ports(name, &analysis.ports));
     }
     document.figure("loop", figures::loop_response(name, response));
+    if let Some(measured) = &study.measured {
+        document.figure("measured", figures::measured_loop(name, measured, response));
+    }
     if let Ok(switching) = switching {
         let tick_s = switching.settings.of_loop.tick_s;
         document.figure("switching", figures::switching(name, &switching.by_dwell, tick_s));

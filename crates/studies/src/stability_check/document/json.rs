@@ -5,8 +5,9 @@ use serde::Serialize;
 use serde_json::Value as Json;
 
 use super::absolute::{AbsolutePart, BoundedPart};
+use super::measured::MeasuredPart;
 use super::population::PopulationPart;
-use super::switching::SwitchingPart;
+use super::switching::{EventLimitPart, StatementPart, SwitchingPart};
 use super::verdict::{JitterPart, LoopPart};
 use super::z_width::ZWidthPart;
 use crate::stability_check::{Check, Disagreement, StabilityStudy};
@@ -28,6 +29,8 @@ pub struct StabilityFile<'a> {
     warnings: Vec<Warning>,
     #[serde(flatten)]
     of_loop: LoopPart<'a>,
+    /// The loop with measured frequency responses, with `--master-response` or `--slave-response`.
+    measured: Option<MeasuredPart>,
     /// The Z-width, with `--z-width`.
     z_width: Option<ZWidthPart>,
     /// The limits over the population of the scenario; `None` without a population.
@@ -39,6 +42,9 @@ pub struct StabilityFile<'a> {
     ports: PortsPart,
     /// Colgate and Schenkel's condition for passivity; `None` if it does not apply.
     sampled_data: Option<SampledPart>,
+    certificate: StatementPart,
+    /// The limits of the parameters of an event, if requested.
+    event_limits: Vec<EventLimitPart>,
     switching: SwitchingPart,
     map: MapPart,
     /// The comparison of the map with simulated runs, if requested.
@@ -174,6 +180,7 @@ pub(super) fn json(study: &StabilityStudy) -> Json {
         scenario: name,
         warnings: study.warnings(),
         of_loop,
+        measured: study.measured.as_ref().map(|measured| MeasuredPart::of(measured, &study.analysis)),
         z_width: study.z_width.as_ref().map(ZWidthPart::of),
         population: study.population.as_ref().map(PopulationPart::of),
         limits: limits.iter().map(LimitPart::of).collect(),
@@ -188,6 +195,8 @@ pub(super) fn json(study: &StabilityStudy) -> Json {
             over: study.absolute.as_ref().map(AbsolutePart::of),
         },
         sampled_data: sampled.as_ref().map(SampledPart::of),
+        certificate: StatementPart::of(study),
+        event_limits: study.event_limits.iter().map(EventLimitPart::of).collect(),
         switching: SwitchingPart::of(study),
         map: MapPart {
             x: AxisPart::of(&map.x, settings),

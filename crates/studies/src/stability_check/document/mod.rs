@@ -5,6 +5,7 @@ mod certificate;
 mod data;
 mod figures;
 mod json;
+mod measured;
 mod population;
 mod response;
 mod switching;
@@ -65,9 +66,18 @@ fn sections(study: &StabilityStudy) -> Vec<Section> {
     }
     let mut limits = Section::new("limits", "Limits and sensitivities");
     limits.table(tables::limit_table(analysis));
+    if !study.event_limits.is_empty() {
+        limits.table(tables::event_limit_table(&study.event_limits));
+    }
     limits.table(tables::sensitivity_table(analysis));
     // The map comes first, because it answers the question and shows the point of the scenario.
     let mut sections = vec![of_map, of_loop, limits];
+    if let Some(measured) = &study.measured {
+        let mut section = Section::new("measured", "Measured responses");
+        measured::lines(measured, analysis).into_iter().for_each(|line| section.text(line));
+        section.figure("measured");
+        sections.push(section);
+    }
     if let Some(population) = &study.population {
         let mut section = Section::new("population", "Population");
         let [stable, smallest] = population::lines(population);
@@ -101,11 +111,12 @@ fn sections(study: &StabilityStudy) -> Vec<Section> {
     let mut events = Section::new("events", "Events");
     match &study.switching {
         Ok(switching) => {
-            switching::lines(study, switching).into_iter().for_each(|line| events.text(line));
+            events.text(switching::statement(study));
+            switching::lines(switching).into_iter().for_each(|line| events.text(line));
             events.table(switching::event_table(&switching.events));
             events.figure("switching");
         }
-        Err(reason) => events.text(format!("Switching: not analysed ({reason}).")),
+        Err(_) => events.text(switching::statement(study)),
     }
     sections.push(events);
     sections
@@ -120,9 +131,11 @@ fn data_tables(study: &StabilityStudy) -> Vec<DataTable<'_>> {
         data::ports(analysis),
         absolute::hand_damping(analysis, &study.bounded),
         response::poles(response),
-        response::loop_gain(response),
+        response::loop_gain("loop_gain", &response.gain),
     ];
     tables.extend(response::step(response));
+    let measured = study.measured.as_ref();
+    tables.extend(measured.map(|measured| response::loop_gain("measured_loop_gain", &measured.gain)));
     tables.extend(study.absolute.as_ref().map(absolute::table));
     tables.extend(study.locus.as_ref().map(|locus| response::locus(locus, analysis.settings.tick_s)));
     tables.extend(study.z_width.as_ref().map(z_width::table));

@@ -36,14 +36,14 @@ pub(super) fn poles(response: &LoopResponse) -> DataTable<'static> {
     with_points(table, &points, response.tick_s)
 }
 
-pub(super) fn loop_gain(response: &LoopResponse) -> DataTable<'static> {
-    let gain = &response.gain;
-    DataTable::new("loop_gain")
+/// A loop gain over the frequency in Hz.
+pub(super) fn loop_gain(name: &'static str, gain: &[(f64, Complex64)]) -> DataTable<'static> {
+    DataTable::new(name)
         .numbers("frequency_hz", gain.iter().map(|(hertz, _)| *hertz))
         .numbers("re", gain.iter().map(|(_, gain)| gain.re))
         .numbers("im", gain.iter().map(|(_, gain)| gain.im))
         .numbers("magnitude", gain.iter().map(|(_, gain)| gain.norm()))
-        .numbers("phase_deg", response.phases_deg())
+        .numbers("phase_deg", LoopResponse::unwrapped_deg(gain))
 }
 
 pub(super) fn step(response: &LoopResponse) -> Option<DataTable<'_>> {

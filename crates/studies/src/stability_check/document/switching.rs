@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::stability_check::StabilityStudy;
+use crate::stability_check::{EventLimit, StabilityStudy, Statement};
 use trocar_core::augmentation::Reengage;
 use trocar_document::{Cell, DataTable, Number, Table, Unit, significant};
-use trocar_stability::{EventBound, GAP_M, LONGEST_DWELL_S, Switching};
+use trocar_stability::{EventBound, GAP_M, LONGEST_DWELL_S, Switching, SwitchingSettings};
 
 fn policy(reengage: Reengage) -> &'static str {
     match reengage {
@@ -26,7 +26,7 @@ fn milliseconds(switching: &Switching, ticks: u64) -> String {
     format!("{} ms", significant(1e3 * seconds(switching, ticks)))
 }
 
-pub(super) fn lines(study: &StabilityStudy, switching: &Switching) -> Vec<String> {
+pub(super) fn lines(switching: &Switching) -> Vec<String> {
     let ms = |ticks| milliseconds(switching, ticks);
     let (softest, stiffest) = switching.settings.stiffness_n_per_m;
     let phases = switching.phases;
@@ -40,20 +40,19 @@ pub(super) fn lines(study: &StabilityStudy, switching: &Switching) -> Vec<String
         policy(switching.settings.augmentation.reengage),
     )];
     let conditions = switching.certificate.as_ref().map(|found| found.conditions);
-    let conditions = conditions.or(switching.kept_gap.as_ref().map(|found| found.conditions));
     lines.push(match (switching.dwell_ticks(), conditions) {
         (Some(dwell), Some(conditions)) => format!(
-            "certificate: the motion decays under any sequence of events with {} of teleoperation between them; \
+            "springs alone: the motion decays under any sequence of events with {} of teleoperation between them; \
              {conditions} conditions verified",
             ms(dwell),
         ),
         _ => format!(
-            "certificate: none found with up to {LONGEST_DWELL_S} s of teleoperation between events; \
+            "springs alone: no certificate found with up to {LONGEST_DWELL_S} s of teleoperation between events; \
              this does not show instability"
         ),
     });
     let enforced = match (switching.dwell_ticks(), switching.is_certified()) {
-        (_, true) => certified_for(study, switching),
+        (_, true) => format!("certified for springs of {} to {} N/m", significant(softest), significant(stiffest)),
         (Some(dwell), false) => {
             format!("not certified, augmentation.refractory_s must be {}", seconds(switching, dwell))
         }
@@ -82,7 +81,7 @@ pub(super) fn lines(study: &StabilityStudy, switching: &Switching) -> Vec<String
         None => "no growing sequence found, down to one tick between events".to_owned(),
         Some(ticks) => format!("growing sequences found with {} between events", ms(ticks)),
     });
-    if switching.shown.found >= 1.0 {
+    if switching.shows_growth() {
         lines.push(format!(
             "with the enforced time, the motion grows {} times from one event to the next: see worst_events.toml",
             significant(switching.shown.found),
@@ -101,23 +100,53 @@ pub(super) fn lines(study: &StabilityStudy, switching: &Switching) -> Vec<String
     lines
 }
 
-fn certified_for(study: &StabilityStudy, switching: &Switching) -> String {
-    let (softest, stiffest) = switching.settings.stiffness_n_per_m;
-    let range = format!("{} to {} N/m", significant(softest), significant(stiffest));
-    if !study.verdict.left_out.is_empty() {
-        return format!("certified for {range} without what the analysis leaves out; unknown for the scenario");
-    }
-    if study.covers_tissue() == Some(true) {
-        return format!("certified for {range}, which is the whole tissue of the scenario");
-    }
-    let (low, high) = study.tissue().stiffness_n_per_m;
-    if low < softest || high > stiffest {
-        let (low, high) = (significant(low), significant(high));
-        return format!("certified for {range}; the tissue has {low} to {high} N/m, so the scenario is not covered");
+/// The statement of the certificate, with its numbers.
+pub(super) fn statement(study: &StabilityStudy) -> String {
+    let statement = study.statement();
+    let word = statement.word();
+    let (peaks, step_n) = match statement {
+        Statement::None(reason) => return format!("certificate: {word} ({reason})"),
+        Statement::Decays(peaks) => (peaks, None),
+        Statement::Bounded(peaks, step_n) => (peaks, Some(step_n)),
+    };
+    let mm = |metres: f64| significant(1e3 * metres);
+    let motion = |times: f64| {
+        format!(
+            "the needle at most {} mm and the hand at most {} mm",
+            mm(peaks.needle_m_per_n * times),
+            mm(peaks.hand_m_per_n * times)
+        )
+    };
+    let tissue = study.switching.as_ref().map(|switching| tissue(&switching.settings)).unwrap_or_default();
+    let decay = significant(peaks.decay_per_s);
+    let swing = step_n.map_or_else(
+        || format!("the effect of every rupture and of every other motion decays with {decay} 1/s of teleoperation"),
+        |step_n| {
+            format!("a swing by the steps of the force sensor moves {}, and larger motions decay with {decay} 1/s of teleoperation", motion(step_n))
+        },
+    );
+    let left_out: Vec<String> = study.verdict.left_out.iter().map(ToString::to_string).collect();
+    let without = if left_out.is_empty() { String::new() } else { format!("; left out: {}", left_out.join("; ")) };
+    format!(
+        "certificate: {word}. With {tissue}, and any further force: {swing}, under any events that keep the enforced \
+         times. 1 N of drop, friction or noise moves {} ({} and {} mm without events){without}",
+        motion(1.0),
+        mm(peaks.found_m_per_n[0]),
+        mm(peaks.found_m_per_n[1]),
+    )
+}
+
+fn tissue(settings: &SwitchingSettings) -> String {
+    let ((softest, stiffest), (least, most)) = (settings.stiffness_n_per_m, settings.damping_n_s_per_m);
+    if stiffest == 0.0 && most == 0.0 {
+        return "a recorded force, which closes no loop".to_owned();
     }
     format!(
-        "certified for springs of {range}; the scenario is not covered, as the certificate leaves out {}",
-        study.tissue().left_out().unwrap_or_default()
+        "{} to {} N/m and {} to {} N·s/m at any tick, lost contact",
+        significant(softest),
+        significant(stiffest),
+        significant(least),
+        significant(most),
     )
 }
 
@@ -185,8 +214,6 @@ pub(super) struct AnalysedPart {
     covers_lost_contact: Option<bool>,
     /// The certificate with the shortest time between events; `None` without one.
     certificate: Option<CertificatePart>,
-    /// The proof for a gap that remains after the event (`clutch`); `None` for other policies.
-    kept_gap: Option<KeptGapPart>,
     growth_per_event: GrowthPart,
     /// Bounds of the motion after the hand is released at a distance; `None` without a certificate, or with a delay.
     reach: Option<ReachPart>,
@@ -207,15 +234,6 @@ struct CertificatePart {
     conditions: u64,
     /// The matrix P of the Lyapunov function at the beginning of an event, by rows.
     p_at_events: Vec<Vec<f64>>,
-}
-
-/// The proof for a remaining gap.
-#[derive(Debug, Serialize, JsonSchema)]
-struct KeptGapPart {
-    /// Required time between two events, in s.
-    dwell_s: f64,
-    /// Number of verified conditions.
-    conditions: u64,
 }
 
 /// The growth of the state per event.
@@ -273,6 +291,75 @@ struct ReleasedPart {
     force_step_n: f64,
 }
 
+/// The statement of the certificate about the scenario.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct StatementPart {
+    /// `decays`, `bounded` or `none`.
+    statement: &'static str,
+    /// The statement as a sentence.
+    sentence: String,
+    /// The reason for `none`.
+    reason: Option<&'static str>,
+    /// The scenario that shows a growing motion, if there is one.
+    counterexample: Option<&'static str>,
+    /// Decay rate of every motion during teleoperation, in 1/s.
+    decay_per_s: Option<f64>,
+    /// Bound of the needle's motion per newton of additional force, in m/N.
+    needle_m_per_n: Option<f64>,
+    /// Bound of the hand's motion per newton of additional force, in m/N.
+    hand_m_per_n: Option<f64>,
+    /// The additional force of the sensor's steps in N, for `bounded`.
+    sensor_force_n: Option<f64>,
+    /// The parts of the scenario that the statement leaves out.
+    left_out: Vec<String>,
+}
+
+/// The limit of a parameter of an event for the certificate, with all else unchanged.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(super) struct EventLimitPart {
+    /// The scenario key.
+    parameter: &'static str,
+    /// The value in the scenario, in the unit of the key.
+    value: f64,
+    /// True if `certified` is the largest value that is certified, false if it is the smallest.
+    is_largest: bool,
+    /// The certified value; `None` if no tried value is certified.
+    certified: Option<f64>,
+    /// True if the end of the search is certified.
+    is_beyond_search: bool,
+}
+
+impl EventLimitPart {
+    pub(super) fn of(limit: &EventLimit) -> Self {
+        let &EventLimit { key: parameter, value, is_largest, certified, is_beyond_search } = limit;
+        Self { parameter, value, is_largest, certified, is_beyond_search }
+    }
+}
+
+impl StatementPart {
+    pub(super) fn of(study: &StabilityStudy) -> Self {
+        let found = study.statement();
+        let (peaks, reason, sensor_force_n) = match found {
+            Statement::Decays(peaks) => (Some(peaks), None, None),
+            Statement::Bounded(peaks, step_n) => (Some(peaks), None, Some(step_n)),
+            Statement::None(reason) => (None, Some(reason), None),
+        };
+        let grows = study.switching.as_ref().is_ok_and(Switching::shows_growth);
+        let is_shown = peaks.is_none() && grows && study.worst_events.is_some();
+        Self {
+            statement: found.word(),
+            sentence: statement(study),
+            reason,
+            counterexample: is_shown.then_some("worst_events.toml"),
+            decay_per_s: peaks.map(|peaks| peaks.decay_per_s),
+            needle_m_per_n: peaks.map(|peaks| peaks.needle_m_per_n),
+            hand_m_per_n: peaks.map(|peaks| peaks.hand_m_per_n),
+            sensor_force_n,
+            left_out: study.verdict.left_out.iter().map(ToString::to_string).collect(),
+        }
+    }
+}
+
 impl SwitchingPart {
     pub(super) fn of(study: &StabilityStudy) -> Self {
         match &study.switching {
@@ -300,8 +387,6 @@ impl AnalysedPart {
                 conditions: found.conditions,
                 p_at_events: rows(&found.p_at_events()),
             }),
-            kept_gap: (switching.kept_gap.as_ref())
-                .map(|found| KeptGapPart { dwell_s: s(found.dwell_ticks), conditions: found.conditions }),
             growth_per_event: GrowthPart {
                 dwell_s: s(switching.phases.refractory),
                 found: switching.growth.found,

@@ -1,7 +1,7 @@
 //! The tables and lines of a stability study.
 
 use super::json::all;
-use crate::stability_check::Check;
+use crate::stability_check::{Check, EventLimit};
 use trocar_document::{Cell, Digits, Number, Shown, Table, significant};
 use trocar_scenario::unit_of;
 use trocar_stability::{Analysis, LIMITED, Limit, LoopLimit, Parameter, PortPoint, StabilityMap, is_passive_impedance};
@@ -106,6 +106,25 @@ pub(super) fn limit_table(analysis: &Analysis) -> Table {
             largest(limit, &unit),
             strongest.join(", ").into(),
         ]);
+    }
+    table
+}
+
+pub(super) fn event_limit_table(limits: &[EventLimit]) -> Table {
+    let columns = [("parameter", "parameter of events"), ("value", "value"), ("certified", "certified")];
+    let mut table = Table::new("event_limits", "Limits of the certificate of events", columns).of_text();
+    for limit in limits {
+        let unit = unit_of(limit.key).unwrap_or_default();
+        let number = |value: f64| Number::si(value, unit.as_str());
+        let certified = match (limit.certified, limit.is_largest) {
+            (None, _) => "none".to_owned(),
+            (Some(found), is_largest) => {
+                let word = if is_largest { "up to" } else { "from" };
+                let beyond = if limit.is_beyond_search { " (the end of the search)" } else { "" };
+                format!("{word} {}{beyond}", number(found))
+            }
+        };
+        table.row([Cell::from(limit.key), number(limit.value).into(), certified.into()]);
     }
     table
 }

@@ -2,9 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::modes::Modes;
-use super::{Phases, SwitchingSettings};
-use crate::StabilityError;
+use crate::switching::modes::Modes;
+use crate::{Phases, StabilityError, SwitchingSettings};
 use trocar_core::augmentation::{Reengage, cross_fade};
 
 const DURATION_S: f64 = 3.0;

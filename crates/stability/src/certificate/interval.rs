@@ -8,18 +8,18 @@ use nalgebra::DMatrix;
 use std::ops::{Add, Mul, Sub};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Interval {
-    pub(super) low: f64,
-    pub(super) high: f64,
+pub(crate) struct Interval {
+    pub(crate) low: f64,
+    pub(crate) high: f64,
 }
 
 impl Interval {
-    pub(super) fn exact(value: f64) -> Self {
+    pub(crate) fn exact(value: f64) -> Self {
         Self { low: value, high: value }
     }
 
     /// Encloses a computed number with several roundings.
-    pub(super) fn rounded(value: f64) -> Self {
+    pub(crate) fn rounded(value: f64) -> Self {
         /// Maximum number of roundings in an entry of a one-tick map.
         const ROUNDINGS: f64 = 16.0;
         let reach = (value.abs() * (ROUNDINGS * f64::EPSILON)).next_up();
@@ -30,11 +30,6 @@ impl Interval {
         }
     }
 
-    /// The hull of both intervals.
-    pub(super) fn with(self, other: Self) -> Self {
-        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
-    }
-
     fn squared(self) -> Self {
         let (a, b) = (self.low.abs(), self.high.abs());
         let spans_zero = self.low <= 0.0 && self.high >= 0.0;
@@ -42,7 +37,7 @@ impl Interval {
         Self { low: min.max(0.0), high: (a.max(b) * a.max(b)).next_up() }
     }
 
-    pub(super) fn over(self, divisor: Self) -> Self {
+    pub(crate) fn over(self, divisor: Self) -> Self {
         let inverse = Self { low: (1.0 / divisor.high).next_down(), high: (1.0 / divisor.low).next_up() };
         self * inverse
     }
@@ -73,23 +68,19 @@ impl Mul for Interval {
     }
 }
 
-pub(super) fn magnitude(entry: Interval) -> f64 {
-    entry.low.abs().max(entry.high.abs())
-}
+pub(crate) type Enclosure = Vec<Vec<Interval>>;
 
-pub(super) type Enclosure = Vec<Vec<Interval>>;
-
-pub(super) fn rounded(matrix: &DMatrix<f64>) -> Enclosure {
+pub(crate) fn rounded(matrix: &DMatrix<f64>) -> Enclosure {
     (0..matrix.nrows()).map(|i| (0..matrix.ncols()).map(|j| Interval::rounded(matrix[(i, j)])).collect()).collect()
 }
 
-pub(super) fn exact(matrix: &DMatrix<f64>) -> Enclosure {
+pub(crate) fn exact(matrix: &DMatrix<f64>) -> Enclosure {
     (0..matrix.nrows()).map(|i| (0..matrix.ncols()).map(|j| Interval::exact(matrix[(i, j)])).collect()).collect()
 }
 
 /// `A B`.
 #[allow(clippy::needless_range_loop, reason = "adapters of iterators are calls if they are compiled in another unit")]
-pub(super) fn product(a: &Enclosure, b: &Enclosure) -> Enclosure {
+pub(crate) fn product(a: &Enclosure, b: &Enclosure) -> Enclosure {
     let columns = b.first().map_or(0, Vec::len);
     let of_row = |row: &Vec<Interval>| {
         let mut sums = vec![Interval::exact(0.0); columns];
@@ -107,13 +98,28 @@ pub(super) fn product(a: &Enclosure, b: &Enclosure) -> Enclosure {
     a.iter().map(of_row).collect()
 }
 
+/// `S⁻¹ A` for a lower triangular `S`, by forward substitution.
+pub(crate) fn solved(scale: &DMatrix<f64>, mut rows: Enclosure) -> Enclosure {
+    for i in 0..rows.len() {
+        for k in (0..i).filter(|&k| scale[(i, k)] != 0.0) {
+            for j in 0..rows[i].len() {
+                rows[i][j] = rows[i][j] - Interval::exact(scale[(i, k)]) * rows[k][j];
+            }
+        }
+        for entry in &mut rows[i] {
+            *entry = entry.over(Interval::exact(scale[(i, i)]));
+        }
+    }
+    rows
+}
+
 /// `A + B`.
-pub(super) fn sum(a: &Enclosure, b: &Enclosure) -> Enclosure {
+pub(crate) fn sum(a: &Enclosure, b: &Enclosure) -> Enclosure {
     a.iter().zip(b).map(|(a, b)| a.iter().zip(b).map(|(x, y)| *x + *y).collect()).collect()
 }
 
 /// `Aⁿ`, by squaring.
-pub(super) fn power(a: &Enclosure, mut n: u64) -> Enclosure {
+pub(crate) fn power(a: &Enclosure, mut n: u64) -> Enclosure {
     let one = DMatrix::identity(a.len(), a.len());
     let (mut result, mut base) = (exact(&one), a.clone());
     while n > 0 {
@@ -128,18 +134,18 @@ pub(super) fn power(a: &Enclosure, mut n: u64) -> Enclosure {
     result
 }
 
-pub(super) fn middle(a: &Enclosure) -> DMatrix<f64> {
+pub(crate) fn middle(a: &Enclosure) -> DMatrix<f64> {
     let columns = a.first().map_or(0, Vec::len);
     DMatrix::from_fn(a.len(), columns, |i, j| 0.5 * (a[i][j].low + a[i][j].high))
 }
 
-pub(super) fn transpose(a: &Enclosure) -> Enclosure {
+pub(crate) fn transpose(a: &Enclosure) -> Enclosure {
     let columns = a.first().map_or(0, Vec::len);
     (0..columns).map(|j| a.iter().map(|row| row[j]).collect()).collect()
 }
 
 /// True if every symmetric matrix within is positive definite; false also if undecided.
-pub(super) fn is_positive_definite(matrix: &Enclosure) -> bool {
+pub(crate) fn is_positive_definite(matrix: &Enclosure) -> bool {
     let n = matrix.len();
     let mut rest = matrix.clone();
     // Scaling by powers of two is exact and makes all rows of similar size.

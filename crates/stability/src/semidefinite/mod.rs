@@ -18,6 +18,7 @@
 
 mod block;
 mod factors;
+pub(crate) mod inequalities;
 mod newton;
 mod scaling;
 mod small;

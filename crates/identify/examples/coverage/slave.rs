@@ -1,30 +1,11 @@
-//! Identifies synthetic rigs with the noise and the encoder steps of a real one, and prints how often the 95 % intervals
-//! contain the truth, and the median errors: `cargo run --release -p trocar-identify --example coverage [RIGS]`.
-
-use std::collections::BTreeMap;
+//! Slaves against a spring.
 
 use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
+use rand_chacha::rand_core::Rng as _;
 use rand_distr::{Distribution as _, Normal};
 use trocar_identify::{Load, Machine, Measured, Request, identify};
 
-const INTERVAL_S: f64 = 5e-4;
-const SAMPLES: usize = 12_000;
-
-/// Steps of the simulation per sample.
-const STEPS: usize = 200;
-
-/// A step of the encoders of the rig in `tests/data/teleop_1dof`: 2π / 300,000 on a lever of 0.075 m.
-const ENCODER_M: f64 = 1.57e-6;
-
-/// Noise and ripple of its torque sensor.
-const FORCE_NOISE_N: f64 = 0.02;
-const RIPPLE_N: f64 = 0.05;
-
-/// A uniform number from `low` to `high`.
-fn uniform(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
-    low + (high - low) * (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
-}
+use super::{ENCODER_M, FORCE_NOISE_N, Found, INTERVAL_S, RIPPLE_N, SAMPLES, STEPS, uniform};
 
 /// A random machine with the errors of its force sensor.
 fn machine(random: &mut ChaCha8Rng) -> Machine {
@@ -110,40 +91,21 @@ fn simulate(machine: &Machine, stiffness_n_per_m: f64, place_m: &impl Fn(f64) ->
     motion
 }
 
-fn main() {
-    let rigs: u64 = std::env::args().nth(1).map_or(200, |text| text.parse().expect("a number of rigs"));
-    let mut found: BTreeMap<&str, Vec<(bool, f64)>> = BTreeMap::new();
-    for seed in 0..rigs {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let machine = machine(&mut random);
-        let stiffness_n_per_m = uniform(&mut random, 200.0, 1500.0);
-        let mut new = |name: &str, share: f64| recording(name, &machine, share * stiffness_n_per_m, &mut random);
-        let training = vec![new("free", 0.0), new("contact", 1.0)];
-        let Ok(identified) = identify(Request { training, predictions: vec![] }, || ()) else {
-            println!("rig {seed} is not identified");
-            continue;
-        };
-        let truths = [
-            ("mass_kg", machine.mass_kg),
-            ("viscous_n_s_per_m", machine.viscous_n_s_per_m),
-            ("coulomb_n", machine.coulomb_n),
-            ("position_gain_n_per_m", machine.position_gain_n_per_m),
-            ("velocity_gain_n_s_per_m", machine.velocity_gain_n_s_per_m),
-            ("controller_delay_s", machine.delay_s),
-            ("force_scale", machine.load.scale),
-            ("force_lag_s", machine.load.lag_s),
-        ];
-        for (key, truth) in truths {
-            let Some((value, [low, high])) = identified.parameter(key) else { continue };
-            let error = (value / truth - 1.0).abs();
-            found.entry(key).or_default().push(((low..=high).contains(&truth), error));
-        }
-    }
-    println!("{:<28}{:>8}{:>12}{:>16}", "parameter", "rigs", "covered", "median error");
-    for (key, mut results) in found {
-        results.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let covered = results.iter().filter(|(is_covered, _)| *is_covered).count();
-        let (share, median) = (covered as f64 / results.len() as f64, results[results.len() / 2].1);
-        println!("{key:<28}{:>8}{:>10.1} %{:>14.2} %", results.len(), 100.0 * share, 100.0 * median);
-    }
+pub(super) fn slave(random: &mut ChaCha8Rng) -> Option<Found> {
+    let machine = machine(random);
+    let stiffness_n_per_m = uniform(random, 200.0, 1500.0);
+    let mut new = |name: &str, share: f64| recording(name, &machine, share * stiffness_n_per_m, random);
+    let training = vec![new("free", 0.0), new("contact", 1.0)];
+    let identified = identify(Request { training, predictions: vec![] }, || ()).ok()?;
+    let truths = [
+        ("mass_kg", machine.mass_kg),
+        ("viscous_n_s_per_m", machine.viscous_n_s_per_m),
+        ("coulomb_n", machine.coulomb_n),
+        ("position_gain_n_per_m", machine.position_gain_n_per_m),
+        ("velocity_gain_n_s_per_m", machine.velocity_gain_n_s_per_m),
+        ("controller_delay_s", machine.delay_s),
+        ("force_scale", machine.load.scale),
+        ("force_lag_s", machine.load.lag_s),
+    ];
+    Some(truths.map(|(key, truth)| (key, truth, identified.parameter(key))).into())
 }

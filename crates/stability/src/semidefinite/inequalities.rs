@@ -2,28 +2,28 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::semidefinite::{self, Block, Congruence, Programme, Status, matrix_at, row, starts};
+use super::{Block, Congruence, Programme, Status, matrix_at, row, starts};
 use crate::StabilityError;
 
 /// `c Mᵀ X M` for one of the unknown symmetric matrices `X`.
 #[derive(Debug, Clone)]
-pub(super) struct Term {
-    pub(super) factor: f64,
-    pub(super) unknown: usize,
-    pub(super) map: DMatrix<f64>,
+pub(crate) struct Term {
+    pub(crate) factor: f64,
+    pub(crate) unknown: usize,
+    pub(crate) map: DMatrix<f64>,
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct Condition {
-    pub(super) terms: Vec<Term>,
+pub(crate) struct Condition {
+    pub(crate) terms: Vec<Term>,
     /// The weight of the margin: smaller for a condition per tick than for one per event.
-    pub(super) weight: f64,
+    pub(crate) weight: f64,
 }
 
 /// An unknown symmetric matrix `X = Σ Uᵀ Z U`. A full matrix has one part, `U = I`.
 #[derive(Debug, Clone)]
-pub(super) struct Unknown {
-    pub(super) parts: Vec<DMatrix<f64>>,
+pub(crate) struct Unknown {
+    pub(crate) parts: Vec<DMatrix<f64>>,
 }
 
 impl Unknown {
@@ -37,7 +37,7 @@ const MIN_ACCURACY: f64 = 1e-4;
 
 /// The matrices with the maximum common margin of the conditions, or with a margin of at least `enough`, and the
 /// margin. The conditions are feasible if it is positive. The traces are 1 on average over the rows.
-pub(super) fn solve(
+pub(crate) fn solve(
     unknowns: &[Unknown],
     conditions: &[Condition],
     enough: Option<f64>,
@@ -69,7 +69,7 @@ pub(super) fn solve(
         }
     }
     let rows: usize = unknowns.iter().map(Unknown::size).sum();
-    let solution = semidefinite::solve(&Programme { objective, equation: (traces, rows as f64), blocks, enough });
+    let solution = super::solve(&Programme { objective, equation: (traces, rows as f64), blocks, enough });
     let is_found = match solution.status {
         Status::Solved => true,
         Status::Stalled => solution.accuracy < MIN_ACCURACY,

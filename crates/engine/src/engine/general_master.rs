@@ -1,0 +1,118 @@
+//! A master other than the appendix', with the arm and the force controller on the tick.
+
+use super::integrated_master::IntegratedMaster;
+use super::{IntegrationError, MasterOutput};
+use crate::plant::{ActuatorLimits, ArmedColumn, ArmedRest, ArmedStep, GeneralMaster, PlantError};
+
+#[derive(Debug, Clone)]
+enum Machine {
+    Exact(Box<ArmedStep>, ArmedColumn),
+    Integrated(Box<IntegratedMaster>),
+}
+
+/// A general master with its controller on the tick, `T` long:
+///
+/// ```text
+/// U_k = F_ed + K_i I_k, limited in range and in change per tick
+/// I_{k+1} = I_k + T (F_ed - F_h) unless this would increase what a limit cuts off
+/// ```
+#[derive(Debug, Clone)]
+pub struct ControlledMaster {
+    machine: Machine,
+    integral_gain: f64,
+    tick_s: f64,
+    /// Largest `U_m` in N and largest change per tick; infinite without a limit.
+    bounds: (f64, f64),
+    integral: f64,
+    motor_n: f64,
+}
+
+impl ControlledMaster {
+    /// Creates a master with an exact step, at rest under a desired position in m.
+    ///
+    /// # Errors
+    /// [`PlantError`] for a machine that cannot be stepped or cannot rest.
+    pub fn exact(
+        master: &GeneralMaster<'_>,
+        limits: &ActuatorLimits,
+        tick_s: f64,
+        desired_m: f64,
+    ) -> Result<Self, PlantError> {
+        let rest = ArmedRest::of(master, desired_m)?;
+        let machine = Machine::Exact(Box::new(ArmedStep::new(master, tick_s)?), rest.state);
+        Ok(Self::with(machine, master, limits, tick_s, &rest))
+    }
+
+    /// Like [`ControlledMaster::exact`], with a machine that is integrated numerically at a tenth of the tick.
+    ///
+    /// # Errors
+    /// [`PlantError`], as for [`ControlledMaster::exact`].
+    pub fn integrated(
+        master: &GeneralMaster<'_>,
+        limits: &ActuatorLimits,
+        tick_s: f64,
+        desired_m: f64,
+    ) -> Result<Self, PlantError> {
+        let rest = ArmedRest::of(master, desired_m)?;
+        let n = master.machine()?.system().states();
+        let machine = IntegratedMaster::new(master, tick_s, [rest.state[0], rest.state[n], rest.motor_n], desired_m)?;
+        Ok(Self::with(Machine::Integrated(Box::new(machine)), master, limits, tick_s, &rest))
+    }
+
+    fn with(
+        machine: Machine,
+        master: &GeneralMaster<'_>,
+        limits: &ActuatorLimits,
+        tick_s: f64,
+        rest: &ArmedRest,
+    ) -> Self {
+        let integral_gain = master.parameters.force_integral_gain;
+        // The motor resists: its force in the direction of insertion is -U_m.
+        let motor_n = -rest.motor_n;
+        let bounds = (limits.max_master_force_n(), limits.max_master_change_n(tick_s));
+        Self {
+            machine,
+            integral_gain,
+            tick_s,
+            bounds,
+            integral: if integral_gain > 0.0 { motor_n / integral_gain } else { 0.0 },
+            motor_n: motor_n.clamp(-bounds.0, bounds.0),
+        }
+    }
+
+    /// Returns position, velocity and hand force.
+    #[must_use]
+    pub fn output(&self) -> MasterOutput<f64> {
+        match &self.machine {
+            Machine::Exact(step, state) => MasterOutput {
+                position_m: state[0],
+                velocity_m_per_s: state[1],
+                hand_force_n: step.hand_force_n(state),
+            },
+            Machine::Integrated(machine) => machine.output(),
+        }
+    }
+
+    /// Steps to the next tick, with the desired position linear (m) and the feedback force held (N).
+    ///
+    /// # Errors
+    /// [`IntegrationError`] if the numerical integrator fails.
+    pub fn step(&mut self, desired_m: [f64; 2], feedback_n: f64) -> Result<(), IntegrationError> {
+        let wanted_n = feedback_n + self.integral_gain * self.integral;
+        let (range, change) = self.bounds;
+        // Unlike `clamp`, `max` and `min` do not panic if a diverged command is NaN.
+        let within = wanted_n.max(-range).min(range);
+        let limited = within.max(self.motor_n - change).min(self.motor_n + change);
+        self.motor_n = if wanted_n.is_nan() { wanted_n } else { limited };
+        let error_n = feedback_n - self.output().hand_force_n;
+        let winds_up = (wanted_n - self.motor_n) * error_n > 0.0;
+        if !winds_up {
+            self.integral += self.tick_s * error_n;
+        }
+        match &mut self.machine {
+            Machine::Exact(step, state) => *state = step.advance(state, desired_m, -self.motor_n),
+            Machine::Integrated(machine) => machine.advance(desired_m, -self.motor_n)?,
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,209 @@
+//! Tissue, arm and master: parts whose parameters follow from the recorded positions and forces at one place.
+
+mod arm;
+mod document;
+mod estimate;
+mod master;
+mod plausibility;
+mod regression;
+mod rupture;
+mod signals;
+mod tissue;
+mod two_springs;
+
+pub use estimate::{PartFit, PartIdentification, PartRequest, identify_part};
+pub use signals::{PartColumns, Signals};
+
+use trocar_document::TextFile;
+
+use crate::IdentifyError;
+use crate::system::{System, relative_errors};
+use rupture::Rupture;
+
+/// A part that [`identify_part`] identifies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// The tissue, from the position of the needle and the force on it.
+    Tissue,
+    /// The operator's arm, from the position of the master, the force of the hand and the desired position.
+    Arm,
+    /// The master, from its position, the force of the hand and the force of its motor.
+    Master,
+}
+
+impl Part {
+    /// Returns the word in files.
+    pub(crate) fn word(self) -> &'static str {
+        match self {
+            Self::Tissue => "tissue",
+            Self::Arm => "arm",
+            Self::Master => "master",
+        }
+    }
+
+    /// Returns what moves, and the flag of its position.
+    pub(crate) fn moving(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Tissue => ("slave", "--slave"),
+            Self::Arm | Self::Master => ("master", "--master"),
+        }
+    }
+
+    fn input_name(self) -> &'static str {
+        match self {
+            Self::Arm => "the desired position",
+            Self::Tissue | Self::Master => "the actuator's force",
+        }
+    }
+
+    /// Returns the candidates, from the simplest to the most general one, all with starts from the recordings.
+    fn candidates(self, training: &[Signals]) -> Result<Vec<Candidate>, IdentifyError> {
+        match self {
+            Self::Tissue => tissue::candidates(training),
+            Self::Arm => arm::candidates(training),
+            Self::Master => master::candidates(training),
+        }
+    }
+
+    /// Returns what the recordings leave open, and the scenario of the identified part.
+    fn conclusions(self, training: &[Signals], chosen: &Chosen<'_>) -> Conclusions {
+        match self {
+            Self::Tissue => tissue::conclusions(training, chosen),
+            Self::Arm => arm::conclusions(training, chosen),
+            Self::Master => master::conclusions(training, chosen),
+        }
+    }
+}
+
+/// A parameter of a candidate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Spec {
+    /// The key in files.
+    pub(crate) key: &'static str,
+    /// The name in tables.
+    pub(crate) name: &'static str,
+    /// The SI unit; `1` for a plain number.
+    pub(crate) unit: &'static str,
+    range: Range,
+}
+
+/// The values of a parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Range {
+    /// Above 0; its logarithm is the coordinate.
+    Positive,
+    /// Any value; the first one and the scale of its changes.
+    Any(f64, f64),
+    /// Any value, expected at 0 within a standard deviation.
+    Near0(f64),
+}
+
+impl Spec {
+    const fn new(key: &'static str, name: &'static str, unit: &'static str, range: Range) -> Self {
+        Self { key, name, unit, range }
+    }
+}
+
+/// Simulates the predicted signal of a recording; `None` if it diverges.
+type Simulation = Box<dyn Fn(&[f64], &Signals) -> Option<Vec<f64>>>;
+
+/// A structure of a part with its parameters.
+struct Candidate {
+    /// The word in files.
+    key: &'static str,
+    name: &'static str,
+    specs: Vec<Spec>,
+    /// Values from which the optimiser starts, each with one value per parameter.
+    starts: Vec<Vec<f64>>,
+    simulate: Simulation,
+    /// The positive parameters that make the structure. If one of them is not told from 0, a simpler structure is used.
+    essential: Vec<&'static str>,
+    /// The same structure with another estimate of the velocity. The change of a value is a part of its interval.
+    alternative: Option<Simulation>,
+    /// Factors by which the rounding of the positions may have reduced parameters.
+    reductions: Vec<(&'static str, f64)>,
+}
+
+impl Candidate {
+    /// Returns the value of a parameter; 0 if the structure has none of this key.
+    fn value(&self, values: &[f64], key: &str) -> f64 {
+        self.specs.iter().position(|spec| spec.key == key).map_or(0.0, |index| values[index])
+    }
+}
+
+/// A rupture with the name of its recording.
+type NamedRupture = (String, Rupture);
+
+/// The chosen candidate with its values.
+struct Chosen<'a> {
+    candidate: &'a Candidate,
+    values: &'a [f64],
+    ruptures: &'a [NamedRupture],
+}
+
+impl Chosen<'_> {
+    fn value(&self, key: &str) -> f64 {
+        self.candidate.value(self.values, key)
+    }
+}
+
+/// What follows from an identification.
+struct Conclusions {
+    /// What the recordings leave open, in sentences.
+    open: Vec<String>,
+    /// The scenario with the identified part.
+    file: TextFile,
+}
+
+/// A candidate against the training recordings.
+#[derive(Clone, Copy)]
+struct PartSystem<'a> {
+    part: Part,
+    specs: &'a [Spec],
+    simulate: &'a Simulation,
+    recordings: &'a [Signals],
+}
+
+impl System for PartSystem<'_> {
+    type Model = Vec<f64>;
+    type Unknown = usize;
+
+    fn value(unknown: usize, model: &Vec<f64>) -> f64 {
+        model[unknown]
+    }
+
+    fn set(unknown: usize, model: &mut Vec<f64>, value: f64) {
+        model[unknown] = value;
+    }
+
+    fn is_positive(&self, unknown: usize) -> bool {
+        self.specs[unknown].range == Range::Positive
+    }
+
+    fn errors(&self, model: &Vec<f64>) -> Vec<f64> {
+        let errors = |one: &Signals| -> Vec<f64> {
+            let simulated = (self.simulate)(model, one);
+            relative_errors(simulated, one.predicted(self.part), 1.0 / one.variation(self.part)).collect()
+        };
+        self.recordings.iter().flat_map(errors).collect()
+    }
+
+    fn lengths(&self) -> Vec<usize> {
+        self.recordings.iter().map(Signals::len).collect()
+    }
+
+    fn expected(&self, unknown: usize) -> Option<(f64, f64)> {
+        match self.specs[unknown].range {
+            Range::Positive => None,
+            Range::Any(first, scale) => Some((first, scale)),
+            Range::Near0(sd) => Some((0.0, sd)),
+        }
+    }
+
+    fn prior_sd(&self, unknown: usize) -> Option<f64> {
+        match self.specs[unknown].range {
+            Range::Near0(sd) => Some(sd),
+            Range::Positive | Range::Any(..) => None,
+        }
+    }
+}

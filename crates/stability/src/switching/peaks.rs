@@ -1,0 +1,152 @@
+//! Bounds of the motion under a tissue force in addition to springs and dampers.
+//!
+//! The tissue's force is `f = K p + B v + w`. `K` and `B` may change at any tick within their ranges and close the loop.
+//! `w` is an input within `±W`: it contains the drop at a rupture, cutting, friction and relaxation. In each tick the
+//! functions satisfy
+//!
+//! ```text
+//! V_{k+1} < a V_k + (1 - a) ω w²,  0 < a < 1
+//! ```
+//! so `max(V, ω W²)` cannot grow: from rest, `V <= ω W²` (reachable ellipsoid, Boyd et al., *Linear Matrix Inequalities in
+//! System and Control Theory*, 1994, section 6.1; Abedor, Nagpal and Poolla, *Int. J. Robust Nonlinear Control* 6, 1996).
+//! With `s (c z)² < V` and `ω < s b²` the quantity `c z` stays within `b W`. Without `w`, `V` decays under any sequence of
+//! events, and so does the effect of everything that has happened before.
+
+use nalgebra::DMatrix;
+
+use super::attempt::{certify, narrowed};
+use super::conditions::{Choice, Focus};
+use super::modes::{Modes, Space};
+use super::settings::SwitchingSettings;
+use crate::StabilityError;
+use crate::certificate::Certificate;
+
+/// Tried pieces of the functions in time, decay rates of `V` as shares of twice the rate of the slowest mode, and time
+/// constants of the function on a held gap in s. Few pieces and fast decays come first: they give smaller bounds sooner.
+const TRIED: [(u64, f64, f64); 8] = [
+    (2, 0.5, 0.1),
+    (2, 0.25, 0.1),
+    (2, 0.1, 0.1),
+    (4, 0.25, 0.2),
+    (4, 0.1, 0.1),
+    (4, 0.1, 0.2),
+    (8, 0.02, 0.1),
+    (8, 0.004, 0.2),
+];
+
+/// Number of tried choices if there is a certificate of similar settings.
+const SIMILAR: usize = 3;
+
+/// The ratio of the smallest certified bound to the largest uncertified one at which the search ends, and the largest
+/// tried bound relative to the motion without events.
+const MAX_RATIO: f64 = 1.2;
+const LARGEST: f64 = 1e3;
+
+/// Maximum time of a simulated response in s, and its length in time constants of the slowest mode.
+const LONGEST_S: f64 = 20.0;
+const TIME_CONSTANTS: f64 = 20.0;
+
+/// Verified bounds of the motion per newton of additional tissue force, under any sequence of events.
+#[derive(Debug, Clone)]
+pub struct Peaks {
+    /// The certificate.
+    pub certificate: Certificate,
+    /// Bound of the needle's motion in m/N.
+    pub needle_m_per_n: f64,
+    /// Bound of the hand's motion in m/N.
+    pub hand_m_per_n: f64,
+    /// The largest motions of needle and hand without events on one of the springs, in m/N: lower bounds.
+    pub found_m_per_n: [f64; 2],
+    /// Decay rate of the motion during teleoperation in 1/s.
+    pub decay_per_s: f64,
+    /// The index in `TRIED` of the functions.
+    tried: usize,
+}
+
+/// The loop, its phases, and the choices of functions to try. `None` if no functions can exist.
+fn tried(settings: &SwitchingSettings) -> Result<Option<(Modes, f64, [Choice; TRIED.len()])>, StabilityError> {
+    let modes = Modes::new(&SwitchingSettings { loses_contact: true, ..settings.clone() })?;
+    let slowest_per_s = modes.slowest_decay_per_s()?;
+    if settings.keeps_gap() || slowest_per_s <= 0.0 {
+        return Ok(None);
+    }
+    let dwell = settings.phases().refractory;
+    let choices = TRIED.map(|(pieces, share, hold_s)| {
+        let rate_per_s = 2.0 * share * slowest_per_s;
+        let contraction = (-rate_per_s * modes.tick_s * dwell as f64).exp();
+        Choice { dwell, hold_s, contraction, rate_per_s, pieces, is_driven: true }
+    });
+    Ok(Some((modes, slowest_per_s, choices)))
+}
+
+impl Peaks {
+    /// The smallest bounds found, for a needle that may lose contact at any tick and the enforced time between events.
+    ///
+    /// # Errors
+    /// [`StabilityError`].
+    pub fn of(settings: &SwitchingSettings) -> Result<Option<Self>, StabilityError> {
+        let Some((modes, slowest_per_s, choices)) = tried(settings)? else { return Ok(None) };
+        let certify = |choice: Choice, focus: &Focus| certify(&modes, settings.phases(), choice, Some(focus));
+        let rows = [modes.slave(), modes.hand_position()];
+        let found = largest_without_events(&modes, &rows, slowest_per_s);
+        // Each quantity is a position over its bound, so the certificate shows the bounds.
+        let focus = |ratio: f64| {
+            let over_bound = |(row, found): (&DMatrix<f64>, f64)| row / (found * ratio).max(f64::MIN_POSITIVE);
+            let rows: Vec<DMatrix<f64>> = rows.iter().zip(found).map(over_bound).collect();
+            Focus { frozen: rows.clone(), rows, bound: 1.0, starts: vec![] }
+        };
+        let mut best = None;
+        for (tried, choice) in choices.into_iter().enumerate() {
+            if let Some(certificate) = certify(choice, &focus(LARGEST))? {
+                best = Some((tried, choice, certificate));
+                break;
+            }
+        }
+        let Some((tried, choice, certificate)) = best else { return Ok(None) };
+        let (ratio, certificate) =
+            narrowed((LARGEST, certificate), 1.0, MAX_RATIO, |ratio| certify(choice, &focus(ratio)))?;
+        let [needle_m_per_n, hand_m_per_n] = found.map(|found| found * ratio);
+        let decay_per_s = 0.5 * choice.rate_per_s;
+        Ok(Some(Self { certificate, needle_m_per_n, hand_m_per_n, found_m_per_n: found, decay_per_s, tried }))
+    }
+
+    /// True if every motion decays, without bounds of the motion. Tries the functions of a certificate of similar
+    /// settings, if there is one, and the next less cautious ones.
+    ///
+    /// # Errors
+    /// [`StabilityError`].
+    pub fn exist(settings: &SwitchingSettings, similar: Option<&Self>) -> Result<bool, StabilityError> {
+        let Some((modes, _, choices)) = tried(settings)? else { return Ok(false) };
+        let (first, count) = similar.map_or((0, TRIED.len()), |peaks| (peaks.tried, SIMILAR));
+        for choice in choices.iter().skip(first).take(count) {
+            if certify(&modes, settings.phases(), *choice, None)?.is_some() {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+}
+
+/// The largest response of each row to an input within ±1 N, on the constant spring and damper for which it is largest:
+/// the sum of the magnitudes of the impulse response.
+fn largest_without_events(modes: &Modes, rows: &[DMatrix<f64>; 2], slowest_per_s: f64) -> [f64; 2] {
+    let ticks = ((TIME_CONSTANTS / slowest_per_s).min(LONGEST_S) / modes.tick_s) as u64;
+    let narrow = [0, 1].map(|k: usize| modes.row(&rows[k], Space::Loop));
+    let mut largest = [0.0_f64; 2];
+    for vertex in modes.vertices() {
+        let whole = modes.teleoperation(vertex);
+        let map = modes.between(&whole, Space::Loop, Space::Loop);
+        let mut state = modes.between(&whole, Space::Input, Space::Loop);
+        let mut sums = [0.0; 2];
+        for _ in 0..ticks {
+            for (sum, row) in sums.iter_mut().zip(&narrow) {
+                *sum += (row * &state)[(0, 0)].abs();
+            }
+            state = &map * state;
+        }
+        for (largest, sum) in largest.iter_mut().zip(sums) {
+            *largest = largest.max(sum);
+        }
+    }
+    largest
+}
