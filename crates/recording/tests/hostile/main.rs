@@ -1,12 +1,11 @@
 //! Files that are made to cost time or memory: each is answered within the budget, whatever it states or repeats.
 //!
-//! The tests count the memory that is allocated. They run one after the other, because the count is of all threads.
+//! The tests count the memory that is allocated.
 
 mod containers;
 mod peak;
 mod tables;
 
-use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use trocar_recording::{Columns, Limits, list_signals, open_recording, signal_names};
@@ -22,11 +21,8 @@ const BESIDES: usize = 24 << 20;
 /// the square of the size is far above it.
 const LONGEST: Duration = Duration::from_secs(10);
 
-static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
-
 /// Reads a file in all ways, checks time and memory, and returns the messages of the errors.
 fn answers(name: &str, content: &[u8]) -> Vec<String> {
-    let _alone = ONE_AT_A_TIME.lock();
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join(name);
     std::fs::write(&path, content).expect("written");

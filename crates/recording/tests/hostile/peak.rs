@@ -1,32 +1,37 @@
-//! The largest memory that is allocated at a time.
+//! The largest memory that a thread allocates at a time. The readers use one thread.
 
 use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::cell::Cell;
 
 struct Counting;
 
-static NOW: AtomicUsize = AtomicUsize::new(0);
-static PEAK: AtomicUsize = AtomicUsize::new(0);
+thread_local! {
+    /// Bytes in use, and their maximum. A thread can free what another one has allocated.
+    static NOW: Cell<isize> = const { Cell::new(0) };
+    static PEAK: Cell<isize> = const { Cell::new(0) };
+}
 
-fn add(size: usize) {
-    PEAK.fetch_max(NOW.fetch_add(size, Relaxed) + size, Relaxed);
+fn add(size: isize) {
+    let now = NOW.get() + size;
+    NOW.set(now);
+    PEAK.set(PEAK.get().max(now));
 }
 
 #[allow(unsafe_code, reason = "an allocator is unsafe by its trait")]
 // SAFETY: every request is passed unchanged to the system allocator.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        add(layout.size());
+        add(layout.size() as isize);
         unsafe { System.alloc(layout) }
     }
     unsafe fn realloc(&self, old: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         // The system moves large blocks without a copy.
-        NOW.fetch_sub(layout.size(), Relaxed);
-        add(size);
+        add(-(layout.size() as isize));
+        add(size as isize);
         unsafe { System.realloc(old, layout, size) }
     }
     unsafe fn dealloc(&self, old: *mut u8, layout: Layout) {
-        NOW.fetch_sub(layout.size(), Relaxed);
+        add(-(layout.size() as isize));
         unsafe { System.dealloc(old, layout) }
     }
 }
@@ -36,10 +41,10 @@ static ALLOCATOR: Counting = Counting;
 
 /// The memory in bytes that a function needs at most at a time, besides that in use before, and its answer.
 pub(crate) fn of<T>(work: impl FnOnce() -> T) -> (usize, T) {
-    let before = NOW.load(Relaxed);
-    PEAK.store(before, Relaxed);
+    let before = NOW.get();
+    PEAK.set(before);
     let answer = work();
-    (PEAK.load(Relaxed) - before, answer)
+    ((PEAK.get() - before).unsigned_abs(), answer)
 }
 
 #[test]
