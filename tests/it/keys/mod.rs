@@ -119,8 +119,13 @@ const ACCEPTED: &[(&str, &[Chosen])] = &[
 ];
 
 /// The limits on a recording, whose only effect is to refuse it. Without its first line the recording has no names.
-const LIMITS: [&str; 4] =
-    ["recording.max_gap_s", "recording.max_bytes", "recording.max_samples", "recording.skip_lines"];
+const LIMITS: [&str; 5] = [
+    "recording.max_gap_s",
+    "recording.max_bytes",
+    "recording.max_memory_bytes",
+    "recording.max_samples",
+    "recording.skip_lines",
+];
 
 /// The keys of the safety stage that also act in the simulation. The others, and those of `rig.`, act on a rig only;
 /// the tests of the rig cover them.

@@ -15,7 +15,7 @@ trocar_core::settings! {
     pub struct EncoderSettings in "master." {
         /// Step of the master's encoder; above 0 its velocity is estimated by a Kalman filter with
         /// sensor.acceleration_std_m_per_s2. 0: position and velocity are read exactly.
-        encoder_resolution_m: f64 [NON_NEGATIVE] = 0.0,
+        encoder_resolution_m: f64 [ENCODER_STEP] = 0.0,
     }
 }
 
