@@ -15,7 +15,7 @@ use super::warnings::Warnings;
 use super::{OutputArgs, interrupt, progress, report as page, terminal};
 use trocar_report::Folder;
 use trocar_report::html::command_line;
-use trocar_scenario::Source;
+use trocar_scenario::{Scenario, Source};
 use trocar_studies::run::seeds_without_effect;
 use trocar_studies::sweep::{
     CASES, Execution, LoopOfCase, MANIFEST, Manifest, Part, Plan, Progress, Rows, SWEEP, Shard, SweepError, execute,
@@ -153,22 +153,23 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
 const TRIED_PER_THREAD: u64 = 2;
 
 /// Estimates the time in s of all cases from evenly spaced cases with their stability metrics, on as many threads as
-/// the sweep.
+/// the sweep. Reading the files of a scenario is not timed, because a sweep reads them once.
 fn estimate_s(args: &SweepArgs, plan: &Plan, cases: u64) -> f64 {
     let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
     let (all, tried) = (plan.design.cases(), cases.min(TRIED_PER_THREAD * threads as u64));
-    let measure = |index: u64| {
-        // The sweep reports a failed case with its number.
-        let Ok(scenario) = plan.scenario(index * (all - 1) / tried.max(2).saturating_sub(1)) else { return };
-        if let Ok(metrics) = trocar_studies::run::measure(&scenario) {
-            let of_loop = LoopOfCase::new(&scenario);
+    // The sweep reports a failed case with its number.
+    let scenario = |index: u64| plan.scenario(index * (all - 1) / tried.max(2).saturating_sub(1)).ok();
+    let scenarios: Vec<Scenario> = (0..tried).filter_map(scenario).collect();
+    let measure = |scenario: &Scenario| {
+        if let Ok(metrics) = trocar_studies::run::measure(scenario) {
+            let of_loop = LoopOfCase::new(scenario);
             for column in plan.design.columns.iter().filter(|column| column.is_of_loop()) {
                 std::hint::black_box(column.value(&metrics, Some(&of_loop)));
             }
         }
     };
     let begin = std::time::Instant::now();
-    let try_all = || (0..tried).into_par_iter().for_each(measure);
+    let try_all = || scenarios.par_iter().for_each(measure);
     match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
         Ok(pool) => pool.install(try_all),
         Err(_) => try_all(),
