@@ -8,6 +8,8 @@ use nalgebra::{DMatrix, DVector};
 
 /// `H = L Lᵀ`, by rows within the envelope.
 pub(super) struct Factors {
+    /// The upper triangle of `H`. By symmetry, its columns are the rows of the lower triangle, and contiguous.
+    upper: DMatrix<f64>,
     first: Vec<usize>,
     rows: Vec<Vec<f64>>,
 }
@@ -29,17 +31,35 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
+/// Number of rows and columns of a tile of a matrix that fits into the cache.
+const TILE: usize = 32;
+
+/// Adds the transpose to the upper triangle of a matrix, tile by tile, because the transpose is read across columns.
+pub(super) fn add_transpose_to_upper(matrix: &mut DMatrix<f64>) {
+    let n = matrix.nrows();
+    for first_column in (0..n).step_by(TILE) {
+        for first_row in (0..=first_column).step_by(TILE) {
+            for j in first_column..(first_column + TILE).min(n) {
+                for i in first_row..(first_row + TILE).min(j + 1) {
+                    matrix[(i, j)] += matrix[(j, i)];
+                }
+            }
+        }
+    }
+}
+
 impl Factors {
-    /// Factors a symmetric matrix; `None` if it is not positive definite.
-    pub(super) fn new(h: &DMatrix<f64>) -> Option<Self> {
-        let n = h.nrows();
-        // By symmetry a row equals a column, which is contiguous.
-        let row = |i: usize| &h.as_slice()[i * n..i * n + i + 1];
+    /// Factors a symmetric matrix, given by its upper triangle, with a relative increase of its diagonal; `None` if it is
+    /// not positive definite.
+    pub(super) fn new(upper: DMatrix<f64>, increase: f64) -> Option<Self> {
+        let n = upper.nrows();
+        let row = |i: usize| &upper.as_slice()[i * n..i * n + i + 1];
         let first: Vec<usize> = (0..n).map(|i| row(i).iter().position(|value| *value != 0.0).unwrap_or(i)).collect();
         let mut rows: Vec<Vec<f64>> = Vec::with_capacity(n);
         for i in 0..n {
             let begin = first[i];
             let mut now = row(i)[begin..].to_vec();
+            now[i - begin] += increase * now[i - begin];
             for j in begin..i {
                 let from = begin.max(first[j]);
                 let (a, b) = (&now[from - begin..j - begin], &rows[j][from - first[j]..j - first[j]]);
@@ -52,7 +72,24 @@ impl Factors {
             now[i - begin] = square.sqrt();
             rows.push(now);
         }
-        Some(Self { first, rows })
+        Some(Self { upper, first, rows })
+    }
+
+    /// Returns `H x`.
+    pub(super) fn product(&self, x: &DVector<f64>) -> DVector<f64> {
+        let (n, values) = (self.rows.len(), x.as_slice());
+        let mut product = DVector::zeros(n);
+        let sums = product.as_mut_slice();
+        for i in 0..n {
+            let begin = self.first[i];
+            let row = &self.upper.as_slice()[i * n + begin..i * n + i];
+            sums[i] += self.upper[(i, i)] * values[i] + dot(row, &values[begin..i]);
+            let to = &mut sums[begin..i];
+            for k in 0..to.len() {
+                to[k] += row[k] * values[i];
+            }
+        }
+        product
     }
 
     /// Returns `H⁻¹ b`.
@@ -90,10 +127,14 @@ mod tests {
             (_, 1..=2) => -1.0,
             _ => 0.0,
         });
-        let factors = Factors::new(&h).expect("positive definite");
+        let mut half = DMatrix::from_fn(n, n, |i, j| h[(i, j)] * if i == j { 0.5 } else if i < j { 0.25 } else { 0.75 });
+        add_transpose_to_upper(&mut half);
+        assert!((half.upper_triangle() - h.upper_triangle()).norm() < 1e-15);
+        let factors = Factors::new(h.clone(), 0.0).expect("positive definite");
         assert!(factors.rows[10].len() == 3 && factors.rows[n - 1].len() == n);
         let b = DVector::from_fn(n, |k, _| (k as f64).sin());
+        assert!((&h * &b - factors.product(&b)).norm() < 1e-13);
         assert!((&h * factors.solve(&b) - &b).norm() < 1e-13);
-        assert!(Factors::new(&-h).is_none());
+        assert!(Factors::new(-h, 0.0).is_none());
     }
 }

@@ -10,7 +10,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::factors::Factors;
+use super::factors::{Factors, add_transpose_to_upper};
 use super::scaling::Scaling;
 use super::{Direction, Programme, Residuals};
 
@@ -25,7 +25,6 @@ pub(super) struct Newton<'a> {
     residuals: &'a Residuals,
     /// `r_k` in scaled coordinates.
     of_blocks: Vec<DMatrix<f64>>,
-    h: DMatrix<f64>,
     factors: Factors,
     /// `H⁻¹ a`.
     of_equation: DVector<f64>,
@@ -41,14 +40,10 @@ impl<'a> Newton<'a> {
             block.add_gram(scaling.g(), &mut h);
             of_blocks.push(scaling.scaled(residual));
         }
-        h += h.transpose();
-        let mut regular = h.clone();
-        for k in 0..n {
-            regular[(k, k)] += REGULARISATION * h[(k, k)];
-        }
-        let factors = Factors::new(&regular)?;
+        add_transpose_to_upper(&mut h);
+        let factors = Factors::new(h, REGULARISATION)?;
         let of_equation = factors.solve(&programme.equation.0);
-        Some(Self { programme, scalings, residuals, of_blocks, h, factors, of_equation })
+        Some(Self { programme, scalings, residuals, of_blocks, factors, of_equation })
     }
 
     fn solve_once(&self, rhs: &DVector<f64>, e: f64) -> (DVector<f64>, f64) {
@@ -62,7 +57,7 @@ impl<'a> Newton<'a> {
         let a = &self.programme.equation.0;
         let (mut u, mut v) = self.solve_once(rhs, e);
         for _ in 0..REFINEMENTS {
-            let (du, dv) = self.solve_once(&(rhs - &self.h * &u - a * v), e - a.dot(&u));
+            let (du, dv) = self.solve_once(&(rhs - self.factors.product(&u) - a * v), e - a.dot(&u));
             u += du;
             v += dv;
         }
