@@ -1,6 +1,7 @@
 //! Progress bars on standard error, if it is a terminal.
 
 use indicatif::{ProgressBar, ProgressStyle};
+use std::time::Duration;
 
 pub(super) fn rated_bar(items: usize, quiet: bool) -> ProgressBar {
     styled(items, quiet, "{msg} [{bar:30}] {pos}/{len} {per_sec} {eta} left")
@@ -18,6 +19,19 @@ pub(super) fn counter(quiet: bool) -> ProgressBar {
     if let Ok(style) = ProgressStyle::with_template("{msg} {pos} {per_sec}") {
         bar.set_style(style);
     }
+    bar
+}
+
+/// Shows what is computed and for how long, for work whose length is unknown.
+pub(super) fn elapsed(work: &'static str, quiet: bool) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new_spinner().with_message(work);
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} {elapsed}") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(100));
     bar
 }
 

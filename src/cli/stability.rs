@@ -147,8 +147,10 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     let of_tissue = args.tissue_damping.as_ref().map(|range| dampings(range, MAX_DAMPING_N_S_PER_M)).transpose()?;
     let of_walls = args.z_width.as_ref().map(|range| walls(range)).transpose()?;
     let scenario = args.changes().load(std::slice::from_ref(&args.scenario))?.remove(0);
-    let mut study =
-        StabilityStudy::of(&scenario, (x, y), args.tissue.as_ref().map(|range| tissue(range)).transpose()?)?;
+    let sector = args.tissue.as_ref().map(|range| tissue(range)).transpose()?;
+    let bar = progress::elapsed("analyses the loop and searches for a certificate of its events", args.output.quiet);
+    let mut study = StabilityStudy::of(&scenario, (x, y), sector)?;
+    bar.finish_and_clear();
     if let Some(axis) = &of_walls {
         study.compute_z_width(axis)?;
     }
@@ -168,7 +170,9 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         bar.finish_and_clear();
     }
     if args.event_limits {
+        let bar = progress::elapsed("searches for the limits of an event's parameters", args.output.quiet);
         study.compute_event_limits()?;
+        bar.finish_and_clear();
     }
     if let Some(axis) = &of_locus {
         study.compute_locus(axis)?;

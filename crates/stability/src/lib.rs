@@ -75,7 +75,7 @@ pub use sampled::{SampledBound, SampledWall};
 pub use sensitivity::{Sensitivity, sensitivities};
 pub use shares::ShareMap;
 pub use switching::{
-    Cycle, DwellPoint, GAP_M, Growth, LONGEST_DWELL_S, Peaks, Phases, Reach, Sequence, SimulatedCycle, SimulatedGrowth,
+    Cycle, DwellPoint, GAP_M, Growth, LONGEST_DWELL_S, Peaks, Phases, SimulatedCycle, SimulatedGrowth,
     Switching, SwitchingSettings, adversary,
 };
 pub use systems::{Locus, LoopSystem, PolesAndZeros};

@@ -14,7 +14,7 @@ use super::settings::Phases;
 use crate::StabilityError;
 use crate::semidefinite::times;
 use trocar_base::interrupt;
-use trocar_base::parallel::{map, try_map};
+use trocar_base::parallel::try_map;
 use trocar_core::augmentation::cross_fade;
 use trocar_lti::eigenvalues;
 
@@ -28,10 +28,6 @@ const EXTRA_S: [f64; 2] = [0.0, 0.05];
 
 /// Tried times until the gap closes, in s. Any shrinking gap is a mixture of such pulses.
 const PULSES_S: [f64; 3] = [0.0, 0.15, 0.5];
-
-/// Times from the release of the hand to the first event, in s, and the time after the last event.
-const FIRST_S: [f64; 7] = [0.002, 0.01, 0.025, 0.05, 0.1, 0.2, 0.4];
-const AFTER_S: f64 = 0.4;
 
 /// An event with the teleoperation after it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -313,88 +309,4 @@ pub(super) fn growth(steps: &Steps<'_>, dwell: u64) -> Result<Growth, StabilityE
         cycle: Some(cycle),
         changes,
     }))
-}
-
-/// The largest magnitude found of a quantity (`rows` over all states) after a release of the hand.
-pub(super) fn farthest(steps: &Steps<'_>, dwell: u64, rows: &[DMatrix<f64>]) -> f64 {
-    let Steps { modes, phases, .. } = steps;
-    let ticks = |seconds: f64| (seconds / modes.tick_s).round() as u64;
-    let (shortest, longest) = phases.held;
-    let mut tried = vec![];
-    for first in FIRST_S {
-        for held_ticks in [shortest, longest] {
-            for vertex in modes.vertices() {
-                tried.push((ticks(first).max(2), held_ticks, vertex));
-            }
-        }
-    }
-    let farthest = map(tried.len(), |index| {
-        let (first, held_ticks, vertex) = tried[index];
-        let mut plan: Vec<Choices> = (2..first).map(|_| Arc::clone(&steps.teleoperation)).collect();
-        let begin = plan.len();
-        let event = Cycle { held_ticks, gap_ticks: 1, dwell_ticks: dwell };
-        // Keep the maps of the frozen ticks separate, because the quantity counts at each tick.
-        let whole = |cycle: Cycle| {
-            let mut whole = steps.cycle(cycle);
-            if steps.frozen.len() == 1 {
-                whole.splice(2..3, (0..cycle.held_ticks).map(|_| Arc::clone(&steps.frozen)));
-            }
-            whole
-        };
-        plan.extend(whole(event));
-        plan.extend(whole(Cycle { dwell_ticks: ticks(AFTER_S), ..event }));
-        push(modes, &plan, begin, vertex, rows)
-    });
-    farthest.into_iter().fold(0.0, f64::max)
-}
-
-fn push(modes: &Modes, plan: &[Choices], begin: usize, vertex: usize, rows: &[DMatrix<f64>]) -> f64 {
-    let start = modes.after_step(vertex);
-    let run = |chosen: &[usize]| {
-        let mut states = vec![start.clone()];
-        for (step, &choice) in plan.iter().zip(chosen) {
-            states.push(&step[choice] * &states[states.len() - 1]);
-        }
-        states
-    };
-    let largest = |states: &[DVector<f64>]| {
-        let mut best = (0.0, begin, 0, 1.0);
-        for (at, state) in states.iter().enumerate().skip(begin) {
-            for (k, row) in rows.iter().enumerate() {
-                let value = (row * state)[0];
-                if value.abs() > best.0 {
-                    best = (value.abs(), at, k, value.signum());
-                }
-            }
-        }
-        best
-    };
-    let mut chosen: Vec<usize> = plan.iter().map(|step| vertex.min(step.len() - 1)).collect();
-    let mut states = run(&chosen);
-    let mut best = largest(&states);
-    for _ in 0..MAX_STEPS {
-        interrupt::check();
-        let (_, at, row, sign) = best;
-        let mut back: DVector<f64> = rows[row].transpose().column(0) * sign;
-        let mut changes = vec![];
-        for tick in (0..at).rev() {
-            let gain = |choice: usize| back.dot(&(&plan[tick][choice] * &states[tick]));
-            let present = gain(chosen[tick]);
-            for choice in (0..plan[tick].len()).filter(|choice| *choice != chosen[tick]) {
-                let more = gain(choice) - present;
-                if more > 0.0 {
-                    changes.push((tick, choice, more));
-                }
-            }
-            back = plan[tick][chosen[tick]].tr_mul(&back);
-        }
-        let mut value = best.0;
-        match improve(&mut chosen, &mut value, changes, |other| Ok(largest(&run(other)).0)) {
-            Ok(true) => {}
-            _ => break,
-        }
-        states = run(&chosen);
-        best = largest(&states);
-    }
-    best.0
 }

@@ -27,7 +27,7 @@
 //! holds at its first and last tick. If the frozen map depends on the tissue, functions `P_F(t)` on the frozen states
 //! replace its powers; with `Γ` on the states that are constant while frozen, `max(P_F, Γ)` cannot grow.
 //!
-//! A quantity is bounded, `|c z| < b`, if `s (c z)² < V` in each phase and `V < s b²` at the start.
+//! A quantity is bounded, `|c z| < 1` for `|w| <= 1`, if `s (c z)² < V` in each phase and `ω < s`.
 
 use nalgebra::DMatrix;
 
@@ -41,6 +41,9 @@ const PER_SECOND: f64 = 10.0;
 
 /// Nodes of the functions while frozen, as shares of the shortest freeze.
 const FROZEN_SHARES: [f64; 4] = [0.0, 0.1, 0.3, 1.0];
+
+/// The name of the function `ω`.
+pub(super) const ADDITIONAL_FORCE: &str = "additional_force_0";
 
 #[derive(Debug, Clone)]
 pub(super) struct NamedMap {
@@ -108,16 +111,11 @@ pub(super) struct Choice {
     pub(super) is_driven: bool,
 }
 
+/// Quantities that stay within ±1 for an additional force within ±1 N: rows over all states. In each space the bound holds
+/// for every row that is not 0 there.
 #[derive(Debug, Clone)]
 pub(super) struct Focus {
-    /// Rows over all states. In each space the bound holds for every row that is not 0 there.
     pub(super) rows: Vec<DMatrix<f64>>,
-    /// The rows while frozen.
-    pub(super) frozen: Vec<DMatrix<f64>>,
-    /// `b`.
-    pub(super) bound: f64,
-    /// The states at the start; none if the motion starts at rest.
-    pub(super) starts: Vec<DMatrix<f64>>,
 }
 
 struct Builder<'a> {
@@ -244,7 +242,10 @@ impl Builder<'_> {
         let held = modes.has_gap().then(|| self.function("teleoperation_with_gap", 0, Space::LoopGap));
         let dropped = (0..=dwell.len()).map(|node| self.function("teleoperation", node, Space::Loop)).collect();
         let gap = modes.has_gap().then(|| self.function("gap", 0, Space::Gap));
-        self.input = is_driven.then(|| self.function("additional_force", 0, Space::Input));
+        if is_driven {
+            self.functions.push(Function { name: ADDITIONAL_FORCE.into(), space: Space::Input });
+            self.input = Some(self.functions.len() - 1);
+        }
         Roles { dropped, fading: of_fading, fading_held, held, gap, frozen, constants }
     }
 
@@ -541,7 +542,7 @@ impl Builder<'_> {
                 self.below("bounded", space, size, map, from);
             }
         }
-        let quantities: Vec<usize> = (focus.frozen.iter().enumerate())
+        let quantities: Vec<usize> = (focus.rows.iter().enumerate())
             .map(|(k, row)| {
                 let narrow = self.modes.row(row, Space::Frozen);
                 self.map(format!("quantity_frozen_{k}"), Space::Frozen, Space::Number, |_| narrow)
@@ -570,19 +571,11 @@ impl Builder<'_> {
                 }
             }
         }
-        let level = self.map("level".into(), Space::Start, Space::Number, |_| DMatrix::identity(1, 1));
-        let square = number(focus.bound) * number(focus.bound);
         if let Some(input) = self.input {
-            let force = self.map("force".into(), Space::Start, Space::Input, |_| DMatrix::identity(1, 1));
-            let terms = vec![self.term(square, size, &[level]), self.term(number(-1.0), input, &[force])];
-            self.add("start", Space::Start, terms);
-        }
-        let (rows, last) = (Space::Loop, *roles.dropped.last().unwrap_or(&0));
-        for (k, start) in focus.starts.iter().enumerate() {
-            let narrow = self.modes.row(&start.transpose(), rows).transpose();
-            let start = self.map(format!("start_{k}"), Space::Start, rows, |_| narrow);
-            let terms = vec![self.term(square, size, &[level]), self.term(number(-1.0), last, &[start])];
-            self.add("start", Space::Start, terms);
+            let level = self.map("level".into(), Space::Input, Space::Number, |_| DMatrix::identity(1, 1));
+            let force = self.select(Space::Input, Space::Input);
+            let terms = vec![self.term(number(1.0), size, &[level]), self.term(number(-1.0), input, &[force])];
+            self.add("force", Space::Input, terms);
         }
     }
 }

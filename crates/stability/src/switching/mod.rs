@@ -7,7 +7,6 @@
 //! - `conditions`, `attempt`: a certificate that every sequence of events with a minimum dwell between them decays,
 //!   found by semidefinite programming and verified by `crate::certificate`;
 //! - `peaks`: bounds of motions under a tissue force in addition to springs and dampers: the statement about a scenario;
-//! - `reach`: bounds of motions from the certificate;
 //! - `ascent`, `products`: the worst sequences found, with a tissue that changes at every tick or is constant, to show
 //!   how tight the certificate is.
 
@@ -18,7 +17,6 @@ mod conditions;
 pub(crate) mod modes;
 mod peaks;
 mod products;
-mod reach;
 mod scaling;
 mod search;
 mod settings;
@@ -27,7 +25,6 @@ pub use adversary::adversary;
 pub use ascent::{Cycle, Growth};
 pub use peaks::Peaks;
 pub use products::{SimulatedCycle, SimulatedGrowth};
-pub use reach::{Reach, Sequence};
 pub use settings::{Phases, SwitchingSettings};
 
 use crate::certificate::Certificate;
@@ -67,8 +64,6 @@ pub struct Switching {
     pub at_refractory: Option<Certificate>,
     /// True if the certificate also covers loss of contact at any tick; `None` if contact itself is not certified.
     pub covers_lost_contact: Option<bool>,
-    /// Bounds of motions with the refractory time between events; `None` if not certified, or with a delay.
-    pub reach: Option<Reach>,
     /// Bounds of the motion per newton of additional tissue force, with the decay of every motion; `None` if not certified.
     pub peaks: Option<Peaks>,
     /// The worst growth per event found at the refractory time, with a tissue chosen at every tick.
@@ -109,7 +104,7 @@ impl Switching {
         let (shortest, (growth, softest, stiffest)) = (shortest?, growths?);
         let is_certified = shortest.as_ref().is_some_and(|found| found.dwell_ticks <= phases.refractory);
         let proved = match (&shortest, is_certified) {
-            (Some(_), true) => AtRefractory::of(settings, &search, (&steps, phases), &growth)?,
+            (Some(_), true) => AtRefractory::of(settings, &search, phases, &growth)?,
             _ => AtRefractory::default(),
         };
         let longest = shortest.as_ref().map_or(phases.refractory, |found| found.dwell_ticks);
@@ -123,10 +118,9 @@ impl Switching {
             || by_dwell(settings, (&steps, &growth), shortest.as_ref().map(|found| found.dwell_ticks), &certified),
         );
         let (growing_dwell_ticks, by_dwell) = (growing_dwell_ticks?, by_dwell?);
-        let AtRefractory { tightest, covers_lost_contact, reach } = proved;
+        let AtRefractory { tightest, covers_lost_contact } = proved;
         Ok(Self {
             phases,
-            reach,
             peaks: None,
             certificate: shortest,
             at_refractory: tightest,
@@ -209,29 +203,23 @@ impl Switching {
 struct AtRefractory {
     tightest: Option<Certificate>,
     covers_lost_contact: Option<bool>,
-    reach: Option<Reach>,
 }
 
 impl AtRefractory {
     fn of(
         settings: &SwitchingSettings,
         search: &Search<'_>,
-        (steps, phases): (&Steps<'_>, Phases),
+        phases: Phases,
         growth: &Growth,
     ) -> Result<Self, StabilityError> {
         let dwell = phases.refractory;
-        let reach = || match search.choice(dwell) {
-            Some(choice) if settings.delay_ticks() == 0 => Reach::of(settings, steps, (phases, choice)),
-            _ => Ok(None),
-        };
         let without_contact = || {
             let settings = SwitchingSettings { loses_contact: true, ..settings.clone() };
             let modes = Modes::new(&settings)?;
             Search::new(&settings, &modes, phases).is_certified(dwell)
         };
-        let (tightest, (covers_lost_contact, reach)) =
-            rayon::join(|| search.tightest(dwell, growth.found), || rayon::join(without_contact, reach));
-        Ok(Self { tightest: tightest?, covers_lost_contact: Some(covers_lost_contact?), reach: reach? })
+        let (tightest, covers_lost_contact) = rayon::join(|| search.tightest(dwell, growth.found), without_contact);
+        Ok(Self { tightest: tightest?, covers_lost_contact: Some(covers_lost_contact?) })
     }
 }
 

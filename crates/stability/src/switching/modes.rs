@@ -36,8 +36,6 @@ pub(super) enum Space {
     DrivenFrozen,
     /// A quantity to bound.
     Number,
-    /// The distance of the hand's release, in m.
-    Start,
     All,
 }
 
@@ -220,7 +218,7 @@ impl Modes {
         ];
         let all: Vec<(String, &'static str)> =
             of_loop.into_iter().chain(extra.map(|(name, unit)| named(name, unit))).collect();
-        if matches!(space, Space::Number | Space::Start) {
+        if space == Space::Number {
             return vec![named("one", "1")];
         }
         self.places(space).into_iter().map(|place| all[place].clone()).collect()
@@ -242,7 +240,7 @@ impl Modes {
         let n = self.states();
         let (space, is_driven) = space.undriven();
         let mut places: Vec<usize> = match space {
-            Space::Input | Space::Gap | Space::Held | Space::Number | Space::Start => vec![],
+            Space::Input | Space::Gap | Space::Held | Space::Number => vec![],
             Space::Loop
             | Space::LoopGap
             | Space::Fading
@@ -277,7 +275,6 @@ impl Modes {
             Space::All => places.extend(n..n + EXTRA),
             Space::Loop
             | Space::Number
-            | Space::Start
             | Space::DrivenLoop
             | Space::DrivenLoopGap
             | Space::DrivenFading
@@ -291,7 +288,7 @@ impl Modes {
     }
 
     pub(super) fn size(&self, space: Space) -> usize {
-        if matches!(space, Space::Number | Space::Start) { 1 } else { self.places(space).len() }
+        if space == Space::Number { 1 } else { self.places(space).len() }
     }
 
     pub(super) fn between(&self, map: &DMatrix<f64>, from: Space, to: Space) -> DMatrix<f64> {

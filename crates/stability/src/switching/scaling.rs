@@ -17,9 +17,8 @@ pub(super) struct Scales {
     of_loop: DMatrix<f64>,
     metre: f64,
     newton: f64,
-    /// The scales of a quantity to bound and of the hand's release.
+    /// The scale of a quantity to bound.
     number: f64,
-    start: f64,
 }
 
 /// The largest power of two up to a positive number: scaling by it is exact.
@@ -66,21 +65,14 @@ impl Scales {
         let mut of_loop = DMatrix::identity(n, n) * hand;
         of_loop.view_mut((0, 0), (machines, machines)).copy_from(&root);
         let (metre, newton) = (rest(&inputs[0]), rest(&inputs[1]));
-        Ok(Self { of_loop, metre, newton, number: 1.0, start: 1.0 })
+        Ok(Self { of_loop, metre, newton, number: 1.0 })
     }
 
     pub(super) fn with_focus(&self, modes: &Modes, focus: &Focus) -> Self {
         let space = Space::FadingGap;
         let scale = self.of(modes, space);
         let size = focus.rows.iter().map(|row| (modes.row(row, space) * &scale).norm()).fold(0.0, f64::max);
-        let n = modes.states();
-        let start = |state: &DMatrix<f64>| {
-            let of_loop = state.rows(0, n).into_owned();
-            self.of_loop.solve_lower_triangular(&of_loop).map_or(0.0, |scaled| scaled.norm())
-        };
-        let largest = focus.starts.iter().map(start).fold(0.0, f64::max);
-        let start = if focus.starts.is_empty() { 1.0 / self.newton } else { 1.0 / power_of_two(largest) };
-        Self { number: power_of_two(size), start, ..self.clone() }
+        Self { number: power_of_two(size), ..self.clone() }
     }
 
     pub(super) fn of(&self, modes: &Modes, space: Space) -> DMatrix<f64> {
@@ -100,7 +92,6 @@ impl Scales {
             }
             Space::Gap => return DMatrix::from_element(1, 1, gap),
             Space::Number => return DMatrix::from_element(1, 1, self.number),
-            Space::Start => return DMatrix::from_element(1, 1, self.start),
             // `undriven` has no input.
             Space::DrivenLoop
             | Space::DrivenLoopGap

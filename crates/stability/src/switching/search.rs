@@ -110,10 +110,6 @@ impl<'a> Search<'a> {
         Ok(Some(best))
     }
 
-    pub(super) fn choice(&self, dwell: u64) -> Option<Choice> {
-        Some(self.plain(dwell, self.hold_s?))
-    }
-
     /// The certificate with the smallest growth per event at a dwell; the simulated growth `found` is a lower bound.
     pub(super) fn tightest(&self, dwell: u64, found: f64) -> Result<Option<Certificate>, StabilityError> {
         let Some(hold_s) = self.hold_s else { return Ok(None) };

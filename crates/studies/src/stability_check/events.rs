@@ -24,18 +24,10 @@ struct Demonstration {
     held_ticks: u64,
 }
 
-/// A growing sequence if available, else the one that moves the needle farthest, else the one that decays slowest.
+/// The sequence on one stiffness that grows fastest or decays slowest.
 fn demonstration(switching: &Switching) -> Demonstration {
     let phases = switching.phases;
     let (softest, stiffest) = switching.settings.stiffness_n_per_m;
-    if let Some(reach) = switching.reach.as_ref().filter(|_| !switching.shows_growth()) {
-        let worst = &reach.worst;
-        return Demonstration {
-            stiffness_n_per_m: worst.stiffness_n_per_m,
-            starts: worst.starts.clone(),
-            held_ticks: worst.held_ticks,
-        };
-    }
     let cycles = &switching.shown.worst;
     let Some(first) = cycles.first() else {
         return Demonstration { stiffness_n_per_m: stiffest, starts: vec![], held_ticks: phases.held.0 };

@@ -43,8 +43,6 @@ pub struct EventRun {
 pub struct EventRecord {
     /// Maximum distance of the slave from the resting position, in m.
     pub slave_m: f64,
-    /// Maximum feedback force in N.
-    pub force_n: f64,
     /// Number of events.
     pub events: u64,
     /// Position of the slave at the beginning of each event, in m.
@@ -57,8 +55,6 @@ pub struct EventRecord {
 pub struct Farthest {
     /// Position of the slave, in m/m.
     pub slave: f64,
-    /// Feedback force, in N/m.
-    pub force_n_per_m: f64,
     /// Number of events of all runs.
     pub events: u64,
 }
@@ -66,7 +62,6 @@ pub struct Farthest {
 impl Observer<f64> for EventRecord {
     fn observe(&mut self, signals: &Signals<f64>) {
         self.slave_m = self.slave_m.max(signals.slave_position_m.abs());
-        self.force_n = self.force_n.max(signals.feedback_force_n.abs());
         let is_augmented = signals.mode.is_augmented();
         if is_augmented && !self.is_augmented {
             self.events += 1;
@@ -151,13 +146,11 @@ pub fn random_sequences(
         let record = run.run(base)?;
         Ok(Farthest {
             slave: record.slave_m / run.distance_m,
-            force_n_per_m: record.force_n / run.distance_m,
             events: record.events,
         })
     };
     let farther = |a: Farthest, b: Farthest| Farthest {
         slave: a.slave.max(b.slave),
-        force_n_per_m: a.force_n_per_m.max(b.force_n_per_m),
         events: a.events + b.events,
     };
     Ok(try_map(count as usize, |index| one(index as u64))?.into_iter().fold(Farthest::default(), farther))

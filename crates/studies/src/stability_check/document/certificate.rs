@@ -40,12 +40,6 @@ struct Certificates<'a> {
     /// over their bounds for an additional force of 1 N.
     #[serde(skip_serializing_if = "Option::is_none")]
     statement: Option<CertificateEntry<'a>>,
-    /// The certificate that bounds the needle's position.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    needle: Option<CertificateEntry<'a>>,
-    /// The certificate that bounds the feedback force.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    feedback_force: Option<CertificateEntry<'a>>,
 }
 
 /// A certificate: functions `V = zᵀ P z` on scaled states z, maps on states, and inequalities. An inequality states
@@ -61,8 +55,6 @@ struct CertificateEntry<'a> {
     decay: f64,
     /// Bound of the ratio of V between the beginnings of consecutive events.
     contraction: f64,
-    /// The proved bound; `None` for a certificate of the decay.
-    bound: Option<Bound>,
     /// Index of the function at the beginnings of events, from 0.
     at_events: usize,
     /// The states of each phase, by name.
@@ -74,15 +66,6 @@ struct CertificateEntry<'a> {
     maps: Vec<MapEntry<'a>>,
     /// The inequalities.
     inequalities: Vec<InequalityEntry<'a>>,
-}
-
-/// A bound that a certificate proves.
-#[derive(Debug, Serialize, JsonSchema)]
-struct Bound {
-    /// The value.
-    value: f64,
-    /// Its unit.
-    unit: &'static str,
 }
 
 /// The states of a phase.
@@ -166,9 +149,7 @@ pub(super) fn certificate_json(switching: &Switching) -> Option<String> {
     if shortest_dwell.is_none() && statement.is_none() {
         return None;
     }
-    let of = |found| CertificateEntry::of(switching, found, None);
-    let bounding = |(value, found), unit| CertificateEntry::of(switching, found, Some(Bound { value, unit }));
-    let reach = switching.reach.as_ref();
+    let of = |found| CertificateEntry::of(switching, found);
     let whole = CertificateFile {
         // Depends on the text of the others.
         sha256: "",
@@ -180,8 +161,6 @@ pub(super) fn certificate_json(switching: &Switching) -> Option<String> {
             shortest_dwell: shortest_dwell.map(of),
             growth_at_refractory: switching.at_refractory.as_ref().map(of),
             statement: statement.map(of),
-            needle: reach.map(|reach| bounding((reach.slave.0, &reach.slave.1), "m/m")),
-            feedback_force: reach.map(|reach| bounding((reach.force.0, &reach.force.1), "N/m")),
         },
     };
     serde_json::to_string(&whole).ok().map(|text| with_digest(&(text + "\n")))
@@ -207,7 +186,7 @@ fn maps_of<'a>(maps: &'a [StateMap], spaces: &'a [StateSpace]) -> Vec<MapEntry<'
 }
 
 impl<'a> CertificateEntry<'a> {
-    fn of(switching: &Switching, certificate: &'a Certificate, bound: Option<Bound>) -> Self {
+    fn of(switching: &Switching, certificate: &'a Certificate) -> Self {
         let name = |place: usize| certificate.spaces[place].name.as_str();
         let function = |Lyapunov { name: of_function, matrix, space }: &'a Lyapunov| FunctionEntry {
             name: of_function,
@@ -225,7 +204,6 @@ impl<'a> CertificateEntry<'a> {
             dwell_ticks: certificate.dwell_ticks,
             decay: certificate.decay,
             contraction: certificate.contraction,
-            bound,
             at_events: certificate.at_events,
             spaces: named(&certificate.spaces),
             functions: certificate.functions.iter().map(function).collect(),

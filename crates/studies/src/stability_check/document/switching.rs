@@ -87,14 +87,10 @@ pub(super) fn lines(switching: &Switching) -> Vec<String> {
             significant(switching.shown.found),
         ));
     }
-    if let Some(reach) = &switching.reach {
+    if let Some(peaks) = &switching.peaks {
         lines.push(format!(
-            "after a release of the hand at 1 mm, the needle moves at most {} mm under any events (found: {} mm), and \
-             the feedback force is at most {} N (found: {} N)",
-            significant(reach.slave.0),
-            significant(reach.slave_found),
-            significant(1e-3 * reach.force.0),
-            significant(1e-3 * reach.force_found),
+            "after a release of the hand at 1 mm, the needle moves at most {} mm under any events",
+            significant(peaks.needle_m_per_n * peaks.released_n_per_m),
         ));
     }
     lines
@@ -215,8 +211,9 @@ pub(super) struct AnalysedPart {
     /// The certificate with the shortest time between events; `None` without one.
     certificate: Option<CertificatePart>,
     growth_per_event: GrowthPart,
-    /// Bounds of the motion after the hand is released at a distance; `None` without a certificate, or with a delay.
-    reach: Option<ReachPart>,
+    /// Proved bound of the position of the needle per distance between the hand and its desired position at which the hand
+    /// is released, in m/m; `None` without a certificate.
+    needle_after_release_m_per_m: Option<f64>,
     /// The gap between slave and hand at the end of an event in `released`, in m.
     gap_m: f64,
     /// The end of one event, by re-engagement policy.
@@ -251,27 +248,6 @@ struct GrowthPart {
     found_on_one_stiffness: f64,
     /// Longest time between events with which a sequence was found to grow, in s; `None` if none was found.
     growing_dwell_s: Option<f64>,
-}
-
-/// Bounds of motion and force per distance of the released hand.
-#[derive(Debug, Serialize, JsonSchema)]
-struct ReachPart {
-    /// Proved bound of the position of the slave, in m/m.
-    slave_bound_m_per_m: f64,
-    /// Largest position that was found, in m/m.
-    slave_found_m_per_m: f64,
-    /// Proved bound of the feedback force, in N/m.
-    force_bound_n_per_m: f64,
-    /// Largest feedback force that was found, in N/m.
-    force_found_n_per_m: f64,
-    /// Largest position that was found with a constant stiffness, in m/m.
-    slave_on_one_stiffness_m_per_m: f64,
-    /// Stiffness of this sequence, in N/m.
-    worst_stiffness_n_per_m: f64,
-    /// Times of its events after the release, in s.
-    worst_events_s: Vec<f64>,
-    /// Time for which it holds the slave, in s.
-    worst_held_s: f64,
 }
 
 /// The end of one event.
@@ -395,16 +371,8 @@ impl AnalysedPart {
                 found_on_one_stiffness: switching.shown.found,
                 growing_dwell_s: switching.growing_dwell_ticks.map(s),
             },
-            reach: switching.reach.as_ref().map(|reach| ReachPart {
-                slave_bound_m_per_m: reach.slave.0,
-                slave_found_m_per_m: reach.slave_found,
-                force_bound_n_per_m: reach.force.0,
-                force_found_n_per_m: reach.force_found,
-                slave_on_one_stiffness_m_per_m: reach.simulated,
-                worst_stiffness_n_per_m: reach.worst.stiffness_n_per_m,
-                worst_events_s: reach.worst.starts.iter().map(|&tick| s(tick)).collect(),
-                worst_held_s: s(reach.worst.held_ticks),
-            }),
+            needle_after_release_m_per_m: (switching.peaks.as_ref())
+                .map(|peaks| peaks.needle_m_per_n * peaks.released_n_per_m),
             gap_m: GAP_M,
             released: switching.events.iter().map(ReleasedPart::of).collect(),
         }
