@@ -110,15 +110,7 @@ impl Certificate {
     /// Returns `P` of the function at the beginning of events, for unscaled states.
     #[must_use]
     pub fn p_at_events(&self) -> DMatrix<f64> {
-        self.unscaled(&self.functions[self.at_events])
-    }
-
-    /// Returns `P` of the function with a name, for unscaled states.
-    pub(crate) fn p_named(&self, name: &str) -> Option<DMatrix<f64>> {
-        self.functions.iter().find(|function| function.name == name).map(|function| self.unscaled(function))
-    }
-
-    fn unscaled(&self, function: &Lyapunov) -> DMatrix<f64> {
+        let function = &self.functions[self.at_events];
         let scale = &self.spaces[function.space].scale;
         let inverse = scale.clone().try_inverse().unwrap_or_else(|| scale.clone());
         let plain = inverse.transpose() * &function.matrix * inverse;

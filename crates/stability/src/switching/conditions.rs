@@ -42,9 +42,6 @@ const PER_SECOND: f64 = 10.0;
 /// Nodes of the functions while frozen, as shares of the shortest freeze.
 const FROZEN_SHARES: [f64; 4] = [0.0, 0.1, 0.3, 1.0];
 
-/// The name of the function `ω`.
-pub(super) const ADDITIONAL_FORCE: &str = "additional_force_0";
-
 #[derive(Debug, Clone)]
 pub(super) struct NamedMap {
     pub(super) name: String,
@@ -242,10 +239,7 @@ impl Builder<'_> {
         let held = modes.has_gap().then(|| self.function("teleoperation_with_gap", 0, Space::LoopGap));
         let dropped = (0..=dwell.len()).map(|node| self.function("teleoperation", node, Space::Loop)).collect();
         let gap = modes.has_gap().then(|| self.function("gap", 0, Space::Gap));
-        if is_driven {
-            self.functions.push(Function { name: ADDITIONAL_FORCE.into(), space: Space::Input });
-            self.input = Some(self.functions.len() - 1);
-        }
+self.input = is_driven.then(|| self.function("additional_force", 0, Space::Input));
         Roles { dropped, fading: of_fading, fading_held, held, gap, frozen, constants }
     }
 

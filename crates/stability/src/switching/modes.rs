@@ -373,29 +373,6 @@ impl Modes {
         }
     }
 
-    /// The state at the first tick after the desired position steps to the origin from a hand at rest at 1 m.
-    pub(super) fn after_step(&self, vertex: usize) -> DVector<f64> {
-        let (n, at) = (self.states(), self.master.a.nrows());
-        let slave = self.slaves[vertex].a.nrows();
-        let mut state = DVector::zeros(n + EXTRA);
-        // Master and arm: `x_h` and `x_a`.
-        (state[0], state[2]) = (1.0, 1.0);
-        let sent = self.weights(&self.master.c, &DVector::zeros(slave)) * &state;
-        state.rows_mut(n - self.delay, self.delay).fill(sent[0]);
-        // The slave in equilibrium at its reference.
-        let input = &self.slaves[vertex].now * sent[0];
-        let apart = DMatrix::identity(slave, slave) - &self.slaves[vertex].a;
-        if let Some(rest) = apart.lu().solve(&input) {
-            state.rows_mut(at, slave).copy_from(&rest);
-        }
-        let mut next = self.teleoperation(vertex) * &state;
-        if let Some((now, _)) = &self.master.desired {
-            let mut of_master = next.rows_mut(0, at);
-            of_master += now;
-        }
-        next
-    }
-
     /// The map of both sides and the delay without reference and feedback force. Keeps all extra states.
     pub(crate) fn apart(&self, vertex: usize) -> DMatrix<f64> {
         let slave = &self.slaves[vertex];

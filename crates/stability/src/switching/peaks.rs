@@ -15,7 +15,7 @@
 use nalgebra::DMatrix;
 
 use super::attempt::{certify, narrowed};
-use super::conditions::{ADDITIONAL_FORCE, Choice, Focus};
+use super::conditions::{Choice, Focus};
 use super::modes::{Modes, Space};
 use super::settings::SwitchingSettings;
 use crate::StabilityError;
@@ -59,9 +59,6 @@ pub struct Peaks {
     pub found_m_per_n: [f64; 2],
     /// Decay rate of the motion during teleoperation in 1/s.
     pub decay_per_s: f64,
-    /// The additional force in N/m from whose bounds the motion does not depart after the hand is released at rest: per
-    /// metre between the hand and its desired position.
-    pub released_n_per_m: f64,
     /// The index in `TRIED` of the functions.
     tried: usize,
 }
@@ -110,7 +107,6 @@ impl Peaks {
             narrowed((LARGEST, certificate), 1.0, MAX_RATIO, |ratio| certify(choice, &focus(ratio)))?;
         let [needle_m_per_n, hand_m_per_n] = found.map(|found| found * ratio);
         Ok(Some(Self {
-            released_n_per_m: released_n_per_m(&modes, &certificate),
             certificate,
             needle_m_per_n,
             hand_m_per_n,
@@ -135,18 +131,6 @@ impl Peaks {
         }
         Ok(false)
     }
-}
-
-/// The `W` with `ω W² = V` at the first tick after the hand is released at 1 m: afterwards `V <= ω W²`, as under forces
-/// within `±W`.
-fn released_n_per_m(modes: &Modes, certificate: &Certificate) -> f64 {
-    let of_force = certificate.p_named(ADDITIONAL_FORCE).map_or(0.0, |p| p[(0, 0)]);
-    let p = certificate.p_at_events();
-    let v = |vertex: usize| {
-        let state = modes.after_step(vertex).rows(0, modes.states()).into_owned();
-        state.dot(&(&p * &state))
-    };
-    (modes.vertices().map(v).fold(0.0, f64::max) / of_force).sqrt()
 }
 
 /// The largest response of each row to an input within ±1 N, on the constant spring and damper for which it is largest:

@@ -16,20 +16,28 @@ use trocar_stability::Phases;
 /// Depth of the resting needle in m, which keeps it in contact.
 const DEPTH_M: f64 = 0.05;
 
-/// Range of the hand's distance from its desired position at the release, as exponents of 10 in m: from far below to
-/// far above the distance that a ramp closes in a tick.
-const DISTANCE_EXPONENT: (f64, f64) = (-6.0, -2.0);
+/// Range of the amplitude of the tissue's motion, as exponents of 10 in m: from far below to far above the distance that a
+/// ramp closes in a tick.
+const AMPLITUDE_EXPONENT: (f64, f64) = (-6.0, -2.0);
+
+/// Range of the period of the tissue's motion in s.
+const PERIOD_S: (f64, f64) = (0.05, 2.0);
+
+/// Damping of the tissue in N·s/m.
+const DAMPING_N_S_PER_M: f64 = 5.0;
 
 /// Maximum ticks between alarms. The supervisor ignores alarms that are too early.
 const SPACINGS: [u64; 3] = [5, 50, 250];
 
-/// A release of the hand with events, with one stiffness.
+/// A needle at rest in a tissue that begins to move, with events, on one stiffness.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EventRun {
     /// `K` in N/m.
     pub stiffness_n_per_m: f64,
-    /// Distance of the hand from its desired position, in m.
-    pub distance_m: f64,
+    /// Distance by which the tissue moves away from the needle and back, in m.
+    pub amplitude_m: f64,
+    /// Period of this motion in s.
+    pub period_s: f64,
     /// Number of frozen ticks of each event.
     pub held_ticks: u64,
     /// Ticks of the alarms, ascending.
@@ -50,11 +58,11 @@ pub struct EventRecord {
     is_augmented: bool,
 }
 
-/// The maxima over many runs, per metre of the hand's distance.
+/// The maxima over many runs, per newton of the force that the tissue's motion adds.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Farthest {
-    /// Position of the slave, in m/m.
-    pub slave: f64,
+    /// Distance of the needle from its resting position, in m/N.
+    pub needle_m_per_n: f64,
     /// Number of events of all runs.
     pub events: u64,
 }
@@ -89,7 +97,8 @@ impl EventRun {
         rng.set_stream(index);
         let stiffness_n_per_m = rng.random_range(stiffness_n_per_m.0..=stiffness_n_per_m.1);
         let held_ticks = rng.random_range(phases.held.0..=phases.held.1);
-        let distance_m = libm::exp10(rng.random_range(DISTANCE_EXPONENT.0..DISTANCE_EXPONENT.1));
+        let amplitude_m = libm::exp10(rng.random_range(AMPLITUDE_EXPONENT.0..AMPLITUDE_EXPONENT.1));
+        let period_s = rng.random_range(PERIOD_S.0..PERIOD_S.1);
         let mut alarms = vec![];
         let mut tick = 0;
         let spacing = SPACINGS[(index % SPACINGS.len() as u64) as usize];
@@ -97,10 +106,16 @@ impl EventRun {
             tick += rng.random_range(1..=spacing);
             alarms.push(tick);
         }
-        Self { stiffness_n_per_m, distance_m, held_ticks, alarms, ticks }
+        Self { stiffness_n_per_m, amplitude_m, period_s, held_ticks, alarms, ticks }
     }
 
-    /// Runs it in the engine: the needle rests in a spring and a damper of 5 N·s/m, and the hand is released.
+    /// The largest force in N that the motion adds to that of the spring and the damper: `K A + B A π / T`.
+    #[must_use]
+    pub fn additional_force_n(&self) -> f64 {
+        self.amplitude_m * (self.stiffness_n_per_m + DAMPING_N_S_PER_M * std::f64::consts::PI / self.period_s)
+    }
+
+    /// Runs it in the engine: the needle rests in a spring and a damper of 5 N·s/m, which move as by a heartbeat.
     ///
     /// # Errors
     /// [`RunError`].
@@ -109,15 +124,12 @@ impl EventRun {
         let mut run = base.clone();
         let invalid = |error| RunError::Scenario(base.values().out_of_range(&error));
         run.grid = TickGrid::new(tick_s, self.ticks as f64 * tick_s).map_err(invalid)?;
-        run.operator = OperatorSpec::Ramp {
-            start_m: self.distance_m,
-            end_m: 0.0,
-            // The desired position is reached in the first tick.
-            speed_m_per_s: 2.0 * self.distance_m.abs() / tick_s,
-        };
+        run.operator = OperatorSpec::Ramp { start_m: 0.0, end_m: 0.0, speed_m_per_s: 1.0 };
+        run.organ_motion.heartbeat_amplitude_m = self.amplitude_m;
+        run.organ_motion.heartbeat_period_s = self.period_s;
         run.tissue = TissueSpec::from(TissueSettings::KelvinVoigt(KelvinVoigtSettings {
             stiffness_n_per_m: self.stiffness_n_per_m,
-            damping_n_s_per_m: 5.0,
+            damping_n_s_per_m: DAMPING_N_S_PER_M,
             surface: Surface { contact_m: -DEPTH_M },
         }));
         run.sensor.force_bias_n = -DEPTH_M * self.stiffness_n_per_m;
@@ -145,12 +157,12 @@ pub fn random_sequences(
         let run = EventRun::drawn(seed, index, stiffness_n_per_m, phases, ticks);
         let record = run.run(base)?;
         Ok(Farthest {
-            slave: record.slave_m / run.distance_m,
+            needle_m_per_n: record.slave_m / run.additional_force_n(),
             events: record.events,
         })
     };
     let farther = |a: Farthest, b: Farthest| Farthest {
-        slave: a.slave.max(b.slave),
+        needle_m_per_n: a.needle_m_per_n.max(b.needle_m_per_n),
         events: a.events + b.events,
     };
     Ok(try_map(count as usize, |index| one(index as u64))?.into_iter().fold(Farthest::default(), farther))

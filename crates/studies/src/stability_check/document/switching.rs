@@ -87,12 +87,6 @@ pub(super) fn lines(switching: &Switching) -> Vec<String> {
             significant(switching.shown.found),
         ));
     }
-    if let Some(peaks) = &switching.peaks {
-        lines.push(format!(
-            "after a release of the hand at 1 mm, the needle moves at most {} mm under any events",
-            significant(peaks.needle_m_per_n * peaks.released_n_per_m),
-        ));
-    }
     lines
 }
 
@@ -211,9 +205,6 @@ pub(super) struct AnalysedPart {
     /// The certificate with the shortest time between events; `None` without one.
     certificate: Option<CertificatePart>,
     growth_per_event: GrowthPart,
-    /// Proved bound of the position of the needle per distance between the hand and its desired position at which the hand
-    /// is released, in m/m; `None` without a certificate.
-    needle_after_release_m_per_m: Option<f64>,
     /// The gap between slave and hand at the end of an event in `released`, in m.
     gap_m: f64,
     /// The end of one event, by re-engagement policy.
@@ -371,8 +362,6 @@ impl AnalysedPart {
                 found_on_one_stiffness: switching.shown.found,
                 growing_dwell_s: switching.growing_dwell_ticks.map(s),
             },
-            needle_after_release_m_per_m: (switching.peaks.as_ref())
-                .map(|peaks| peaks.needle_m_per_n * peaks.released_n_per_m),
             gap_m: GAP_M,
             released: switching.events.iter().map(ReleasedPart::of).collect(),
         }
