@@ -177,8 +177,11 @@ fn a_hundred_thousand_random_sequences_stay_within_the_certified_bound() {
         "augmentation.refractory_s=0.15",
     ];
     let snap = ["augmentation.reengage=snap"];
-    // Number of sequences, and ticks of each.
-    for (settings, count, ticks) in [(&[][..], 2_000, 2_500), (&snap[..], 1_000, 2_500), (&short[..], 96_000, 240)] {
+    // Number of sequences, ticks of each, and the minimum share of the bound that they reach: short ones end before the
+    // motion has built up.
+    for (settings, count, ticks, share) in
+        [(&[][..], 2_000, 2_500, 0.1), (&snap[..], 1_000, 2_500, 0.1), (&short[..], 96_000, 240, 0.05)]
+    {
         let switching = analysed(settings, TISSUE);
         assert!(switching.is_certified(), "{settings:?}");
         let peaks = switching.peaks.as_ref().expect("bounded");
@@ -189,7 +192,7 @@ fn a_hundred_thousand_random_sequences_stay_within_the_certified_bound() {
         let found = farthest.needle_m_per_n;
         assert!(found <= bound, "{settings:?}: {found} beyond {bound}");
         // The bound is not trivially large.
-        assert!(found > 0.1 * bound, "{settings:?}: {found} of {bound}");
+        assert!(found > share * bound, "{settings:?}: {found} of {bound}");
     }
 }
 

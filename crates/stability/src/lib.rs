@@ -75,8 +75,8 @@ pub use sampled::{SampledBound, SampledWall};
 pub use sensitivity::{Sensitivity, sensitivities};
 pub use shares::ShareMap;
 pub use switching::{
-    Cycle, DwellPoint, GAP_M, Growth, LONGEST_DWELL_S, Peaks, Phases, SimulatedCycle, SimulatedGrowth,
-    Switching, SwitchingSettings, adversary,
+    Cycle, DwellPoint, GAP_M, Growth, LONGEST_DWELL_S, Peaks, Phases, SimulatedCycle, SimulatedGrowth, Switching,
+    SwitchingSettings, adversary,
 };
 pub use systems::{Locus, LoopSystem, PolesAndZeros};
 pub use tissue::{TissueRange, TissueSource};

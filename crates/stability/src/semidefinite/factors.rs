@@ -127,7 +127,16 @@ mod tests {
             (_, 1..=2) => -1.0,
             _ => 0.0,
         });
-        let mut half = DMatrix::from_fn(n, n, |i, j| h[(i, j)] * if i == j { 0.5 } else if i < j { 0.25 } else { 0.75 });
+        let mut half = DMatrix::from_fn(n, n, |i, j| {
+            h[(i, j)]
+                * if i == j {
+                    0.5
+                } else if i < j {
+                    0.25
+                } else {
+                    0.75
+                }
+        });
         add_transpose_to_upper(&mut half);
         assert!((half.upper_triangle() - h.upper_triangle()).norm() < 1e-15);
         let factors = Factors::new(h.clone(), 0.0).expect("positive definite");

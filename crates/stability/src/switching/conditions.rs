@@ -239,7 +239,7 @@ impl Builder<'_> {
         let held = modes.has_gap().then(|| self.function("teleoperation_with_gap", 0, Space::LoopGap));
         let dropped = (0..=dwell.len()).map(|node| self.function("teleoperation", node, Space::Loop)).collect();
         let gap = modes.has_gap().then(|| self.function("gap", 0, Space::Gap));
-self.input = is_driven.then(|| self.function("additional_force", 0, Space::Input));
+        self.input = is_driven.then(|| self.function("additional_force", 0, Space::Input));
         Roles { dropped, fading: of_fading, fading_held, held, gap, frozen, constants }
     }
 

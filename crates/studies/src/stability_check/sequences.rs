@@ -156,10 +156,7 @@ pub fn random_sequences(
     let one = |index: u64| -> Result<Farthest, CheckError> {
         let run = EventRun::drawn(seed, index, stiffness_n_per_m, phases, ticks);
         let record = run.run(base)?;
-        Ok(Farthest {
-            needle_m_per_n: record.slave_m / run.additional_force_n(),
-            events: record.events,
-        })
+        Ok(Farthest { needle_m_per_n: record.slave_m / run.additional_force_n(), events: record.events })
     };
     let farther = |a: Farthest, b: Farthest| Farthest {
         needle_m_per_n: a.needle_m_per_n.max(b.needle_m_per_n),
