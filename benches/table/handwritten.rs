@@ -4,7 +4,7 @@
 //! squares with dead zone, normalisation and resetting, CUSUM with arming and cap, the automaton, and the decaying
 //! force. The scenario's numbers are read once; the code fixes the kinds of parts. It computes no metrics.
 
-use trocar::augmentation::{DecaySettings, ForceLawSettings, Freeze, Reengage};
+use trocar::augmentation::{DecaySettings, ForceLawSettings, Freeze, RampSettings, Reengage};
 use trocar::detector::{DistanceKind, Motion};
 use trocar::plant::{MASTER_STATES, MasterStep, SLAVE_STATES, SlaveStep};
 use trocar::scenario::Scenario;
@@ -59,7 +59,7 @@ impl Handwritten {
         let ForceLawSettings::Decay(DecaySettings { ratio, time_constant_s }) = augmentation.force else {
             panic!("another force law")
         };
-        let Reengage::Ramp { catch_up_speed_m_per_s } = augmentation.reengage else {
+        let Reengage::Ramp(RampSettings { catch_up_speed_m_per_s }) = augmentation.reengage else {
             panic!("another re-engaging policy")
         };
         assert!(augmentation.enabled && augmentation.freeze == Freeze::Measured, "another freeze");

@@ -80,9 +80,9 @@ def test_commands_keep_their_limits():
     assert controller.counts["force_limited"] == 100
 
 
-LAWS = ["decay", "amplify", "damp"]
-HOLDS = ["freeze", "none", "speed-limit", "forbidden-region"]
-RETURNS = ["ramp", "ramp-until-load", "clutch", "snap"]
+LAWS = ["decay", "amplify", "damp", "guide"]
+HOLDS = ["freeze", "none", "speed-limit", "forbidden-region", "yielding"]
+RETURNS = ["ramp", "ramp-until-load", "fade", "when-still", "clutch", "snap"]
 
 
 @pytest.mark.parametrize("law, hold, reengage", list(zip(itertools.cycle(LAWS), HOLDS, RETURNS)))

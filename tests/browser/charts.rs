@@ -145,6 +145,7 @@ pub async fn events(page: BrowserPage) -> BrowserPage {
         ("layers/skin-augmented", "frozen", "clamp"),
         ("strategies/speed-limit", "held", "brake"),
         ("strategies/forbidden-region", "held", "barrier"),
+        ("strategies/fixture", "held", "barrier"),
         ("strategies/cue", "event", "vibration"),
         ("strategies/damping", "event", ""),
     ];

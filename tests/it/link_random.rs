@@ -160,7 +160,7 @@ fn draw(random: &mut Random, tables: &Tables) -> RandomLink {
     set("augmentation.min_hold_s", &0.1);
     set("augmentation.max_hold_s", &0.3);
     set("augmentation.freeze", &random.one(&["measured", "reference"]));
-    set("augmentation.reengage", &random.one(&["ramp", "clutch", "snap"]));
+    set("augmentation.reengage", &random.one(&["ramp", "fade", "when-still", "clutch", "snap"]));
     set("augmentation.force_law", &random.one(&["decay", "amplify"]));
     RandomLink { settings, logged }
 }

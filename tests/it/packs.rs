@@ -97,6 +97,16 @@ fn lanes_of_replays_are_identical_to_single_runs() {
     compare("augmented", &["augmentation.reengage=clutch", "augmentation.freeze=reference"], &[], 8, 3);
     compare("augmented", &["augmentation.force_law=amplify"], &[("augmentation.amplification", 1.0, 3.0)], 8, 4);
     compare("paper/depth-augmented", &[], &[], 6, 5);
+    compare("augmented", &["augmentation.reengage=fade"], &[("augmentation.gap_time_constant_s", 0.05, 2.0)], 8, 6);
+    compare(
+        "augmented",
+        &["augmentation.reengage=when-still"],
+        &[("augmentation.still_speed_m_per_s", 0.0, 0.01)],
+        8,
+        7,
+    );
+    let fixture = ["augmentation.hold=yielding", "augmentation.force_law=guide"];
+    compare("augmented", &fixture, &[("augmentation.yield_distance_m", 0.0, 0.01)], 8, 8);
 }
 
 #[test]

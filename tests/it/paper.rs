@@ -58,7 +58,7 @@ fn paper_the_augmented_insertion_has_the_stated_properties() {
 #[test]
 fn paper_every_law_and_policy_keeps_its_bounds() {
     for law in ["augmentation.force_law=decay", "augmentation.force_law=amplify"] {
-        for reengage in ["ramp", "clutch", "snap"] {
+        for reengage in ["ramp", "fade", "when-still", "clutch", "snap"] {
             let reengage = format!("augmentation.reengage={reengage}");
             for freeze in ["augmentation.freeze=measured", "augmentation.freeze=reference"] {
                 let m = metrics("augmented", &[law, &reengage, freeze]);

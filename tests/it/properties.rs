@@ -165,7 +165,7 @@ proptest! {
     #[test]
     fn the_echo_of_a_resolved_scenario_loads_to_the_same_scenario(
         scale in 0.1..3.0f64, tick in prop::sample::select(vec![1e-3, 5e-4, 2e-3]), k_v in 0.0..40.0f64,
-        seed in 0..i64::MAX, ratio in 0.0..=1.0f64, reengage in prop::sample::select(vec!["ramp", "clutch", "snap"]),
+        seed in 0..i64::MAX, ratio in 0.0..=1.0f64, reengage in prop::sample::select(vec!["ramp", "fade", "when-still", "clutch", "snap"]),
         distance in prop::sample::select(trocar::detector::DistanceKind::WORDS.to_vec()),
     ) {
         let text = format!(

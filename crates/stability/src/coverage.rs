@@ -75,8 +75,9 @@ fn other_parts(scenario: &Scenario, delays: Option<&VaryingDelays>) -> Vec<LeftO
     let has_jitter = irregularity.jitter_ticks(scenario.grid.tick_s()) > 0;
     let sensor = &scenario.sensor;
     let AugmentationSettings { enabled, hold, reengage, force, .. } = scenario.augmentation;
-    let (is_held, stops) = (hold == HoldSettings::Frozen, matches!(reengage, Reengage::RampUntilLoad { .. }));
-    let damps = matches!(force, ForceLawSettings::Damp(_));
+    let is_held = hold == HoldSettings::Frozen;
+    let (stops, waits) = (matches!(reengage, Reengage::RampUntilLoad(_)), matches!(reengage, Reengage::WhenStill(_)));
+    let (damps, guides) = (matches!(force, ForceLawSettings::Damp(_)), matches!(force, ForceLawSettings::Guide(_)));
     let (is_covered, why) = match delays {
         None => (false, 0),
         Some(delays) if delays.can_be_outage => (false, 1),
@@ -86,7 +87,9 @@ fn other_parts(scenario: &Scenario, delays: Option<&VaryingDelays>) -> Vec<LeftO
     let parts = [
         (enabled && !is_held, "augmentation.hold", "a hold other than a freeze"),
         (enabled && stops, "augmentation.reengage", "a ramp that stops under load"),
+        (enabled && waits, "augmentation.reengage", "a return that waits for the hand"),
         (enabled && damps, "augmentation.force_law", "the added damping"),
+        (enabled && guides, "augmentation.force_law", "the guidance of the master"),
         (scenario.master_model.has_coulomb_friction(), "master.coulomb_friction_n", "the master's Coulomb friction"),
         (scenario.slave.has_coulomb_friction(), "slave.coulomb_friction_n", "the slave's Coulomb friction"),
         (scenario.link.passivity.scheme != Scheme::None, "passivity.scheme", "the passivity scheme"),

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::switching::modes::Modes;
 use crate::{Phases, StabilityError, SwitchingSettings};
-use trocar_core::augmentation::{Reengage, cross_fade};
+use trocar_core::augmentation::{RampSettings, Reengage, cross_fade};
 
 const DURATION_S: f64 = 3.0;
 
@@ -38,14 +38,14 @@ impl EventBound {
     /// [`StabilityError`] if a loop cannot be built.
     pub fn of_each_policy(settings: &SwitchingSettings, gap_m: f64) -> Result<Vec<Self>, StabilityError> {
         let speed = match settings.augmentation.reengage {
-            Reengage::Ramp { catch_up_speed_m_per_s } => catch_up_speed_m_per_s,
-            Reengage::RampUntilLoad { approach_speed_m_per_s, .. } => approach_speed_m_per_s,
-            Reengage::Clutch | Reengage::Snap => match Reengage::default() {
-                Reengage::Ramp { catch_up_speed_m_per_s } => catch_up_speed_m_per_s,
-                Reengage::RampUntilLoad { .. } | Reengage::Clutch | Reengage::Snap => 0.0,
-            },
+            Reengage::Ramp(ramp) => ramp.catch_up_speed_m_per_s,
+            Reengage::RampUntilLoad(ramp) => ramp.approach_speed_m_per_s,
+            Reengage::Fade(_) | Reengage::WhenStill(_) | Reengage::Clutch | Reengage::Snap => {
+                RampSettings::default().catch_up_speed_m_per_s
+            }
         };
-        let policies = [Reengage::Ramp { catch_up_speed_m_per_s: speed }, Reengage::Clutch, Reengage::Snap];
+        let ramp = Reengage::Ramp(RampSettings { catch_up_speed_m_per_s: speed });
+        let policies = [ramp, Reengage::Clutch, Reengage::Snap];
         policies.into_iter().map(|reengage| Self::of(settings, reengage, speed, gap_m)).collect()
     }
 
@@ -91,14 +91,8 @@ impl EventBound {
         let mut state = DVector::zeros(n);
         (state[0], state[2]) = (desired_m, desired_m);
         state.rows_mut(modes.states() - modes.delay(), modes.delay()).fill(scale * desired_m);
-        let mut gap = match self.reengage {
-            Reengage::Snap => 0.0,
-            Reengage::Ramp { .. } | Reengage::RampUntilLoad { .. } | Reengage::Clutch => -gap_m,
-        };
-        let closing = match self.reengage {
-            Reengage::Ramp { .. } | Reengage::RampUntilLoad { .. } => speed_m_per_s * tick_s,
-            Reengage::Clutch | Reengage::Snap => 0.0,
-        };
+        let mut gap = if self.reengage == Reengage::Snap { 0.0 } else { -gap_m };
+        let closing = if matches!(self.reengage, Reengage::Ramp(_)) { speed_m_per_s * tick_s } else { 0.0 };
         let mut before = 0.0;
         for tick in 0..(DURATION_S / tick_s) as u64 {
             let weight = cross_fade(((tick + 1) as f64 / phases.blend as f64).min(1.0));

@@ -9,19 +9,24 @@ mod force_laws;
 mod holds;
 mod mode;
 mod position;
+mod returns;
 
 pub use automaton::AutomatonSettings;
 pub use force::cross_fade;
 pub use force_laws::{
     Amplify, AmplifySettings, AnyForceLaw, AugmentedTick, Damp, DampSettings, Decay, DecaySettings, ForceLaw,
-    ForceLawSettings,
+    ForceLawSettings, Guide, GuideSettings,
 };
 pub use holds::{
     AnyHold, Following, ForbiddenRegion, ForbiddenRegionSettings, Frozen, HeldTick, Hold, HoldSettings, SpeedLimit,
-    SpeedLimitSettings,
+    SpeedLimitSettings, Yielding, YieldingSettings,
 };
 pub use mode::{Mode, ModeChange, Modes};
-pub use position::{Freeze, HeldReference, MotionLaw, Reengage};
+pub use position::{Freeze, HeldReference, MotionLaw};
+pub use returns::{
+    AnyReturn, Clutch, Fade, FadeSettings, Ramp, RampSettings, RampUntilLoad, RampUntilLoadSettings, Reengage, Return,
+    ReturnTick, Snap, WhenStill, WhenStillSettings,
+};
 
 use crate::lane::{Gather, LANES, Lane, Mask, Stored, gather_mask, of_each};
 use crate::settings::ActsFor;

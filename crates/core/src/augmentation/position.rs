@@ -2,7 +2,8 @@
 
 use super::holds::{AnyHold, HeldTick, Hold, HoldSettings};
 use super::mode::{Mode, ModeChange};
-use crate::lane::Lane;
+use super::returns::{AnyReturn, Reengage, Return, ReturnTick};
+use crate::lane::{Lane, Mask};
 
 crate::choice! {
     /// Hold the slave at its measured position or at its last reference.
@@ -12,31 +13,6 @@ crate::choice! {
         "measured" => Measured,
         /// Its last reference before the alarm, which the slave may not have reached.
         "reference" => Reference,
-    }
-}
-
-crate::choice! {
-    /// Close the gap to the hand at a bounded speed, keep it, or close it at once.
-    ///
-    /// During the freeze the hand moves on by millimetres.
-    #[derive(Debug, Clone, Copy, PartialEq)]
-    pub enum Reengage at "augmentation.reengage" = Ramp {
-        /// The gap closes at a bounded speed, in addition to the hand's motion.
-        "ramp" => Ramp in "augmentation." {
-            /// Speed at which a ramp closes the gap, in addition to the hand's motion.
-            catch_up_speed_m_per_s: f64 [POSITIVE] = 0.03,
-        },
-        /// The gap closes at a bounded speed until the force rises; the remaining gap is kept.
-        "ramp-until-load" => RampUntilLoad in "augmentation." {
-            /// Speed at which a ramp until load closes the gap, in addition to the hand's motion.
-            approach_speed_m_per_s: f64 [POSITIVE] = 0.03,
-            /// Rise of the measured force, above its minimum while re-engaging, at which the ramp until load stops.
-            stop_rise_n: f64 [POSITIVE] = 0.3,
-        },
-        /// The gap is kept: the slave continues from its frozen position.
-        "clutch" => Clutch,
-        /// The gap closes at once, which throws the needle. Included to show the danger.
-        "snap" => Snap,
     }
 }
 
@@ -78,20 +54,16 @@ impl<L: Lane, M: MotionLaw<L> + ?Sized> MotionLaw<L> for alloc::boxed::Box<M> {
 
 /// The slave's reference, `x_ref = hand + gap`.
 ///
-/// In teleoperation the gap is 0 or the offset left by a clutch. At the release it is set such that the reference does
-/// not jump; a ramp then reduces it by `speed · tick` per tick.
+/// During an event the hold gives the reference. At the release the gap is set such that the reference does not jump; the
+/// return then closes it. In teleoperation the gap is 0, or the offset that the return leaves.
 #[derive(Debug, Clone)]
 pub struct HeldReference<L> {
     freeze: Freeze,
     hold: AnyHold<L>,
-    reengage: Reengage,
+    back: AnyReturn<L>,
     force: L,
-    /// The smallest force since the release, and the rise above it that stops a ramp until load; infinite for other
-    /// kinds.
-    min_force: L,
-    stop_rise: L,
-    closing_step: L,
     gap: L,
+    hand: L,
     frozen: L,
     last: L,
 }
@@ -100,20 +72,13 @@ impl<L: Lane> HeldReference<L> {
     /// Creates a law for ticks of `tick_s` and a slave at the reference `reference` (m).
     #[must_use]
     pub fn new(freeze: Freeze, reengage: Reengage, tick_s: f64, reference: L) -> Self {
-        let (speed, stop_rise) = match reengage {
-            Reengage::Ramp { catch_up_speed_m_per_s } => (catch_up_speed_m_per_s, f64::INFINITY),
-            Reengage::RampUntilLoad { approach_speed_m_per_s, stop_rise_n } => (approach_speed_m_per_s, stop_rise_n),
-            Reengage::Clutch | Reengage::Snap => (0.0, f64::INFINITY),
-        };
         Self {
             freeze,
             hold: AnyHold::new(&HoldSettings::Frozen, tick_s),
-            reengage,
+            back: AnyReturn::new(&reengage, tick_s),
             force: L::zero(),
-            min_force: L::zero(),
-            stop_rise: L::splat(stop_rise),
-            closing_step: L::splat(speed * tick_s),
             gap: L::zero(),
+            hand: reference,
             frozen: reference,
             last: reference,
         }
@@ -132,14 +97,19 @@ impl<L: Lane> HeldReference<L> {
     }
 
     #[inline(always)]
-    fn is_loaded(&self) -> L::Mask {
-        (self.force - self.min_force).ge(self.stop_rise)
+    fn returned(&mut self, gap_m: L, hand: L, begins: L::Mask) -> L {
+        let now = ReturnTick { gap_m, hand_step_m: hand - self.hand, force_n: self.force, begins };
+        self.hand = hand;
+        self.back.gap_m(&now)
     }
 }
 
 impl<L: Lane> MotionLaw<L> for HeldReference<L> {
     #[inline(always)]
     fn follow(&mut self, hand: L, _slave: L) -> L {
+        if self.back.continues() {
+            self.gap = self.returned(self.gap, hand, L::Mask::splat(false));
+        }
         self.last = hand + self.gap;
         self.last
     }
@@ -151,16 +121,13 @@ impl<L: Lane> MotionLaw<L> for HeldReference<L> {
 
     #[inline(always)]
     fn is_blended(&self) -> L::Mask {
-        match self.reengage {
-            Reengage::Ramp { .. } => self.gap.abs().le(L::zero()),
-            Reengage::RampUntilLoad { .. } => self.gap.abs().le(L::zero()) | self.is_loaded(),
-            Reengage::Clutch | Reengage::Snap => L::zero().le(L::zero()),
-        }
+        self.back.may_end(self.gap)
     }
 
     #[inline(always)]
     fn update(&mut self, modes: ModeChange<L>, hand: L, slave: L) -> L {
-        let mut reengaging = self.gap - self.gap.clamp(-self.closing_step, self.closing_step);
+        let begins = modes.has_become(Mode::Reengaging);
+        let mut gap = self.gap;
         if modes.any_changed() {
             core::hint::cold_path();
             let held = match self.freeze {
@@ -168,23 +135,13 @@ impl<L: Lane> MotionLaw<L> for HeldReference<L> {
                 Freeze::Reference => self.last,
             };
             self.frozen = L::select(modes.has_become(Mode::Augmented), held, self.frozen);
-            let opened = match self.reengage {
-                Reengage::Snap => L::zero(),
-                // The gap starts at the hold's reference, so the reference does not jump.
-                Reengage::Ramp { .. } | Reengage::RampUntilLoad { .. } | Reengage::Clutch => {
-                    self.held(hand + self.gap) - hand
-                }
-            };
-            reengaging = L::select(modes.has_become(Mode::Reengaging), opened, reengaging);
+            // The gap starts at the hold's reference, so the reference does not jump.
+            gap = L::select(begins, self.held(hand + self.gap) - hand, gap);
             self.last = L::select(modes.has_become(Mode::Augmented), self.frozen, self.last);
-            self.min_force = L::select(modes.has_become(Mode::Reengaging), self.force, self.min_force);
         }
-        self.min_force = self.force.min(self.min_force);
-        let keeps_gap = self.is_loaded() & modes.before.is_reengaging();
-        // A stopped ramp does not restart.
-        self.min_force = L::select(keeps_gap, L::splat(f64::NEG_INFINITY), self.min_force);
-        reengaging = L::select(keeps_gap, self.gap, reengaging);
-        self.gap = L::select(modes.now.is_reengaging(), reengaging, self.gap);
+        let returned = self.returned(gap, hand, begins);
+        // While the slave is held the gap of an earlier event does not change.
+        self.gap = L::select(modes.now.is_augmented(), self.gap, returned);
         let followed = hand + self.gap;
         let held = self.held(followed);
         self.last = L::select(modes.now.is_augmented(), held, followed);
@@ -192,4 +149,4 @@ impl<L: Lane> MotionLaw<L> for HeldReference<L> {
     }
 }
 
-crate::lane::gather!(HeldReference { hold, force, min_force, stop_rise, closing_step, gap, frozen, last } kinds { freeze, reengage } stored);
+crate::lane::gather!(HeldReference { hold, back, force, gap, hand, frozen, last } kinds { freeze } stored);

@@ -231,7 +231,10 @@ fn studies(mut each: impl FnMut(&str, Figure<'_>)) {
     let curves: Vec<_> = detectors.map(curve).collect();
     let tried =
         ["none", "freeze-decay", "freeze-amplify", "freeze-clutch", "freeze-snap", "freeze-until-load", "speed-limit"];
-    let tried = tried.into_iter().chain(["forbidden-region", "damping", "cue", "tip-force"]).enumerate();
+    let tried = tried
+        .into_iter()
+        .chain(["freeze-fade", "freeze-still", "fixture", "forbidden-region", "damping", "cue", "tip-force"])
+        .enumerate();
     let strategy = |(index, name)| StrategyView {
         name,
         reached: Some(if index % 3 == 2 { 0.6 } else { 1.0 }),

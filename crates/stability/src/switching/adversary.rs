@@ -58,16 +58,18 @@ fn sequence(steps: &Steps<'_>, events: usize, rng: &mut ChaCha8Rng) -> Vec<Step>
         all.extend(force(&steps.frozen, rng.random_range(phases.held.0..=phases.held.1)));
         all.push((Arc::clone(&steps.release), false));
         // The gap shrinks at any rate; it is closed before the time of teleoperation begins.
-        let closes_in = rng.random_range(0..2 * phases.blend + 1);
+        let closes_in = if modes.gap_closes() { rng.random_range(0..2 * phases.blend + 1) } else { phases.blend };
         for tick in 0..phases.blend.max(closes_in) {
             all.extend(force(steps.blends.get(tick as usize).unwrap_or(&steps.teleoperation), 1));
-            if tick >= closes_in || rng.random_bool(0.1) {
+            if modes.gap_closes() && (tick >= closes_in || rng.random_bool(0.1)) {
                 let share = rng.random_range(0.0..1.0);
                 let whole = DMatrix::identity(modes.places_all(), modes.places_all());
                 all.push((Arc::new(vec![modes.closed() * (1.0 - share) + whole * share]), false));
             }
         }
-        all.push((Arc::clone(&steps.closed), false));
+        if modes.gap_closes() {
+            all.push((Arc::clone(&steps.closed), false));
+        }
     }
     all.extend(force(&steps.teleoperation, rng.random_range(0..phases.refractory + 400)));
     all

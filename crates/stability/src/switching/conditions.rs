@@ -27,6 +27,8 @@
 //! holds at its first and last tick. If the frozen map depends on the tissue, functions `P_F(t)` on the frozen states
 //! replace its powers; with `Γ` on the states that are constant while frozen, `max(P_F, Γ)` cannot grow.
 //!
+//! A gap that fades, `g_{k+1} = a g_k`, is a state like the others: there is one branch, on `(x, φ, g)` and `(x, g)`.
+//!
 //! A quantity is bounded, `|c z| < 1` for `|w| <= 1`, if `s (c z)² < V` in each phase and `ω < s`.
 
 use nalgebra::DMatrix;
@@ -213,6 +215,8 @@ impl Builder<'_> {
     fn roles(&mut self, (dwell, fade): (&[u64], &[u64]), is_driven: bool) -> Roles {
         let modes = self.modes;
         let fading = fade.len() + 1;
+        // A gap that fades is a state like the others, and needs no branches.
+        let is_held = modes.has_gap() && !modes.gap_fades();
         // Linked functions are adjacent to keep the solver's matrix narrow.
         let (mut frozen, mut constants) = (vec![], None);
         if !modes.is_frozen_map_unique() {
@@ -231,14 +235,15 @@ impl Builder<'_> {
         }
         let (mut of_fading, mut fading_held) = (vec![], vec![]);
         for node in 0..fading {
-            if modes.has_gap() {
+            if is_held {
                 fading_held.push(self.function("cross_fade_with_gap", node, Space::FadingGap));
             }
-            of_fading.push(self.function("cross_fade", node, Space::Fading));
+            of_fading.push(self.function("cross_fade", node, modes.faded()));
         }
-        let held = modes.has_gap().then(|| self.function("teleoperation_with_gap", 0, Space::LoopGap));
-        let dropped = (0..=dwell.len()).map(|node| self.function("teleoperation", node, Space::Loop)).collect();
-        let gap = modes.has_gap().then(|| self.function("gap", 0, Space::Gap));
+        let held = is_held.then(|| self.function("teleoperation_with_gap", 0, Space::LoopGap));
+        let dropped =
+            (0..=dwell.len()).map(|node| self.function("teleoperation", node, modes.teleoperated())).collect();
+        let gap = is_held.then(|| self.function("gap", 0, Space::Gap));
         self.input = is_driven.then(|| self.function("additional_force", 0, Space::Input));
         Roles { dropped, fading: of_fading, fading_held, held, gap, frozen, constants }
     }
@@ -335,7 +340,7 @@ impl Builder<'_> {
     }
 
     fn at_events(&mut self, roles: &Roles, rows: Space) -> Vec<Term> {
-        let one = self.select(rows, Space::Loop);
+        let one = self.select(rows, self.modes.teleoperated());
         let mut terms = vec![self.term(number(self.at_entry), *roles.dropped.last().unwrap_or(&0), &[one])];
         self.drive(&mut terms, rows, 1.0 - self.at_entry);
         terms
@@ -352,10 +357,10 @@ impl Builder<'_> {
     fn enter(&mut self, roles: &Roles) {
         let (space, first) = match (roles.fading_held.first(), roles.fading.first()) {
             (Some(&held), _) => (Space::FadingGap, held),
-            (None, Some(&fading)) => (Space::Fading, fading),
+            (None, Some(&fading)) => (self.modes.faded(), fading),
             (None, None) => return,
         };
-        let rows = self.driven(Space::Loop);
+        let rows = self.driven(self.modes.teleoperated());
         let level = self.at_events(roles, rows);
         if let (true, [(released, _)]) = (self.modes.is_frozen_map_unique(), &roles.frozen[..]) {
             // The additional force acts at the first tick and at the release, but not between them.
@@ -444,7 +449,7 @@ impl Builder<'_> {
         let all: u64 = lengths.iter().sum();
         let weight = |tick: u64| cross_fade(tick as f64 / all as f64);
         let decay = if self.input.is_some() { self.decay } else { 1.0 };
-        let branches = [(Space::Fading, &roles.fading), (Space::FadingGap, &roles.fading_held)];
+        let branches = [(self.modes.faded(), &roles.fading), (Space::FadingGap, &roles.fading_held)];
         for (space, nodes) in branches.into_iter().filter(|(_, nodes)| !nodes.is_empty()) {
             let rows = self.driven(space);
             let mut begin = 0;
@@ -468,9 +473,10 @@ impl Builder<'_> {
             self.below("dropping", Space::FadingGap, without, drop_at_ticks, from);
         }
         if let (Some(&last), Some(&next)) = (roles.fading.last(), roles.dropped.first()) {
-            let (one, of_loop) = (self.select(Space::Fading, Space::Fading), self.select(Space::Fading, Space::Loop));
+            let faded = self.modes.faded();
+            let (one, of_loop) = (self.select(faded, faded), self.select(faded, self.modes.teleoperated()));
             let from = vec![self.term(number(1.0), last, &[one])];
-            self.below("faded", Space::Fading, next, of_loop, from);
+            self.below("faded", faded, next, of_loop, from);
         }
         if let (Some(&last), Some(next), Some(&first), Some(gap)) =
             (roles.fading_held.last(), roles.held, roles.fading_held.first(), roles.gap)
@@ -503,7 +509,7 @@ impl Builder<'_> {
     }
 
     fn dwell(&mut self, roles: &Roles, lengths: &[u64]) {
-        let rows = self.driven(Space::Loop);
+        let rows = self.driven(self.modes.teleoperated());
         let last = roles.dropped[lengths.len()];
         for vertex in self.modes.vertices() {
             let map = self.teleoperation(vertex, rows);
@@ -542,7 +548,7 @@ impl Builder<'_> {
                 self.map(format!("quantity_frozen_{k}"), Space::Frozen, Space::Number, |_| narrow)
             })
             .collect();
-        let rows = self.driven(Space::Loop);
+        let rows = self.driven(self.modes.teleoperated());
         let level = self.at_events(roles, rows);
         if self.modes.is_frozen_map_unique() {
             let frozen = self.between("frozen".into(), Space::Frozen, Space::Frozen, |modes| modes.frozen(0, 1.0));

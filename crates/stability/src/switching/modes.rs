@@ -109,6 +109,8 @@ pub(crate) struct Modes {
     follows: bool,
     freeze: Freeze,
     reengage: Reengage,
+    /// Factor of a fading gap per tick; 1 for other returns.
+    gap_factor: f64,
     /// Decay factor of the force per tick.
     decay_factor: f64,
     pub(super) tick_s: f64,
@@ -144,7 +146,11 @@ impl Modes {
         let tick_s = settings.of_loop.tick_s;
         let decay_factor = match augmentation.force {
             ForceLawSettings::Decay(DecaySettings { time_constant_s, .. }) => libm::exp(-tick_s / time_constant_s),
-            ForceLawSettings::Amplify(_) | ForceLawSettings::Damp(_) => 0.0,
+            ForceLawSettings::Amplify(_) | ForceLawSettings::Damp(_) | ForceLawSettings::Guide(_) => 0.0,
+        };
+        let gap_factor = match augmentation.reengage {
+            Reengage::Fade(fade) => libm::exp(-tick_s / fade.gap_time_constant_s),
+            _ => 1.0,
         };
         Ok(Self {
             master: Side::master_with(&machines, &settings.of_loop, LocalCommand::Open)?,
@@ -155,6 +161,7 @@ impl Modes {
             follows: augmentation.hold == HoldSettings::Following,
             freeze: augmentation.freeze,
             reengage: augmentation.reengage,
+            gap_factor,
             decay_factor,
             tick_s,
         })
@@ -176,11 +183,21 @@ impl Modes {
         self.delay
     }
 
+    /// The states of teleoperation without an event: with a gap that fades, it is one of them.
+    pub(super) fn teleoperated(&self) -> Space {
+        if self.gap_fades() { Space::LoopGap } else { Space::Loop }
+    }
+
+    /// The states of the cross-fade, without a gap unless it fades.
+    pub(super) fn faded(&self) -> Space {
+        if self.gap_fades() { Space::FadingGap } else { Space::Fading }
+    }
+
     /// The smallest decay rate of teleoperation over the vertices, in 1/s; 0 without decay.
     pub(super) fn slowest_decay_per_s(&self) -> Result<f64, StabilityError> {
         let mut largest: f64 = 0.0;
         for vertex in self.vertices() {
-            let matrix = self.between(&self.teleoperation(vertex), Space::Loop, Space::Loop);
+            let matrix = self.between(&self.teleoperation(vertex), self.teleoperated(), self.teleoperated());
             largest = trocar_lti::eigenvalues(&matrix)?.into_iter().map(|value| value.norm()).fold(largest, f64::max);
         }
         Ok((-largest.ln() / self.tick_s).max(0.0))
@@ -232,8 +249,13 @@ impl Modes {
         self.reengage != Reengage::Snap && !self.follows
     }
 
+    /// True if the gap is closed when the next event begins.
     pub(super) fn gap_closes(&self) -> bool {
-        self.reengage != Reengage::Clutch || self.follows
+        !self.reengage.leaves_gap() || self.follows
+    }
+
+    pub(super) fn gap_fades(&self) -> bool {
+        matches!(self.reengage, Reengage::Fade(_)) && !self.follows
     }
 
     fn places(&self, space: Space) -> Vec<usize> {
@@ -390,6 +412,7 @@ impl Modes {
         for state in n..n + EXTRA {
             a[(state, state)] = 1.0;
         }
+        a[(n + GAP, n + GAP)] = self.gap_factor;
         a
     }
 
@@ -399,7 +422,7 @@ impl Modes {
 
     fn reference(&self, vertex: usize) -> DMatrix<f64> {
         let hand = self.hand(vertex);
-        if self.has_gap() { hand + self.extra(GAP) } else { hand }
+        if self.has_gap() { hand + self.extra(GAP) * self.gap_factor } else { hand }
     }
 
     /// The map of a teleoperation tick, with the gap if there is one. Stores reference and force for an event.
@@ -432,6 +455,8 @@ impl Modes {
             ForceLawSettings::Damp(DampSettings { damping_n_s_per_m, .. }) => {
                 self.force(vertex) + self.unit(HAND_VELOCITY) * (share * damping_n_s_per_m)
             }
+            // `SwitchingSettings` excludes it.
+            ForceLawSettings::Guide(_) => self.force(vertex),
             ForceLawSettings::Amplify(AmplifySettings { gain }) => {
                 // The coupling of the positions stays constant; only the measured force varies.
                 self.extra(ANCHOR) + (self.measured(vertex) - self.extra(TISSUE)) * (share * gain)
@@ -452,7 +477,9 @@ impl Modes {
 
     pub(super) fn shares(&self) -> &'static [f64] {
         match self.law {
-            ForceLawSettings::Damp(DampSettings { damping_n_s_per_m: 0.0, .. }) | ForceLawSettings::Decay(_) => &[1.0],
+            ForceLawSettings::Damp(DampSettings { damping_n_s_per_m: 0.0, .. })
+            | ForceLawSettings::Decay(_)
+            | ForceLawSettings::Guide(_) => &[1.0],
             ForceLawSettings::Damp(_) | ForceLawSettings::Amplify(_) => &[0.0, 1.0],
         }
     }
@@ -478,7 +505,9 @@ impl Modes {
         let mut map = DMatrix::identity(n + EXTRA, n + EXTRA);
         map.row_mut(n + GAP).fill(0.0);
         if self.has_gap() {
-            map.row_mut(n + GAP).copy_from(&(self.extra(REFERENCE) - self.hand(vertex)).row(0));
+            // The gap does not fade in the first tick after the release.
+            let gap = (self.extra(REFERENCE) - self.hand(vertex)) / self.gap_factor;
+            map.row_mut(n + GAP).copy_from(&gap.row(0));
         }
         map
     }

@@ -60,6 +60,9 @@ impl SwitchingSettings {
         }
         let augmentation = scenario.augmentation;
         let damps = matches!(augmentation.force, ForceLawSettings::Damp(_));
+        if matches!(augmentation.force, ForceLawSettings::Guide(_)) {
+            return Err("the certificate does not cover the guidance of the master");
+        }
         match augmentation.hold {
             HoldSettings::Frozen if damps => {
                 return Err("the certificate does not cover added damping while the slave is frozen");
@@ -68,7 +71,7 @@ impl SwitchingSettings {
                 return Err("the certificate covers added damping with position-force control only");
             }
             HoldSettings::Frozen | HoldSettings::Following => {}
-            HoldSettings::SpeedLimit(_) | HoldSettings::ForbiddenRegion(_) => {
+            HoldSettings::SpeedLimit(_) | HoldSettings::ForbiddenRegion(_) | HoldSettings::Yielding(_) => {
                 return Err("the certificate covers a slave that is frozen or follows the hand, and no other hold");
             }
         }
@@ -107,10 +110,10 @@ impl SwitchingSettings {
         ((LONGEST_DWELL_S / self.of_loop.tick_s) as u64).max(2)
     }
 
-    /// True if an event can leave a gap that is kept: with a clutch, or if a ramp stops under load.
+    /// True if an event can leave a gap that is kept: with a clutch, if a ramp stops under load, or if the return waits.
     #[must_use]
     pub fn keeps_gap(&self) -> bool {
-        let stays = matches!(self.augmentation.reengage, Reengage::Clutch | Reengage::RampUntilLoad { .. });
+        let stays = self.augmentation.reengage.leaves_gap() && !matches!(self.augmentation.reengage, Reengage::Fade(_));
         stays && self.augmentation.hold == HoldSettings::Frozen
     }
 }

@@ -162,7 +162,7 @@ impl Scene<'_> {
             shapes.push(jaw(Role::Clamp, 7.0).shown_if(is_event && is_frozen));
             shapes.push(jaw(Role::Brake, 10.0).shown_if(is_event && is_slowed));
         }
-        let is_bounded = matches!(self.event.hold, HoldSettings::ForbiddenRegion(_));
+        let is_bounded = matches!(self.event.hold, HoldSettings::ForbiddenRegion(_) | HoldSettings::Yielding(_));
         let deepest = now.alarm_mm.filter(|_| is_event && is_bounded);
         let barrier = self.y(deepest.unwrap_or_default());
         shapes.push(

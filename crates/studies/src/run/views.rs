@@ -12,7 +12,7 @@ use trocar_figures::{EnergyView, EstimationView, RunView};
 pub fn event_shade(hold: HoldSettings) -> Shade {
     match hold {
         HoldSettings::Frozen => Shade::Frozen,
-        HoldSettings::SpeedLimit(_) | HoldSettings::ForbiddenRegion(_) => Shade::Held,
+        HoldSettings::SpeedLimit(_) | HoldSettings::ForbiddenRegion(_) | HoldSettings::Yielding(_) => Shade::Held,
         HoldSettings::Following => Shade::Event,
     }
 }

@@ -1,6 +1,6 @@
 //! The values of each parameter of an event for which the certificate states that every motion decays.
 
-use trocar_core::augmentation::{AugmentationSettings, ForceLawSettings};
+use trocar_core::augmentation::{AugmentationSettings, ForceLawSettings, Reengage};
 use trocar_stability::{Peaks, StabilityError, SwitchingSettings};
 
 /// The ratio of the certified value to the uncertified one at which a search ends.
@@ -37,7 +37,7 @@ fn parameters(settings: &SwitchingSettings) -> Vec<Parameter> {
     let augmentation = &settings.augmentation;
     let tick_s = settings.of_loop.tick_s;
     let of_law = match augmentation.force {
-        ForceLawSettings::Amplify(law) => Parameter {
+        ForceLawSettings::Amplify(law) => Some(Parameter {
             key: "augmentation.amplification",
             value: law.gain,
             is_largest: true,
@@ -47,8 +47,8 @@ fn parameters(settings: &SwitchingSettings) -> Vec<Parameter> {
                     law.gain = value;
                 }
             },
-        },
-        ForceLawSettings::Decay(law) => Parameter {
+        }),
+        ForceLawSettings::Decay(law) => Some(Parameter {
             key: "augmentation.decay_time_constant_s",
             value: law.time_constant_s,
             is_largest: true,
@@ -58,8 +58,8 @@ fn parameters(settings: &SwitchingSettings) -> Vec<Parameter> {
                     law.time_constant_s = value;
                 }
             },
-        },
-        ForceLawSettings::Damp(law) => Parameter {
+        }),
+        ForceLawSettings::Damp(law) => Some(Parameter {
             key: "augmentation.damp_damping_n_s_per_m",
             value: law.damping_n_s_per_m,
             is_largest: true,
@@ -69,7 +69,23 @@ fn parameters(settings: &SwitchingSettings) -> Vec<Parameter> {
                     law.damping_n_s_per_m = value;
                 }
             },
-        },
+        }),
+        // The certificate does not cover it.
+        ForceLawSettings::Guide(_) => None,
+    };
+    let of_return = match augmentation.reengage {
+        Reengage::Fade(fade) => Some(Parameter {
+            key: "augmentation.gap_time_constant_s",
+            value: fade.gap_time_constant_s,
+            is_largest: true,
+            ends: (tick_s, 1e3),
+            set: |augmentation, value| {
+                if let Reengage::Fade(fade) = &mut augmentation.reengage {
+                    fade.gap_time_constant_s = value;
+                }
+            },
+        }),
+        _ => None,
     };
     let automaton = &augmentation.automaton;
     let shortest_hold = Parameter {
@@ -86,7 +102,7 @@ fn parameters(settings: &SwitchingSettings) -> Vec<Parameter> {
         ends: (trocar_stability::LONGEST_DWELL_S, tick_s),
         set: |augmentation, value| augmentation.automaton.refractory_s = value,
     };
-    vec![of_law, shortest_hold, refractory]
+    of_law.into_iter().chain(of_return).chain([shortest_hold, refractory]).collect()
 }
 
 impl EventLimit {

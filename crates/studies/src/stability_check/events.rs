@@ -1,6 +1,6 @@
 //! The worst sequence of events of an analysis, as a scenario for the engine.
 
-use trocar_core::augmentation::Reengage;
+use trocar_core::augmentation::{RampSettings, RampUntilLoadSettings, Reengage};
 use trocar_scenario::{Scenario, ScenarioError, Source};
 use trocar_stability::Switching;
 
@@ -58,11 +58,11 @@ pub fn worst_events(source: &Source, settings: &[String], switching: &Switching)
     let tick_s = of_loop.tick_s;
     let at = |tick: u64| format!("{:?}", tick as f64 * tick_s);
     let displacement_m = match switching.settings.augmentation.reengage {
-        Reengage::Ramp { catch_up_speed_m_per_s } => DISPLACEMENT_M.min(SMALL * catch_up_speed_m_per_s * tick_s),
-        Reengage::RampUntilLoad { approach_speed_m_per_s, .. } => {
-            DISPLACEMENT_M.min(SMALL * approach_speed_m_per_s * tick_s)
+        Reengage::Ramp(RampSettings { catch_up_speed_m_per_s: speed_m_per_s })
+        | Reengage::RampUntilLoad(RampUntilLoadSettings { approach_speed_m_per_s: speed_m_per_s, .. }) => {
+            DISPLACEMENT_M.min(SMALL * speed_m_per_s * tick_s)
         }
-        Reengage::Clutch | Reengage::Snap => DISPLACEMENT_M,
+        Reengage::Fade(_) | Reengage::WhenStill(_) | Reengage::Clutch | Reengage::Snap => DISPLACEMENT_M,
     };
     let last = starts.last().map_or(0, |start| start + held_ticks + phases.blend);
     let duration_s = (last as f64 * tick_s + AFTER_S).min(LONGEST_S);

@@ -5,10 +5,12 @@
 mod amplify;
 mod damp;
 mod decay;
+mod guide;
 
 pub use amplify::{Amplify, AmplifySettings};
 pub use damp::{Damp, DampSettings};
 pub use decay::{Decay, DecaySettings};
+pub use guide::{Guide, GuideSettings};
 
 use super::BuiltIn;
 use crate::lane::Lane;
@@ -49,7 +51,7 @@ impl<L: Lane, F: ForceLaw<L> + ?Sized> ForceLaw<L> for alloc::boxed::Box<F> {
 }
 
 crate::registry! {
-    /// Let the feedback force decay, scale its variation, or add damping of the master.
+    /// Let the feedback force decay, scale its variation, add damping of the master, or guide it back to the needle.
     ///
     /// `F*` is the feedback force just before the alarm.
     #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,6 +62,7 @@ crate::registry! {
     "decay" => Decay(DecaySettings) = decay::Decay,
     "amplify" => Amplify(AmplifySettings) = amplify::Amplify,
     "damp" => Damp(DampSettings) = damp::Damp,
+    "guide" => Guide(GuideSettings) = guide::Guide,
 }
 
 impl<L: Lane> AnyForceLaw<L> {

@@ -6,11 +6,13 @@ mod follow;
 mod forbidden_region;
 mod freeze;
 mod speed_limit;
+mod yielding;
 
 pub use follow::Following;
 pub use forbidden_region::{ForbiddenRegion, ForbiddenRegionSettings};
 pub use freeze::Frozen;
 pub use speed_limit::{SpeedLimit, SpeedLimitSettings};
+pub use yielding::{Yielding, YieldingSettings};
 
 use super::BuiltIn;
 use crate::lane::Lane;
@@ -33,7 +35,7 @@ pub trait Hold<L: Lane> {
 }
 
 crate::registry! {
-    /// Hold the slave during an event: by a freeze, a speed limit, a forbidden region, or not at all.
+    /// Hold the slave during an event: by a freeze, a speed limit, a forbidden region, a fixture that yields, or not at all.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub enum HoldSettings at "augmentation.hold" = Frozen;
     /// Any of the built-in holds.
@@ -47,6 +49,8 @@ crate::registry! {
     "speed-limit" => SpeedLimit(SpeedLimitSettings) = speed_limit::SpeedLimit,
     /// The slave follows the hand, but no deeper than its position at the alarm plus a margin.
     "forbidden-region" => ForbiddenRegion(ForbiddenRegionSettings) = forbidden_region::ForbiddenRegion,
+    /// The slave is held until the hand pushes on by a distance, and then follows.
+    "yielding" => Yielding(YieldingSettings) = yielding::Yielding,
 }
 
 impl<L: Lane> AnyHold<L> {

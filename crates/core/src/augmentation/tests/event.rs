@@ -223,7 +223,7 @@ fn a_ramp_closes_a_gap_of_either_sign_at_its_speed() {
     for direction in [1.0, -1.0] {
         // The hand moves by 1 mm while the slave is frozen, and then rests.
         let hand = |tick: u64| direction * 1e-3 * ((tick.clamp(100, 150) - 100) as f64 / 50.0);
-        let references = references(Reengage::Ramp { catch_up_speed_m_per_s: 0.02 }, hand, |_| 1.0);
+        let references = references(Reengage::Ramp(RampSettings { catch_up_speed_m_per_s: 0.02 }), hand, |_| 1.0);
         assert!((100..=150).all(|tick| references[tick].abs() < 1e-15), "frozen, and no jump at the release");
         for step in 1..50_u64 {
             let expected = direction * 2e-5 * step as f64;
@@ -236,12 +236,38 @@ fn a_ramp_closes_a_gap_of_either_sign_at_its_speed() {
 #[test]
 fn a_ramp_until_load_stops_at_the_set_rise_above_the_lowest_force() {
     let hand = |tick: u64| 1e-3 * ((tick.clamp(100, 150) - 100) as f64 / 50.0);
-    let reengage = Reengage::RampUntilLoad { approach_speed_m_per_s: 0.02, stop_rise_n: 0.5 };
+    let reengage = Reengage::RampUntilLoad(RampUntilLoadSettings { approach_speed_m_per_s: 0.02, stop_rise_n: 0.5 });
     // The force falls to 1 N at tick 160, then rises by 0.1 N per tick, to 0.5 N above the minimum at tick 165.
     let force = |tick: u64| if tick < 160 { 2.0 } else { 1.0 + 0.1 * (tick - 160) as f64 };
     let references = references(reengage, hand, force);
     assert!((references[164] - 14.0 * 2e-5).abs() < 1e-12, "{}", references[164]);
     assert!(references[165..].iter().all(|reference| (reference - references[164]).abs() < 1e-15), "it is kept");
+}
+
+#[test]
+fn a_gap_that_fades_begins_without_a_jump_and_closes_in_teleoperation() {
+    let hand = |tick: u64| 1e-3 * ((tick.clamp(100, 150) - 100) as f64 / 50.0);
+    let references = references(Reengage::Fade(FadeSettings { gap_time_constant_s: 0.1 }), hand, |_| 1.0);
+    for (tick, reference) in references.into_iter().enumerate().skip(150) {
+        let expected = 1e-3 * (1.0 - (-(tick as f64 - 150.0) / 100.0).exp());
+        assert!((reference - expected).abs() < 1e-15, "{tick}: {reference}");
+    }
+}
+
+#[test]
+fn a_gap_that_waits_for_the_hand_stays_while_it_moves_and_closes_when_it_rests() {
+    // The hand moves at 10 mm/s, also during the freeze, and stops at tick 250.
+    let hand = |tick: u64| 1e-5 * tick.min(250) as f64;
+    let settings = WhenStillSettings { still_speed_m_per_s: 0.0, return_speed_m_per_s: 0.004 };
+    let still = WhenStillSettings { still_speed_m_per_s: 0.02, ..settings };
+    let moving = references(Reengage::WhenStill(settings), hand, |_| 1.0);
+    let resting = references(Reengage::WhenStill(still), hand, |_| 1.0);
+    let gap = |references: &[f64], tick: usize| hand(tick as u64) - references[tick];
+    assert!((150..400).all(|tick| (gap(&moving, tick) - 5e-4).abs() < 1e-15), "an average above 0 keeps the gap");
+    assert!((200..=275).step_by(25).all(|tick| {
+        let expected = (5e-4 - 4e-6 * (tick as f64 - 150.0)).max(0.0);
+        (gap(&resting, tick) - expected).abs() < 1e-12
+    }));
 }
 
 #[test]
@@ -263,11 +289,17 @@ fn a_gathered_supervisor_gives_the_same_commands_as_the_supervisor_in_its_first_
         HoldSettings::Following,
         HoldSettings::SpeedLimit(SpeedLimitSettings { speed_m_per_s: 0.004 }),
         HoldSettings::ForbiddenRegion(ForbiddenRegionSettings { margin_m: 1e-4 }),
+        HoldSettings::Yielding(YieldingSettings { distance_m: 1e-4 }),
     ];
-    for hold in holds {
+    let returns = [
+        settings().reengage,
+        Reengage::Fade(FadeSettings { gap_time_constant_s: 0.1 }),
+        Reengage::WhenStill(WhenStillSettings { still_speed_m_per_s: 0.02, return_speed_m_per_s: 0.01 }),
+    ];
+    for (hold, reengage) in holds.into_iter().flat_map(|hold| returns.map(|reengage| (hold, reengage))) {
         let new = |ratio, cue| {
             let force = ForceLawSettings::Decay(DecaySettings { ratio, time_constant_s: 0.02 });
-            let settings = AugmentationSettings { hold, force, cue, ..settings() };
+            let settings = AugmentationSettings { hold, reengage, force, cue, ..settings() };
             Supervisor::<f64>::new(&settings, THRESHOLD, TICK_S, 0.0)
         };
         let (mut first, other) = (new(0.5, true), new(0.1, false));
@@ -293,6 +325,7 @@ fn a_supervisor_continues_from_its_stored_state() {
         ForceLawSettings::Decay(DecaySettings { ratio: 0.3, time_constant_s: 0.2 }),
         ForceLawSettings::Amplify(AmplifySettings { gain: 2.0 }),
         ForceLawSettings::Damp(DampSettings { damping_n_s_per_m: 50.0, time_constant_s: 0.2 }),
+        ForceLawSettings::Guide(GuideSettings { stiffness_n_per_m: 100.0 }),
     ];
     for force in laws {
         let settings = AugmentationSettings { force, ..settings() };
@@ -340,7 +373,7 @@ fn a_boxed_law_behaves_like_the_law_in_it() {
     }
     let mut boxed: Box<dyn MotionLaw<f64>> = Box::new(HeldReference::new(
         Freeze::Measured,
-        Reengage::RampUntilLoad { approach_speed_m_per_s: 0.1, stop_rise_n: 0.5 },
+        Reengage::RampUntilLoad(RampUntilLoadSettings { approach_speed_m_per_s: 0.1, stop_rise_n: 0.5 }),
         TICK_S,
         0.0,
     ));

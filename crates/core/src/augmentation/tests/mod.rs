@@ -58,7 +58,10 @@ fn modes(commands: &[Command<f64>]) -> Vec<(usize, u8)> {
 }
 
 fn settings() -> AugmentationSettings {
-    AugmentationSettings { reengage: Reengage::Ramp { catch_up_speed_m_per_s: 0.02 }, ..Default::default() }
+    AugmentationSettings {
+        reengage: Reengage::Ramp(RampSettings { catch_up_speed_m_per_s: 0.02 }),
+        ..Default::default()
+    }
 }
 
 #[test]
@@ -152,7 +155,7 @@ fn without_a_hold_there_is_no_gap_to_close() {
 
 #[test]
 fn a_ramp_until_load_stops_where_the_force_rises_and_keeps_the_remaining_gap() {
-    let reengage = Reengage::RampUntilLoad { approach_speed_m_per_s: 0.02, stop_rise_n: 0.5 };
+    let reengage = Reengage::RampUntilLoad(RampUntilLoadSettings { approach_speed_m_per_s: 0.02, stop_rise_n: 0.5 });
     let timeline = || Timeline::new(AugmentationSettings { reengage, ..settings() }).alarm_at(100);
     let free = timeline().run(2000, |_| 1.0);
     assert!((free[1999].slave_reference_m - 0.01 * 1.999).abs() < 1e-12, "without load it closes the gap");

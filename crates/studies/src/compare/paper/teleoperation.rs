@@ -36,6 +36,7 @@ fn force_law_text(run: &Run) -> String {
     match &run.scenario.augmentation.force {
         ForceLawSettings::Decay(decay) => format!("a time constant of {:.0} ms", 1e3 * decay.time_constant_s),
         ForceLawSettings::Amplify(amplify) => format!("a factor of {}", amplify.gain),
+        ForceLawSettings::Guide(guide) => format!("a spring of {} N/m", guide.stiffness_n_per_m),
         ForceLawSettings::Damp(damp) => format!("a time constant of {:.0} ms", 1e3 * damp.time_constant_s),
     }
 }

@@ -15,7 +15,7 @@ const MEASURED: [&str; 2] = ["augmentation.force_law=damp", "augmentation.damp_d
 const ENABLED: &str = "augmentation.enabled=true";
 
 /// Every strategy; the first one is the scheme without a strategy.
-pub const STRATEGIES: [Strategy; 11] = [
+pub const STRATEGIES: [Strategy; 14] = [
     Strategy {
         name: "none",
         meaning: "The classical scheme: alarms have no effect.",
@@ -45,6 +45,26 @@ pub const STRATEGIES: [Strategy; 11] = [
         name: "freeze-until-load",
         meaning: "The slave is frozen, the felt force decays, and a ramp closes the gap until the force rises.",
         settings: &[ENABLED, "augmentation.force_law=decay", "augmentation.reengage=ramp-until-load"],
+    },
+    Strategy {
+        name: "freeze-fade",
+        meaning: "The slave is frozen, the felt force decays, and the gap fades over several seconds.",
+        settings: &[ENABLED, "augmentation.force_law=decay", "augmentation.reengage=fade"],
+    },
+    Strategy {
+        name: "freeze-still",
+        meaning: "The slave is frozen, the felt force decays, and the gap closes when the hand stands still.",
+        settings: &[ENABLED, "augmentation.force_law=decay", "augmentation.reengage=when-still"],
+    },
+    Strategy {
+        name: "fixture",
+        meaning: "The slave is held until the hand pushes on, a spring guides the hand back, and the gap fades.",
+        settings: &[
+            ENABLED,
+            "augmentation.hold=yielding",
+            "augmentation.force_law=guide",
+            "augmentation.reengage=fade",
+        ],
     },
     Strategy {
         name: "speed-limit",

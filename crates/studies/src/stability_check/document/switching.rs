@@ -4,18 +4,8 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::stability_check::{EventLimit, StabilityStudy, Statement};
-use trocar_core::augmentation::Reengage;
 use trocar_document::{Cell, DataTable, Number, Table, Unit, significant};
 use trocar_stability::{EventBound, GAP_M, LONGEST_DWELL_S, Switching, SwitchingSettings};
-
-fn policy(reengage: Reengage) -> &'static str {
-    match reengage {
-        Reengage::Ramp { .. } => "ramp",
-        Reengage::RampUntilLoad { .. } => "ramp-until-load",
-        Reengage::Clutch => "clutch",
-        Reengage::Snap => "snap",
-    }
-}
 
 pub(super) fn seconds(switching: &Switching, ticks: u64) -> f64 {
     // Rounded, because a multiple of a tick of 0.001 s has rounding errors in its last digits.
@@ -37,7 +27,7 @@ pub(super) fn lines(switching: &Switching) -> Vec<String> {
         ms(phases.held.0),
         ms(phases.held.1),
         ms(phases.blend),
-        policy(switching.settings.augmentation.reengage),
+        switching.settings.augmentation.reengage.word(),
     )];
     let conditions = switching.certificate.as_ref().map(|found| found.conditions);
     lines.push(match (switching.dwell_ticks(), conditions) {
@@ -154,7 +144,7 @@ pub(super) fn event_table(events: &[EventBound]) -> Table {
     let shown = |value: f64, unit: Unit| Number::new(if value < 1e-9 { 0.0 } else { value }, unit);
     for event in events {
         table.row([
-            Cell::from(policy(event.reengage)),
+            Cell::from(event.reengage.word()),
             shown(event.reference_jump_m, Unit::Metre).into(),
             shown(event.slave_motion_m, Unit::Metre).into(),
             shown(event.slave_speed_m_per_s, Unit::MetrePerSecond).into(),
@@ -372,7 +362,7 @@ impl ReleasedPart {
     fn of(event: &EventBound) -> Self {
         let &EventBound { reengage, reference_jump_m, slave_motion_m, slave_speed_m_per_s, force_n, force_step_n } =
             event;
-        let reengage = policy(reengage);
+        let reengage = reengage.word();
         Self { reengage, reference_jump_m, slave_motion_m, slave_speed_m_per_s, force_n, force_step_n }
     }
 }
@@ -387,7 +377,7 @@ pub(super) fn growth(switching: &Switching) -> DataTable<'static> {
 
 pub(super) fn released(events: &[EventBound]) -> DataTable<'static> {
     DataTable::new("released")
-        .texts("reengage", events.iter().map(|event| policy(event.reengage)))
+        .texts("reengage", events.iter().map(|event| event.reengage.word()))
         .numbers("gap_m", events.iter().map(|_| GAP_M))
         .numbers("reference_jump_m", events.iter().map(|event| event.reference_jump_m))
         .numbers("slave_motion_m", events.iter().map(|event| event.slave_motion_m))

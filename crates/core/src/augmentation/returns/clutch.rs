@@ -1,0 +1,32 @@
+//! Return that keeps the gap.
+
+use core::marker::PhantomData;
+
+use super::{BuiltIn, Return, ReturnTick};
+use crate::lane::Lane;
+
+/// The gap stays: slave and hand move on with an offset.
+#[derive(Debug, Clone)]
+pub struct Clutch<L>(PhantomData<L>);
+
+impl<L: Lane> BuiltIn for Clutch<L> {
+    type Settings = ();
+
+    fn build(_settings: &(), _tick_s: f64) -> Self {
+        Self(PhantomData)
+    }
+}
+
+impl<L: Lane> Return<L> for Clutch<L> {
+    #[inline(always)]
+    fn gap_m(&mut self, now: &ReturnTick<L>) -> L {
+        now.gap_m
+    }
+
+    #[inline(always)]
+    fn may_end(&self, _gap_m: L) -> L::Mask {
+        L::zero().le(L::zero())
+    }
+}
+
+crate::lane::gather_nothing!(Clutch);

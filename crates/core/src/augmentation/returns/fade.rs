@@ -1,0 +1,72 @@
+//! Return along an exponential, which continues in teleoperation.
+
+use super::{BuiltIn, Return, ReturnTick};
+use crate::lane::Lane;
+
+crate::settings! {
+    /// Settings of the fading gap.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct FadeSettings in "augmentation." {
+        /// Time constant with which a fading gap closes.
+        gap_time_constant_s: f64 [POSITIVE] = 4.0,
+    }
+}
+
+/// Smallest gap in m. A smaller one is closed, because numbers near the smallest of the machine are slow.
+const SMALLEST_M: f64 = 1e-12;
+
+/// `gap = gap⁻ exp(-T/τ)`. The event ends with the cross-fade of the force, and the gap closes in teleoperation, where an
+/// alarm can begin the next event.
+///
+/// The needle moves on by the gap over several time constants. A time constant above the time between two layers lets
+/// the load of the next layer push the hand back first.
+#[derive(Debug, Clone)]
+pub struct Fade<L> {
+    keep: L,
+}
+
+impl<L: Lane> BuiltIn for Fade<L> {
+    type Settings = FadeSettings;
+
+    fn build(settings: &FadeSettings, tick_s: f64) -> Self {
+        Self { keep: L::splat(libm::exp(-tick_s / settings.gap_time_constant_s)) }
+    }
+}
+
+impl<L: Lane> Return<L> for Fade<L> {
+    const CONTINUES: bool = true;
+
+    #[inline(always)]
+    fn gap_m(&mut self, now: &ReturnTick<L>) -> L {
+        let kept = now.gap_m * self.keep;
+        let closed = L::select(kept.abs().lt(L::splat(SMALLEST_M)), L::zero(), kept);
+        L::select(now.begins, now.gap_m, closed)
+    }
+
+    #[inline(always)]
+    fn may_end(&self, _gap_m: L) -> L::Mask {
+        L::zero().le(L::zero())
+    }
+}
+
+crate::lane::gather!(Fade { keep } stored);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_gap_falls_to_a_share_of_1_over_e_in_a_time_constant_and_then_to_0() {
+        let mut fade = Fade::<f64>::build(&FadeSettings { gap_time_constant_s: 0.5 }, 1e-3);
+        let mut gap_m = -0.01;
+        for tick in 0..=500 {
+            gap_m = fade.gap_m(&ReturnTick { gap_m, hand_step_m: 1.0, force_n: 0.0, begins: tick == 0 });
+            let expected_m = -0.01 * (-f64::from(tick) / 500.0).exp();
+            assert!((gap_m - expected_m).abs() < 1e-15, "{tick}: {gap_m} {expected_m}");
+        }
+        for _ in 0..12_000 {
+            gap_m = fade.gap_m(&ReturnTick { gap_m, hand_step_m: 0.0, force_n: 0.0, begins: false });
+        }
+        assert_eq!(gap_m, 0.0);
+    }
+}

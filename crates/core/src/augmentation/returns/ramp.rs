@@ -1,0 +1,42 @@
+//! Return at a bounded speed (section 5.1).
+
+use super::{BuiltIn, Return, ReturnTick};
+use crate::lane::Lane;
+
+crate::settings! {
+    /// Settings of the ramp.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    pub struct RampSettings in "augmentation." {
+        /// Speed at which a ramp closes the gap, in addition to the hand's motion.
+        catch_up_speed_m_per_s: f64 [POSITIVE] = 0.03,
+    }
+}
+
+/// `gap = gap⁻ - clamp(gap⁻, -v T, v T)`. The event ends when the gap is closed.
+#[derive(Debug, Clone)]
+pub struct Ramp<L> {
+    step: L,
+}
+
+impl<L: Lane> BuiltIn for Ramp<L> {
+    type Settings = RampSettings;
+
+    fn build(settings: &RampSettings, tick_s: f64) -> Self {
+        Self { step: L::splat(settings.catch_up_speed_m_per_s * tick_s) }
+    }
+}
+
+impl<L: Lane> Return<L> for Ramp<L> {
+    #[inline(always)]
+    fn gap_m(&mut self, now: &ReturnTick<L>) -> L {
+        let closed = now.gap_m - now.gap_m.clamp(-self.step, self.step);
+        L::select(now.begins, now.gap_m, closed)
+    }
+
+    #[inline(always)]
+    fn may_end(&self, gap_m: L) -> L::Mask {
+        gap_m.abs().le(L::zero())
+    }
+}
+
+crate::lane::gather!(Ramp { step } stored);

@@ -1,0 +1,32 @@
+//! Return that closes the gap at once.
+
+use core::marker::PhantomData;
+
+use super::{BuiltIn, Return, ReturnTick};
+use crate::lane::Lane;
+
+/// The gap is 0 from the release on, so the reference jumps to the hand.
+#[derive(Debug, Clone)]
+pub struct Snap<L>(PhantomData<L>);
+
+impl<L: Lane> BuiltIn for Snap<L> {
+    type Settings = ();
+
+    fn build(_settings: &(), _tick_s: f64) -> Self {
+        Self(PhantomData)
+    }
+}
+
+impl<L: Lane> Return<L> for Snap<L> {
+    #[inline(always)]
+    fn gap_m(&mut self, _now: &ReturnTick<L>) -> L {
+        L::zero()
+    }
+
+    #[inline(always)]
+    fn may_end(&self, _gap_m: L) -> L::Mask {
+        L::zero().le(L::zero())
+    }
+}
+
+crate::lane::gather_nothing!(Snap);
