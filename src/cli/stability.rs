@@ -147,6 +147,7 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     let of_tissue = args.tissue_damping.as_ref().map(|range| dampings(range, MAX_DAMPING_N_S_PER_M)).transpose()?;
     let of_walls = args.z_width.as_ref().map(|range| walls(range)).transpose()?;
     let scenario = args.changes().load(std::slice::from_ref(&args.scenario))?.remove(0);
+    let folder = args.output.destination().open("stability", &[&scenario.name])?.folder(&scenario.name);
     let mut study =
         StabilityStudy::of(&scenario, (x, y), args.tissue.as_ref().map(|range| tissue(range)).transpose()?)?;
     if let Some(axis) = &of_walls {
@@ -188,7 +189,6 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         line: command(args, &scenario.name),
         note: Again::SAVE,
     };
-    let folder = args.output.folder().folder(&scenario.name);
     Finish { output: &args.output, folder: folder.clone(), all: false, report: args.report.then(again) }
         .document(&document)?;
     let StabilityStudy { map, check, .. } = &study;
