@@ -4,7 +4,7 @@
 //! ends at once, and so does every command at the second one: unfinished files are removed, former results stay.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, Once, PoisonError};
 use std::time::Duration;
 
 use trocar_report::discard_all;
@@ -21,16 +21,33 @@ type Stop = Box<dyn Fn() + Send>;
 
 static ON_FIRST: Mutex<Option<Stop>> = Mutex::new(None);
 
-/// Installs the handler. Without it, which happens only if the system refuses it, a signal ends the process without a
-/// message.
-pub(super) fn install() {
-    let was_asked = AtomicBool::new(false);
-    let _ = ctrlc::set_handler(move || {
-        let stop = ON_FIRST.lock().unwrap_or_else(PoisonError::into_inner);
-        match &*stop {
-            Some(stop) if !was_asked.swap(true, Ordering::SeqCst) => stop(),
-            _ => end(),
-        }
+/// Handles signals from the start of a command. Not under `nohup`, whose SIGHUP the handler would not ignore.
+pub(super) fn begin() {
+    if !ignores_hangup() {
+        install();
+    }
+}
+
+/// True if the parent process, such as `nohup`, has set SIGHUP to be ignored. Known on Linux only.
+fn ignores_hangup() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask & 1 == 1)
+}
+
+/// Installs the handler once. Without it, which happens only if the system refuses it, a signal ends the process
+/// without a message.
+fn install() {
+    static INSTALLED: Once = Once::new();
+    INSTALLED.call_once(|| {
+        let was_asked = AtomicBool::new(false);
+        let _ = ctrlc::set_handler(move || {
+            let stop = ON_FIRST.lock().unwrap_or_else(PoisonError::into_inner);
+            match &*stop {
+                Some(stop) if !was_asked.swap(true, Ordering::SeqCst) => stop(),
+                _ => end(),
+            }
+        });
     });
 }
 
@@ -51,6 +68,7 @@ pub(super) fn wait_for_end() {
 /// Calls `stop` at the first signal, instead of ending the process.
 pub(super) fn on_first(stop: impl Fn() + Send + 'static) {
     *ON_FIRST.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(stop));
+    install();
 }
 
 /// A flag that the first signal sets, instead of ending the process.
