@@ -129,7 +129,7 @@ pub use trocar_studies::{compare, reference, roc, run, stability_check, sweep};
 
 mod cli;
 mod explore;
-#[cfg(fuzzing)]
+#[cfg(feature = "fuzzing")]
 #[doc(hidden)]
 pub use explore::read_message;
 

@@ -25,7 +25,7 @@ pub use server::{ExploreError, Options, serve, serve_field};
 pub use state::Catalogue;
 
 /// Reads a message of a page as the server does, and makes the scenarios of its state, for `fuzz/`.
-#[cfg(fuzzing)]
+#[cfg(feature = "fuzzing")]
 pub fn read_message(text: &str) {
     use protocol::{Export, MapRequest, Request, Show};
     let state = match serde_json::from_str(text) {

@@ -338,7 +338,9 @@ fn a_complete_sweep_still_gets_its_page() {
     // The page comes with the figures of its cases; the existing files do not change.
     after.retain(|path, _| !path.to_string_lossy().starts_with("cases_"));
     // The manifest lists the page as well.
-    assert!(before.remove(std::path::Path::new("manifest.json")) != after.remove(std::path::Path::new("manifest.json")));
+    assert!(
+        before.remove(std::path::Path::new("manifest.json")) != after.remove(std::path::Path::new("manifest.json"))
+    );
     assert!(before == after);
     // The page of joined shards differs only in the command.
     for shard in ["1/2", "2/2"] {

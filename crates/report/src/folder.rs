@@ -114,6 +114,11 @@ impl Folder {
         Ok(StoredFile { bytes, sha256: hexadecimal(&hash.finalize()), written_by: self.command.to_owned() })
     }
 
+    /// Removes the added files. The former ones stay.
+    pub fn discard(&self) {
+        self.generation.discard(&self.unit);
+    }
+
     /// Sets fields of the manifest besides the list of files.
     pub fn describe(&self, details: Map<String, Json>) {
         self.generation.describe(&self.unit, details);

@@ -87,10 +87,13 @@ fn many(args: &DetectArgs, out: &Destination, work: Vec<(Input, Option<LabelRows
         let (file, name, folder) = (input.given.clone(), input.folder.clone(), out.folder(&folder_of(&input)));
         let detected = one(args, input, labels).and_then(|study| {
             let document = study.document();
-            finish(args, folder, &study).write(&document)?;
+            finish(args, folder.clone(), &study).write(&document)?;
             let json = document.json;
             Ok((study.report, json))
         });
+        if detected.is_err() {
+            folder.discard();
+        }
         bar.inc(1);
         (file, name, detected)
     };

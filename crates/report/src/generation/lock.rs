@@ -49,6 +49,11 @@ pub(super) fn exclusive(root: &Path) -> Result<Exclusive, OutputError> {
     }
 }
 
+/// True if there is a lock, of a command at work or of a killed one.
+pub(super) fn is_left_at(root: &Path) -> bool {
+    root.join(ROOT_LOCK).exists()
+}
+
 impl Drop for Exclusive {
     fn drop(&mut self) {
         // The next owner removes a file that stays.

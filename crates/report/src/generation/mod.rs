@@ -170,6 +170,13 @@ impl Generation {
         }
     }
 
+    /// Removes the added files of a folder.
+    pub(super) fn discard(&self, unit: &str) {
+        if let Some(unit) = self.state().units.iter_mut().find(|one| one.name == unit) {
+            unit.files.clear();
+        }
+    }
+
     /// Sets further fields of a folder's manifest.
     pub(super) fn describe(&self, unit: &str, details: Map<String, Json>) {
         if let Some(unit) = self.state().units.iter_mut().find(|one| one.name == unit) {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs::Metadata;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::journal::{UnitJournal, copy_name};
 use super::manifest::{MANIFEST, Manifest};
@@ -32,8 +32,9 @@ pub(super) fn plan(
     let files: Vec<String> = unit.files.keys().cloned().collect();
     let can_be_exchanged = !unit.name.is_empty() && adopt(&target, &staged, &stale).map_err(failed)?;
     let exchange = if can_be_exchanged { Identity::of(&staged) } else { None };
+    check_moves(&target, &files)?;
     if exchange.is_none() {
-        check_moves(&target, &files)?;
+        check_writable(&target).map_err(failed)?;
     }
     for folder in files.iter().filter_map(|name| Path::new(name).parent()).chain([Path::new("")]) {
         ops::sync_folder(&staged.join(folder)).map_err(failed)?;
@@ -103,16 +104,25 @@ fn have_one_owner(_one: &Metadata, _other: &Metadata) -> bool {
 
 /// Refuses moves that would fail, before anything is moved.
 fn check_moves(target: &Path, files: &[String]) -> Result<(), OutputError> {
+    let refused = |path: PathBuf, kind: io::ErrorKind| Err(OutputError::Write { path, source: kind.into() });
     for path in files.iter().map(|name| target.join(name)).chain([target.join(MANIFEST)]) {
         if path.is_dir() {
-            let source = io::Error::from(io::ErrorKind::IsADirectory);
-            return Err(OutputError::Write { path, source });
+            return refused(path, io::ErrorKind::IsADirectory);
+        }
+        let within = path.ancestors().skip(1).take_while(|folder| folder.starts_with(target));
+        if let Some(file) = within.filter(|folder| folder.exists()).find(|folder| !folder.is_dir()) {
+            return refused(file.to_owned(), io::ErrorKind::NotADirectory);
         }
     }
-    if target.is_dir() {
-        let probe = target.join(copy_name("probe"));
-        let tried = std::fs::write(&probe, b"").and_then(|()| std::fs::remove_file(&probe));
-        return tried.map_err(|source| OutputError::Write { path: target.to_owned(), source });
-    }
     Ok(())
+}
+
+/// Tries to write into a folder, if there is one.
+fn check_writable(target: &Path) -> io::Result<()> {
+    if !target.is_dir() {
+        return Ok(());
+    }
+    let probe = target.join(copy_name("probe"));
+    std::fs::write(&probe, b"")?;
+    std::fs::remove_file(&probe)
 }

@@ -12,7 +12,7 @@ use super::{CLAIMS, OutputError, TEMPORARY, journal_path, ops};
 /// # Errors
 /// [`OutputError`] if a generation cannot be completed or the folder cannot be written.
 pub fn recover(root: &Path) -> Result<(), OutputError> {
-    if entries(root).next().is_none() {
+    if entries(root).next().is_none() && !lock::is_left_at(root) {
         return Ok(());
     }
     let _exclusive = lock::exclusive(root)?;

@@ -262,6 +262,34 @@ fn a_target_that_cannot_be_written_is_an_error_before_anything_changes() {
     verify(root.path());
 }
 
+#[test]
+fn a_file_in_place_of_a_folder_is_an_error_before_anything_changes() {
+    for (file, path) in [("x", "x"), ("x/deep", "x/deep"), ("a", "a")] {
+        let root = folder();
+        let at = root.path().join(file);
+        fs::create_dir_all(at.parent().expect("a folder")).expect("created");
+        fs::write(&at, "user").expect("written");
+        let error = write(root.path(), &[("x/deep/figure", "new"), ("a/trace", "new")]).expect_err("a file");
+        assert!(matches!(&error, OutputError::Write { path: at, .. } if at.ends_with(path)), "{file}: {error}");
+        assert_eq!(files(root.path()), of(&[(file, "user")]));
+    }
+}
+
+#[test]
+fn a_discarded_folder_keeps_its_former_files() {
+    let root = folder();
+    write(root.path(), &[("a/trace", "old"), ("b/trace", "old")]).expect("written");
+    let folder = Destination::new(root.path()).open("run", &["a", "b"]).expect("opened");
+    for name in ["a", "b"] {
+        folder.folder(name).write("trace", b"new").expect("written");
+    }
+    folder.folder("b").discard();
+    folder.commit().expect("stored");
+    drop(folder);
+    assert_eq!(files(root.path()), of(&[("a/trace", "new"), ("b/trace", "old")]));
+    verify(root.path());
+}
+
 #[cfg(unix)]
 #[test]
 fn a_folder_that_is_a_link_stays_one() {
