@@ -129,6 +129,9 @@ pub use trocar_studies::{compare, reference, roc, run, stability_check, sweep};
 
 mod cli;
 mod explore;
+#[cfg(feature = "fuzzing")]
+#[doc(hidden)]
+pub use explore::read_message;
 
 #[doc(hidden)]
 pub use cli::main;

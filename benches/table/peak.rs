@@ -59,19 +59,21 @@ rounds! {
 #[allow(unsafe_code, unused_unsafe, reason = "calling functions that are compiled for an instruction set")]
 fn run(set: InstructionSet) -> usize {
     assert!(set.is_available(), "{set:?}");
-    // SAFETY: the assertion above ensures that the machine has the instructions of the set.
     match set {
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx512 => {
+            // SAFETY: the assertion above ensures that the machine has the instructions of the set.
             black_box(unsafe { rounds_avx512() });
             8
         }
         #[cfg(target_arch = "x86_64")]
         InstructionSet::Avx2 => {
+            // SAFETY: as for AVX-512, by the assertion.
             black_box(unsafe { rounds_avx2() });
             4
         }
         _ => {
+            // SAFETY: every machine has the instructions that the program is compiled for.
             let rounds = black_box(unsafe { rounds_baseline() });
             size_of_val(&rounds[0]) / size_of::<f64>()
         }

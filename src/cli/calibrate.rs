@@ -112,6 +112,7 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
         fastest_harmless_s: args.fastest_harmless_s,
         variance_ratio: args.variance_ratio,
     };
+    let folder = args.output.destination().open("calibrate", &[values.name()])?.folder(values.name());
     let calibration = calibrate(&spec, &request)?;
     let chosen = calibration.rounded_settings();
     let mut calibrated = spec;
@@ -125,7 +126,6 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
     let unread = flags.unread(&values, Reader::Calibration);
     let all = guess.into_iter().chain(unread).chain(document.warnings.iter().cloned());
     warnings.print(&all.map(|warning| warning.of(recording)).collect::<Vec<_>>());
-    let folder = args.output.folder().folder(values.name());
     Finish { output: &args.output, folder, all: false, report: None }.document(&document)?;
     warnings.finish()
 }

@@ -51,13 +51,14 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
     let is_paper_pair = args.scenarios.is_empty();
     let paths = if is_paper_pair { PAPER_PAIR.map(str::to_owned).to_vec() } else { args.scenarios.clone() };
     let scenarios = args.changes.load(&paths)?;
+    let folder = run::open(&args.output.destination(), "compare", &scenarios)?;
     let warnings = Warnings::new(&args.output);
     warnings.print(&seeds_without_effect(&scenarios, args.seeds.unwrap_or(1)));
     let seeds = args.seeds.map(|seeds| over_seeds(&args.output, &scenarios, seeds)).transpose()?;
     let comparison = Comparison::of(scenarios)?;
     let facts = if is_paper_pair { paper_facts(&comparison) } else { None };
     let report = ComparisonReport { comparison: &comparison, facts: facts.as_deref(), seeds: seeds.as_ref() };
-    let (runs, folder, document) = (&comparison.runs, args.output.folder(), report.document());
+    let (runs, document) = (&comparison.runs, report.document());
     run::write_runs(&folder, runs)?;
     warnings.print(&comparison.warnings());
     let again = || {

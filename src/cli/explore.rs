@@ -5,7 +5,7 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use clap::Args;
 
 use super::error::CliError;
-use super::{ScenarioArgs, terminal};
+use super::{ScenarioArgs, interrupt, terminal};
 use crate::explore::{Catalogue, Options, serve};
 use trocar_scenario::Source;
 
@@ -45,6 +45,8 @@ pub(super) fn run(args: &ExploreArgs) -> Result<(), CliError> {
         catalogue: Catalogue::new(Some(&args.scenario)),
         first: Source::parse(&args.scenario).display(),
     };
+    // There is nothing to be stored.
+    interrupt::on_first(|| std::process::exit(i32::from(interrupt::EXIT_CODE)));
     serve(options, |address, query| {
         // A browser cannot open an unspecified address.
         let is_unspecified = address.ip().is_unspecified();

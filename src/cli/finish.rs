@@ -16,6 +16,7 @@ pub(super) struct Finish<'a> {
 }
 
 impl Finish<'_> {
+    /// Adds the files to the folder.
     pub(super) fn write(&self, document: &Document<'_>) -> Result<(), CliError> {
         write_document(&self.folder, document)?;
         if let Some(again) = &self.report {
@@ -24,8 +25,10 @@ impl Finish<'_> {
         Ok(())
     }
 
+    /// Stores the files and prints the document.
     pub(super) fn document(&self, document: &Document<'_>) -> Result<(), CliError> {
         self.write(document)?;
+        self.folder.commit()?;
         if self.output.json { terminal::print(&to_json(&document.json)) } else { self.print(document) }
     }
 

@@ -137,18 +137,17 @@ Examples:
 
 pub(super) fn run(args: &IdentifyArgs) -> Result<(), CliError> {
     let columns = used_columns(args)?;
+    let stem = args.recordings.first().and_then(|first| Path::new(first).file_stem());
+    let name = stem.map_or_else(|| "recording".into(), |stem| stem.to_string_lossy().into_owned());
+    let folder = args.output.destination().open("identify", &[&name])?.folder(&name);
     let stop = Arc::new(AtomicBool::new(false));
     let flag = stop.clone();
-    // If the handler cannot be installed, Ctrl-C ends the process at once.
-    let _ = interrupt::on_first(move || flag.store(true, Ordering::Relaxed));
+    interrupt::on_first(move || flag.store(true, Ordering::Relaxed));
     watch(stop);
     let identified = catch(|| identified(args, &columns)).map_err(|_| CliError::Interrupted { kept: None })??;
     let document = identified.document();
     let warnings = Warnings::new(&args.output);
     warnings.print(&document.warnings);
-    let stem = args.recordings.first().and_then(|first| Path::new(first).file_stem());
-    let name = stem.map_or_else(|| "recording".into(), |stem| stem.to_string_lossy().into_owned());
-    let folder = args.output.folder().folder(&name);
     Finish { output: &args.output, folder, all: false, report: None }.document(&document)?;
     warnings.finish()
 }

@@ -1,10 +1,12 @@
 //! `trocar man`.
 
+use std::path::Path;
+
 use clap::{Args, CommandFactory};
 
 use super::error::CliError;
 use super::{Cli, terminal};
-use trocar_report::Folder;
+use trocar_report::write_file;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -24,15 +26,15 @@ pub(super) fn run(args: &ManArgs) -> Result<(), CliError> {
     let mut command = Cli::command();
     command.build();
     let Some(out) = &args.out else { return terminal::print(&page(command)?) };
-    write_pages(&Folder::new(out), "trocar", command)?;
+    write_pages(out, "trocar", command)?;
     terminal::print(&format!("manual pages: {}\n", out.display()))
 }
 
-fn write_pages(folder: &Folder, name: &str, command: clap::Command) -> Result<(), CliError> {
+fn write_pages(folder: &Path, name: &str, command: clap::Command) -> Result<(), CliError> {
     for inner in command.get_subcommands().filter(|inner| inner.get_name() != "help") {
         write_pages(folder, &format!("{name}-{}", inner.get_name()), inner.clone())?;
     }
-    Ok(folder.write(&format!("{name}.1"), page(command)?.as_bytes())?)
+    Ok(write_file(&folder.join(format!("{name}.1")), page(command)?.as_bytes())?)
 }
 
 fn page(command: clap::Command) -> Result<String, CliError> {

@@ -33,6 +33,7 @@ mod stability;
 mod strategies;
 mod sweep;
 mod terminal;
+mod verify;
 mod warnings;
 mod within;
 
@@ -41,7 +42,7 @@ use std::process::ExitCode;
 use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use error::CliError;
-use trocar_report::Folder;
+use trocar_report::Destination;
 use trocar_scenario::{Scenario, ScenarioError, Source};
 
 /// Simulates needle insertions by bilateral teleoperation, with event-based haptic augmentation.
@@ -183,6 +184,13 @@ enum Command {
     /// with a description of the paper's figure, the differences and their reasons, and the paper's statements beside
     /// the results.
     Paper(paper::PaperArgs),
+    /// Check that folders have the files that trocar wrote, unchanged
+    ///
+    /// Every folder of results has a manifest.json with the size and the SHA-256 of each file. The command compares
+    /// the files of the folder and of its subfolders with it. Files that trocar did not write do not matter. The exit
+    /// code is 1 if a file is missing or changed, and 2 if there is no manifest. The moves of a command that was killed
+    /// are completed first.
+    Verify(verify::VerifyArgs),
     /// Write a commented starter scenario
     ///
     /// A starter is short and valid as written. To override a default, uncomment its line `# key = value`; the value
@@ -232,12 +240,12 @@ struct OutputArgs {
 }
 
 impl OutputArgs {
-    fn folder(&self) -> Folder {
+    fn destination(&self) -> Destination {
         let mut figures = self.figures.style();
         if self.no_figures {
             figures.formats.clear();
         }
-        Folder { figures, ..Folder::new(&self.out) }
+        Destination { figures, ..Destination::new(&self.out) }
     }
 }
 
@@ -277,6 +285,7 @@ impl ScenarioArgs {
 pub fn main() -> ExitCode {
     let matches = help::grouped(Cli::command()).get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    interrupt::begin();
     let result = match cli.command {
         Command::Run(args) => run::run(&args),
         Command::Compare(args) => compare::run(&args),
@@ -299,7 +308,9 @@ pub fn main() -> ExitCode {
         Command::Paper(args) => paper::run(&args),
         Command::Completions(args) => completions::run(&args),
         Command::Man(args) => manual::run(&args),
+        Command::Verify(args) => verify::run(&args),
     };
+    interrupt::wait_for_end();
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => error.report(),

@@ -9,7 +9,7 @@ use super::figure::FigureArgs;
 use super::terminal;
 use trocar_document::Study as _;
 use trocar_report::html::{Again, command_line, document_html};
-use trocar_report::{Folder, document_text, write_document};
+use trocar_report::{Destination, document_text, write_document};
 use trocar_studies::compare::PaperStudy;
 
 const EXAMPLES: &str = "\
@@ -34,9 +34,10 @@ pub(super) struct PaperArgs {
 const PAGE: &str = "paper.html";
 
 pub(super) fn run(args: &PaperArgs) -> Result<(), CliError> {
+    let destination = Destination { figures: args.figures.style(), ..Destination::new(&args.out) };
+    let folder = destination.open("paper", &[""])?;
     let study = PaperStudy::new()?;
     let document = study.document();
-    let folder = Folder { figures: args.figures.style(), ..Folder::new(&args.out) };
     write_document(&folder, &document)?;
     let again = Again {
         command: "trocar paper",
@@ -45,6 +46,7 @@ pub(super) fn run(args: &PaperArgs) -> Result<(), CliError> {
         note: "The page is written by this command.",
     };
     folder.write(PAGE, document_html(&document, &again)?.as_bytes())?;
+    folder.commit()?;
     if !args.quiet {
         let (text, out) = (document_text(&document, false), args.out.display());
         terminal::print(&format!("{text}figures: {out}/figure_NN; page: {out}/{PAGE}\n"))?;

@@ -93,6 +93,7 @@ pub(super) fn run(args: &RocArgs) -> Result<(), CliError> {
         thresholds: args.thresholds as usize,
         within_s: args.within.within_s,
     };
+    let folder = args.output.destination().open("roc", &[""])?;
     let conditions = study.signals.len() * study.noise_std_n.len();
     let cases = usize::try_from(args.seeds).unwrap_or(usize::MAX).saturating_mul(conditions);
     let bar = progress::rated_bar(cases, args.output.quiet);
@@ -105,7 +106,6 @@ pub(super) fn run(args: &RocArgs) -> Result<(), CliError> {
     }
     let document = roc.document(args.seeds);
     warnings.print(&document.warnings);
-    let folder = args.output.folder();
     let again = || Again {
         command: "trocar roc",
         files: vec![],

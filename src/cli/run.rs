@@ -9,13 +9,17 @@ use super::format::FormatArgs;
 use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, progress, report, terminal};
 use trocar_document::{Study as _, to_json};
-use trocar_report::{Folder, write_document};
+use trocar_report::{Destination, Folder, OutputError, write_document};
+use trocar_scenario::Scenario;
 use trocar_studies::run::{Run, run as run_scenario};
 
 const EXAMPLES: &str = "\
 Examples:
   trocar run my.toml
   trocar run layers/skin-augmented --set scaling.force=2 --report";
+
+/// The command that writes the folder of a run, also within a comparison.
+const WRITER: &str = "run";
 
 /// Run scenarios.
 #[derive(Debug, Args)]
@@ -38,18 +42,19 @@ pub(super) struct RunArgs {
 
 pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
     let scenarios = args.changes.load(&args.scenarios)?;
-    let folder = Folder { samples: args.format.formats().to_vec(), ..args.output.folder() };
+    let destination = Destination { samples: args.format.formats().to_vec(), ..args.output.destination() };
     let bar = progress::bar(scenarios.len(), args.output.quiet);
     bar.set_message("running");
     let warnings = Warnings::new(&args.output);
     let mut summaries = vec![];
     for scenario in scenarios {
+        let folder = destination.open(WRITER, &[&scenario.name])?.folder(&scenario.name);
         let run = run_scenario(scenario)?;
         let document = run.document();
-        let written = folder.folder(&run.scenario.name);
         let report = args.report.then(|| report::again("trocar run", std::slice::from_ref(&run), []));
-        let finish = Finish { output: &args.output, folder: written, all: false, report };
+        let finish = Finish { output: &args.output, folder, all: false, report };
         finish.write(&document)?;
+        finish.folder.commit()?;
         bar.inc(1);
         bar.suspend(|| warnings.print(&document.warnings));
         if args.output.json {
@@ -70,6 +75,17 @@ pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
     warnings.finish()
 }
 
+/// Opens the folder of a command with the folders of its runs.
+pub(super) fn open<'a>(
+    destination: &Destination,
+    command: &'static str,
+    scenarios: impl IntoIterator<Item = &'a Scenario>,
+) -> Result<Folder, OutputError> {
+    let names = scenarios.into_iter().map(|scenario| scenario.name.as_str());
+    destination.open(command, &[""].into_iter().chain(names).collect::<Vec<_>>())
+}
+
 pub(super) fn write_runs(folder: &Folder, runs: &[Run]) -> Result<(), CliError> {
-    Ok(runs.par_iter().try_for_each(|run| write_document(&folder.folder(&run.scenario.name), &run.document()))?)
+    let write = |run: &Run| write_document(&folder.folder(&run.scenario.name).by(WRITER), &run.document());
+    Ok(runs.par_iter().try_for_each(write)?)
 }

@@ -2,6 +2,7 @@
 
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser};
+use schemars::JsonSchema;
 use serde_json::Value as Json;
 
 use super::check::CheckedFile;
@@ -13,6 +14,7 @@ use trocar_detect::document::{DetectionFile, DetectionsFile, SignalsFile};
 use trocar_document::{schema_of, to_json};
 use trocar_identify::IdentificationFile;
 use trocar_link::LinkFile;
+use trocar_report::ManifestFile;
 use trocar_scenario::json_schema;
 use trocar_studies::compare::{ComparisonFile, PaperFile, StrategiesFile};
 use trocar_studies::roc::RocFile;
@@ -47,7 +49,8 @@ const KINDS: &[FileKind] = &[
     ("identification", "identification.json of `trocar identify`", schema_of::<IdentificationFile<'_>>),
     ("roc", "roc.json of `trocar roc`", schema_of::<RocFile<'_>>),
     ("sweep", "summary.json of `trocar sweep`", schema_of::<SweepFile<'_>>),
-    ("manifest", "manifest.json of `trocar sweep`", schema_of::<Manifest>),
+    ("manifest", "manifest.json of `trocar sweep`", schema_of::<SweepManifestFile>),
+    ("files", "manifest.json of the other commands", schema_of::<ManifestFile>),
     ("stability", "stability.json of `trocar stability`", schema_of::<StabilityFile<'_>>),
     ("certificate", "certificate.json of `trocar stability`", schema_of::<CertificateFile<'_>>),
     ("link", "summary.json of `trocar link`", schema_of::<LinkFile<'_>>),
@@ -57,6 +60,16 @@ const KINDS: &[FileKind] = &[
 
 const SCENARIO: &str = "scenario";
 const SWEEP: &str = "sweep-file";
+
+/// `manifest.json` of a sweep.
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "describes a file")]
+struct SweepManifestFile {
+    #[schemars(flatten)]
+    files: ManifestFile,
+    #[schemars(flatten)]
+    sweep: Manifest,
+}
 
 /// Print the JSON Schema of a kind of file.
 #[derive(Debug, Args)]

@@ -148,6 +148,7 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     let of_walls = args.z_width.as_ref().map(|range| walls(range)).transpose()?;
     let scenario = args.changes().load(std::slice::from_ref(&args.scenario))?.remove(0);
     let sector = args.tissue.as_ref().map(|range| tissue(range)).transpose()?;
+    let folder = args.output.destination().open("stability", &[&scenario.name])?.folder(&scenario.name);
     let bar = progress::elapsed("analyses the loop and searches for a certificate of its events", args.output.quiet);
     let mut study = StabilityStudy::of(&scenario, (x, y), sector)?;
     bar.finish_and_clear();
@@ -192,7 +193,6 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         line: command(args, &scenario.name),
         note: Again::SAVE,
     };
-    let folder = args.output.folder().folder(&scenario.name);
     Finish { output: &args.output, folder: folder.clone(), all: false, report: args.report.then(again) }
         .document(&document)?;
     let StabilityStudy { map, check, .. } = &study;

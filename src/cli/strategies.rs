@@ -73,11 +73,11 @@ pub(super) fn run(args: &StrategiesArgs) -> Result<(), CliError> {
         patients: args.patients,
         seeds: args.seeds.unwrap_or(SEEDS),
     };
+    let folder = args.output.destination().open("strategies", &[""])?;
     let bar = progress::counter(args.output.quiet);
     bar.set_message("runs");
     let study = StrategyStudy::of(&source, &args.changes.settings, &options, |runs| bar.inc(runs))?;
     bar.finish_and_clear();
-    let folder = args.output.folder();
     Finish { output: &args.output, folder, all: false, report: None }.document(&study.document())
 }
 
@@ -91,7 +91,7 @@ fn schemes(args: &StrategiesArgs, source: &Source) -> Result<(), CliError> {
     let report = SchemeReport { study: &study, seeds: seeds.as_ref() };
     let document = report.document();
     warnings.print(&study.comparison.warnings());
-    let folder = args.output.folder();
+    let folder = run::open(&args.output.destination(), "strategies", &scenarios)?;
     run::write_runs(&folder, runs)?;
     let flags = std::iter::once("--schemes".to_owned()).chain(report::seeds_flag(args.seeds));
     let again = || report::again("trocar strategies", &runs[..1], flags);

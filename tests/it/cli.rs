@@ -34,7 +34,7 @@ fn the_same_scenario_gives_the_same_bytes_and_so_does_its_echo() {
     ]);
     folder.good(&["run", "one/augmented/scenario.toml", "--quiet", "--out", "three"]);
     let one = folder.files("one");
-    assert_eq!(one.len(), 15, "{:?}", one.keys());
+    assert_eq!(one.len(), 16, "{:?}", one.keys());
     for again in ["two", "three"] {
         let again = folder.files(again);
         for (path, content) in &one {
@@ -317,7 +317,9 @@ fn calibrate_lists_only_the_first_of_many_alarms() {
 fn a_calibration_keeps_the_figures_of_a_detection() {
     let folder = TestFolder::new();
     folder.good(&["detect", "builtin:in_vivo_like.csv", "--quiet"]);
-    let before = folder.files("out/in_vivo_like");
+    let mut before = folder.files("out/in_vivo_like");
+    // The manifest lists the files of both.
+    before.remove(Path::new("manifest.json")).expect("written");
     assert!(before.keys().any(|path| path.extension().is_some_and(|extension| extension == "png")));
     let printed = folder.good(&["calibrate", "builtin:in_vivo_like.csv", "--first-s", "5"]);
     let after = folder.files("out/in_vivo_like");
@@ -724,7 +726,7 @@ fn roc_writes_every_point_and_refuses_what_it_cannot_evaluate() {
     assert!(json["characteristics"]["all"][0]["points"][2]["false_alarms_per_minute"].is_null());
     let left = folder.files("out");
     let names: Vec<_> = left.keys().map(|path| path.display().to_string()).collect();
-    assert_eq!(names, ["roc.csv", "roc.json", "roc.png", "roc.svg"]);
+    assert_eq!(names, ["manifest.json", "roc.csv", "roc.json", "roc.png", "roc.svg"]);
     let csv = String::from_utf8(left[Path::new("roc.csv")].clone()).expect("text");
     // A heading, and four thresholds for each of the two detectors: for all conditions together and for the single
     // condition.
@@ -770,7 +772,7 @@ fn an_interrupted_roc_reports_what_it_kept() {
     } else {
         assert!(said.contains("of 1000000 cases are in out"), "{said}");
         assert!(String::from_utf8(output.stdout).expect("text").starts_with("stopped after"));
-        assert_eq!(folder.files("out").len(), 4);
+        assert_eq!(folder.files("out").len(), 5);
     }
 }
 

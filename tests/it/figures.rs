@@ -16,7 +16,7 @@ fn every_figure_of_the_paper_is_a_file_and_the_page_has_the_computed_statements(
             assert!(file.starts_with(start), "{name}");
         }
     }
-    assert_eq!(files.len(), 3 * FIGURES.len() + 2, "{:?}", files.keys());
+    assert_eq!(files.len(), 3 * FIGURES.len() + 3, "{:?}", files.keys());
 
     let page = folder.text("p/paper.html").replace("&#x27;", "'").replace("&#x2f;", "/").replace("&gt;", ">");
     let page = page.replace("&lt;", "<");

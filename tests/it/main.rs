@@ -43,6 +43,7 @@ mod one_loop;
 mod operators;
 mod oracle_trajectories;
 mod other_blas;
+mod output;
 mod packs;
 mod paper;
 mod passive;

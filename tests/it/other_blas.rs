@@ -37,6 +37,7 @@ fn main() {
     let settings = LinearLoop::of(&scenario, TissueRange::spring(200.0, 5.0)).expect("analysed");
     let settings = SwitchingSettings::of(&scenario, settings, (50.0, 600.0)).expect("covered");
     let dwell = Switching::certified_dwell(&settings).expect("analysed");
+    // SAFETY: the test defines both functions without arguments.
     println!("{:?} {:?} {dwell:?}", unsafe { dgemm_() }, unsafe { dpotrf_() });
 }
 "#;

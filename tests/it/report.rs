@@ -160,9 +160,11 @@ fn the_page_is_reproducible_anywhere_and_with_the_command_that_it_states() {
     // The report changes no other file.
     let plain = TestFolder::new();
     plain.good(&given[..4]);
-    let mut files: BTreeMap<_, _> = here.files("out");
-    files.retain(|path, _| !path.ends_with("report.html"));
-    assert!(files == plain.files("out"));
+    let others = |mut files: BTreeMap<std::path::PathBuf, Vec<u8>>| {
+        files.retain(|path, _| !path.ends_with("report.html") && !path.ends_with("manifest.json"));
+        files
+    };
+    assert!(others(here.files("out")) == others(plain.files("out")));
 }
 
 fn columns(text: &str) -> BTreeMap<String, Vec<f64>> {
@@ -328,13 +330,17 @@ fn a_complete_sweep_still_gets_its_page() {
     let sweep = "base = \"base.toml\"\nmetrics = [\"tracking_rmse_m\"]\n[axes]\nscaling.force = [0.5, 1.0, 2.0]\n";
     folder.file("s.toml", sweep);
     folder.good(&["sweep", "s.toml", "--quiet"]);
-    let before = folder.files("out/s");
+    let mut before = folder.files("out/s");
     folder.good(&["sweep", "s.toml", "--quiet", "--report"]);
     let mut after = folder.files("out/s");
     let page = after.remove(std::path::Path::new("report.html")).expect("written");
     is_sound(&String::from_utf8(page.clone()).expect("text"));
     // The page comes with the figures of its cases; the existing files do not change.
     after.retain(|path, _| !path.to_string_lossy().starts_with("cases_"));
+    // The manifest lists the page as well.
+    assert!(
+        before.remove(std::path::Path::new("manifest.json")) != after.remove(std::path::Path::new("manifest.json"))
+    );
     assert!(before == after);
     // The page of joined shards differs only in the command.
     for shard in ["1/2", "2/2"] {

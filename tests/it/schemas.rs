@@ -50,6 +50,8 @@ const PRINTED: &[Case] = &[
 const OTHERS: &[Case] = &[
     ("paper", "paper --quiet", "out/paper/paper.json"),
     ("manifest", "sweep s.toml", "out/s/manifest.json"),
+    ("files", "run x.toml", "out/x/manifest.json"),
+    ("files", "compare x.toml", "out/manifest.json"),
     ("certificate", "stability x.toml --x scaling.force=0.1:4:4 --y channel.delay_s=0:0.1:3", "out/x/certificate.json"),
     ("signals", "detect --list a/two.csv --json", ""),
     ("check", "check x.toml s.toml link/long-delay paper/augmented --json", ""),
@@ -69,7 +71,7 @@ const OPTIONAL: [&str; 10] = [
     "spaces",
     "warnings",
 ];
-const NAMES: [&str; 5] = ["/certificates", "/parameters", "/spaces", "/settings/", "/missed"];
+const NAMES: [&str; 7] = ["/certificates", "/files", "/folders", "/parameters", "/spaces", "/settings/", "/missed"];
 
 fn folder() -> TestFolder {
     let folder = TestFolder::new();

@@ -158,6 +158,7 @@ impl Component {
                 let reference = unsafe { references.add(at).read() };
                 let value =
                     read(instance.get(reference, kind)?).ok_or(InstanceError::NoVariable { kind, reference })?;
+                // SAFETY: as for `references`.
                 unsafe { values.add(at).write(value) };
             }
             Ok(())

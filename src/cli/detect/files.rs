@@ -17,8 +17,11 @@ use trocar_detect::document::{DetectionEntry, DetectionStudy, Detections};
 use trocar_detect::{DetectionReport, Label, detect};
 use trocar_document::Study as _;
 use trocar_report::html::Again;
-use trocar_report::{ColumnFormat, Folder};
+use trocar_report::{ColumnFormat, Destination, Folder};
 use trocar_scenario::{DetectionSpec, Reader, Values};
+
+/// The command in the manifest.
+const WRITER: &str = "detect";
 
 /// The sections of a scenario that affect a detection.
 const SETTINGS: [&str; 6] = ["", "recording", "recording.columns", "recording.scale", "estimator", "detector"];
@@ -34,7 +37,7 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     }
     let labels = labels::given(args, &inputs)?;
     let work: Vec<_> = inputs.into_iter().zip(labels).collect();
-    let out = Folder { samples: args.format.formats().to_vec(), ..args.output.folder() };
+    let out = Destination { samples: args.format.formats().to_vec(), ..args.output.destination() };
     if is_collection(args) {
         return many(args, &out, work);
     }
@@ -46,8 +49,9 @@ fn is_collection(args: &DetectArgs) -> bool {
     args.recordings.len() > 1 || args.recordings.iter().any(|recording| Path::new(recording).is_dir())
 }
 
-fn single(args: &DetectArgs, out: &Folder, input: Input, labels: Option<LabelRows>) -> Result<(), CliError> {
-    let folder = folder_of(out, &input);
+fn single(args: &DetectArgs, out: &Destination, input: Input, labels: Option<LabelRows>) -> Result<(), CliError> {
+    let name = folder_of(&input);
+    let folder = out.open(WRITER, &[&name])?.folder(&name);
     let study = one(args, input, labels)?;
     let document = study.document();
     let warnings = Warnings::new(&args.output);
@@ -73,17 +77,23 @@ fn long_files(folder: &Folder, rows: usize) -> String {
     folder.samples.iter().filter_map(size).collect()
 }
 
-fn many(args: &DetectArgs, out: &Folder, work: Vec<(Input, Option<LabelRows>)>) -> Result<(), CliError> {
+fn many(args: &DetectArgs, out: &Destination, work: Vec<(Input, Option<LabelRows>)>) -> Result<(), CliError> {
+    let names: Vec<String> = work.iter().map(|(input, _)| folder_of(input)).collect();
+    let folders: Vec<&str> = std::iter::once("").chain(names.iter().map(String::as_str)).collect();
+    let out = out.open(WRITER, &folders)?;
     let bar = progress::bar(work.len(), args.output.quiet);
     bar.set_message("detecting");
     let of = |(input, labels): (Input, Option<LabelRows>)| {
-        let (file, name, folder) = (input.given.clone(), input.folder.clone(), folder_of(out, &input));
+        let (file, name, folder) = (input.given.clone(), input.folder.clone(), out.folder(&folder_of(&input)));
         let detected = one(args, input, labels).and_then(|study| {
             let document = study.document();
-            finish(args, folder, &study).write(&document)?;
+            finish(args, folder.clone(), &study).write(&document)?;
             let json = document.json;
             Ok((study.report, json))
         });
+        if detected.is_err() {
+            folder.discard();
+        }
         bar.inc(1);
         (file, name, detected)
     };
@@ -108,7 +118,7 @@ fn many(args: &DetectArgs, out: &Folder, work: Vec<(Input, Option<LabelRows>)>) 
     }
     let detections = Detections { entries };
     let again = args.report.then(|| again(args, vec![], &args.recordings));
-    Finish { output: &args.output, folder: out.clone(), all: false, report: again }.document(&detections.document())?;
+    Finish { output: &args.output, folder: out, all: false, report: again }.document(&detections.document())?;
     if failed > 0 {
         return Err(DetectError::Some { failed, recordings: detections.entries.len(), input_at_fault }.into());
     }
@@ -122,17 +132,17 @@ fn again(args: &DetectArgs, files: Vec<(String, String)>, recordings: &[String])
 
 /// Returns the final output of the detection in one recording.
 fn finish<'a>(args: &'a DetectArgs, folder: Folder, study: &DetectionStudy) -> Finish<'a> {
-    let folder = Folder { samples: args.format.of_rows(study.report.samples).to_vec(), ..folder };
+    let folder = folder.with_samples(args.format.of_rows(study.report.samples).to_vec());
     let name = study.values.name();
     let settings = || vec![(format!("{name}.toml"), study.values.sections_toml(SETTINGS))];
     let report = args.report.then(|| again(args, settings(), std::slice::from_ref(&study.file)));
     Finish { output: &args.output, folder, all: false, report }
 }
 
-fn folder_of(out: &Folder, input: &Input) -> Folder {
-    let folder = out.folder(&input.folder);
+/// Returns the path within the output folder.
+fn folder_of(input: &Input) -> String {
     // A separate folder keeps the summary and the figures of a run of the same scenario.
-    if input.is_scenario() { folder.folder("detection") } else { folder }
+    if input.is_scenario() { format!("{}/detection", input.folder) } else { input.folder.clone() }
 }
 
 fn one(args: &DetectArgs, input: Input, labels: Option<LabelRows>) -> Result<DetectionStudy, CliError> {

@@ -4,7 +4,6 @@ use std::io::{self, ErrorKind, Read};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 
-use crate::cli::error::DetectError;
 use crate::cli::interrupt;
 
 /// Maximum number of bytes per read. The lines of a live rig arrive one by one.
@@ -36,9 +35,8 @@ pub(super) struct StandardInput {
 }
 
 impl StandardInput {
-    /// Starts to read and installs a handler for SIGINT, SIGTERM and SIGHUP. A second signal ends the process at
-    /// once.
-    pub(super) fn open() -> Result<Self, DetectError> {
+    /// Starts to read, and stops at SIGINT, SIGTERM or SIGHUP. A second signal ends the process at once.
+    pub(super) fn open() -> Self {
         let (sender, messages) = sync_channel(CHUNKS);
         let (spare, empty) = sync_channel(CHUNKS + 2);
         let stop = sender.clone();
@@ -46,9 +44,9 @@ impl StandardInput {
             let stop = stop.clone();
             // Send from a new thread: the queue may be full, and the handler must stay free for a second signal.
             thread::spawn(move || stop.send(Message::Stop));
-        })?;
+        });
         thread::spawn(move || read(&sender, &empty));
-        Ok(Self { messages, spare, current: vec![] })
+        Self { messages, spare, current: vec![] }
     }
 
     pub(super) fn next(&mut self) -> Event<'_> {

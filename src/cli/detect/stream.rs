@@ -48,7 +48,7 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     let table = LiveTable::new(NAME, columns);
     let mut session =
         Session { table, detector, rows, every: args.every, warnings, lines: 0, malformed: 0, is_rate_checked: false };
-    let mut source = StandardInput::open()?;
+    let mut source = StandardInput::open();
     let ended = loop {
         let outcome = match source.next() {
             Event::Bytes(bytes) => session.take(bytes),

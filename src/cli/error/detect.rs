@@ -38,8 +38,6 @@ pub(in crate::cli) enum DetectError {
     NoSample { rows: u64 },
     #[error("cannot read standard input: {0}")]
     Stream(std::io::Error),
-    #[error("cannot handle signals: {0}")]
-    Signals(#[from] ctrlc::Error),
 }
 
 #[derive(Debug, Error)]
@@ -76,7 +74,7 @@ impl DetectError {
     pub(in crate::cli) fn is_input(&self) -> bool {
         match self {
             Self::Some { input_at_fault, .. } => *input_at_fault,
-            Self::Stream(_) | Self::Signals(_) => false,
+            Self::Stream(_) => false,
             Self::EmptyFolder { .. }
             | Self::Folder { .. }
             | Self::NoSettings { .. }

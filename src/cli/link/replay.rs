@@ -10,7 +10,7 @@ use crate::cli::{terminal, warnings};
 use trocar_document::Study as _;
 use trocar_engine::engine::Trace;
 use trocar_link::{Difference, Direction, Role, delays_csv, first_difference, read_direction};
-use trocar_report::{Folder, document_text};
+use trocar_report::{Destination, document_text};
 use trocar_scenario::{Scenario, Source};
 use trocar_studies::run::run as run_scenario;
 
@@ -45,7 +45,6 @@ pub(super) struct ReplayArgs {
 }
 
 pub(super) fn run(args: &ReplayArgs) -> Result<(), CliError> {
-    let folder = Folder::new(&args.folder);
     let load = |name: &str| Scenario::load(&Source::Disk(args.folder.join(name)), &[]);
     let of_link = |role: Role, name: &str| read(&args.folder.join(role.word()).join(name));
     // Report missing logs before anything is written.
@@ -61,8 +60,10 @@ pub(super) fn run(args: &ReplayArgs) -> Result<(), CliError> {
     let backward = delays(Role::Master, Direction::Backward)?;
     let forward = delays(Role::Slave, Direction::Forward)?;
     let both = [(Direction::Forward, forward.as_slice()), (Direction::Backward, backward.as_slice())];
+    let folder = Destination::new(&args.folder).open("link replay", &[""])?;
     folder.write("delays.csv", delays_csv(&both, &scenario.grid).as_bytes())?;
     folder.write("replay.toml", REPLAY.as_bytes())?;
+    folder.commit()?;
 
     let replay = run_scenario(load("replay.toml")?)?;
     if !args.quiet {

@@ -17,7 +17,7 @@ use trocar_link::{
     Calling, Direction, Greeted, Key, Lateness, MasterEnd, Role, SideSummary, Silence, SlaveEnd, Trips, Waiting,
     delays_csv, fingerprint,
 };
-use trocar_report::{Folder, document_text, write_document};
+use trocar_report::{Destination, Folder, document_text, write_document};
 use trocar_scenario::{Scenario, Source};
 use trocar_studies::run::{RunError, trace_table};
 
@@ -39,6 +39,7 @@ struct Side<'a> {
     stop: &'static AtomicBool,
     /// The operator at the page, if the pointer leads the master.
     pointer: Option<Pointer>,
+    folder: Folder,
 }
 
 pub(super) fn master(args: &MasterArgs) -> Result<(), CliError> {
@@ -58,6 +59,7 @@ pub(super) fn master(args: &MasterArgs) -> Result<(), CliError> {
         SocketAddr::V4(_) => "0.0.0.0:0",
         SocketAddr::V6(_) => "[::]:0",
     };
+    let folder = folder(&args.side, &scenario, Role::Master)?;
     let socket = address::bound(address::resolved(any_port)?)?;
     let stop = interrupt::stop_flag();
     let pointer = if args.pointer { Some(Pointer::open(&scenario, args)?) } else { None };
@@ -66,7 +68,17 @@ pub(super) fn master(args: &MasterArgs) -> Result<(), CliError> {
     }
     let proxy = if args.proxy { Some(Running::start(&scenario, slave, args.side.realtime)?) } else { None };
     let to = proxy.as_ref().map_or(slave, |proxy| proxy.address);
-    let side = Side { args: &args.side, role: Role::Master, key, scenario, socket, clock: Clock::new(), stop, pointer };
+    let side = Side {
+        args: &args.side,
+        role: Role::Master,
+        key,
+        scenario,
+        socket,
+        clock: Clock::new(),
+        stop,
+        pointer,
+        folder,
+    };
     let greeted = side.call(to, args)?;
     side.run(&greeted, to, proxy)
 }
@@ -76,6 +88,7 @@ pub(super) fn slave(args: &SlaveArgs) -> Result<(), CliError> {
     let listen = address::resolved(&args.listen)?;
     let key = address::key(args.side.key_file.as_deref(), listen)?;
     scenario.slave_side()?;
+    let folder = folder(&args.side, &scenario, Role::Slave)?;
     let socket = address::bound(listen)?;
     let at = socket.local_addr().unwrap_or(listen);
     if !args.side.quiet {
@@ -90,6 +103,7 @@ pub(super) fn slave(args: &SlaveArgs) -> Result<(), CliError> {
         clock: Clock::new(),
         stop: interrupt::stop_flag(),
         pointer: None,
+        folder,
     };
     let (greeted, master) = side.wait()?;
     side.run(&greeted, master, None)
@@ -97,6 +111,11 @@ pub(super) fn slave(args: &SlaveArgs) -> Result<(), CliError> {
 
 fn load(args: &SideArgs) -> Result<Scenario, CliError> {
     Ok(Scenario::load(&Source::parse(&args.scenario), &args.settings)?)
+}
+
+fn folder(args: &SideArgs, scenario: &Scenario, role: Role) -> Result<Folder, CliError> {
+    let name = format!("{}/{}", scenario.name, role.word());
+    Ok(Destination::new(&args.out).open("link", &[&name])?.folder(&name))
 }
 
 /// Returns true if the channel of a scenario has any effect.
@@ -309,7 +328,6 @@ impl Side<'_> {
     }
 
     fn write(&self, end: &End, summary: &SideSummary) -> Result<PathBuf, CliError> {
-        let folder = Folder::new(&self.args.out).folder(&self.scenario.name).folder(self.role.word());
         let (columns, direction) = match self.role {
             Role::Master => (MasterEnd::COLUMNS, Direction::Backward),
             Role::Slave => (SlaveEnd::COLUMNS, Direction::Forward),
@@ -328,8 +346,9 @@ impl Side<'_> {
                 file("scenario.toml", Pointer::logged(&self.scenario.name));
             }
         }
-        write_document(&Folder { samples, ..folder.clone() }, &document)?;
-        let files = folder.path;
+        write_document(&self.folder.with_samples(samples), &document)?;
+        self.folder.commit()?;
+        let files = self.folder.path.clone();
         if self.args.json {
             terminal::print(&to_json(&document.json))?;
         } else if !self.args.quiet {

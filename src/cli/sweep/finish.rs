@@ -2,7 +2,7 @@
 
 use std::io;
 
-use super::{MANIFEST, Manifest, SWEEP, manifest_json, terminal};
+use super::{Manifest, SWEEP, stored, terminal};
 use crate::cli::OutputArgs;
 use crate::cli::error::CliError;
 use crate::cli::figure;
@@ -26,8 +26,7 @@ pub(super) struct Whole<'a> {
     pub(super) printed: Vec<Warning>,
 }
 
-/// Writes the tables, the findings and the figures, and prints the summary. The manifest is last, so an interruption
-/// loses nothing.
+/// Writes the tables, the findings and the figures, and prints the summary.
 pub(super) fn finish(
     folder: &Folder,
     whole: Whole<'_>,
@@ -71,7 +70,8 @@ fn write(folder: &Folder, whole: Whole<'_>, output: &OutputArgs, warnings: &Warn
     let (tables, summary) = rayon::join(tables, summary);
     tables?;
     warnings.print(&summary?);
-    folder.write(MANIFEST, manifest_json(&Manifest { is_complete: true, ..manifest }).as_bytes())?;
+    folder.describe(stored::details(&Manifest { is_complete: true, ..manifest }));
+    folder.commit()?;
     report(folder, output, "files")?;
     if line.is_some() && !output.quiet && !output.json { page::print_path(folder) } else { Ok(()) }
 }
@@ -100,8 +100,8 @@ fn figures(folder: &Folder) -> String {
 
 fn kept(error: CliError) -> CliError {
     match error {
-        CliError::Output(OutputError { path, source })
-        | CliError::Picture(PictureError::Write(OutputError { path, source })) => {
+        CliError::Output(OutputError::Write { path, source })
+        | CliError::Picture(PictureError::Write(OutputError::Write { path, source })) => {
             CliError::Sweep(SweepError::Io { path, source })
         }
         other => other,

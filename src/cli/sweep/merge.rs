@@ -5,11 +5,13 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::finish::{Whole, finish};
-use super::{MANIFEST, Manifest, OutputArgs, is_complete};
+use super::stored::Stored;
+use super::{Manifest, OutputArgs, WRITER};
 use crate::cli::error::CliError;
 use crate::cli::report as page;
 use crate::cli::warnings::Warnings;
 use trocar_report::html::command_line;
+use trocar_report::{Destination, MANIFEST};
 use trocar_studies::sweep::{Joined, SweepError, join};
 
 const EXAMPLES: &str = "\
@@ -36,8 +38,10 @@ pub(super) fn run(args: &MergeArgs) -> Result<(), CliError> {
         folders.extend(shards(folder)?);
     }
     let Joined { design, canonical, hash, rows } = join(&folders)?;
-    let folder = args.output.folder().folder(&design.name);
-    is_complete(&folder, &canonical)?;
+    let path = args.output.destination().path.join(&design.name);
+    let folder = Destination { path, ..args.output.destination() }.open(WRITER, &[""])?;
+    // Another sweep in this folder is an error.
+    Stored::of(&folder.path, &canonical, &hash)?;
     let manifest = Manifest {
         trocar_version: env!("CARGO_PKG_VERSION").to_owned(),
         sweep_sha256: hash,

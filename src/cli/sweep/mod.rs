@@ -3,23 +3,29 @@
 mod finish;
 mod help;
 mod merge;
+mod stored;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use clap::{Args, Subcommand};
 use rayon::prelude::*;
 
 use self::finish::{Whole, finish, report};
+use self::stored::Stored;
 use super::error::CliError;
 use super::warnings::Warnings;
 use super::{OutputArgs, interrupt, progress, report as page, terminal};
-use trocar_report::Folder;
+use trocar_document::{json_of, to_json};
 use trocar_report::html::command_line;
+use trocar_report::{Destination, Folder, write_file};
 use trocar_scenario::{Scenario, Source};
 use trocar_studies::run::seeds_without_effect;
 use trocar_studies::sweep::{
-    CASES, Execution, LoopOfCase, MANIFEST, Manifest, Part, Plan, Progress, Rows, SWEEP, Shard, SweepError, execute,
+    CASES, Execution, LoopOfCase, Manifest, Part, Plan, Progress, Rows, SWEEP, Shard, execute,
 };
+
+/// The command in the manifest.
+const WRITER: &str = "sweep";
 
 /// Estimated time, in s, above which a sweep requires `--yes`.
 const MAX_UNASKED_S: f64 = 3600.0;
@@ -95,8 +101,9 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
         return terminal::print(&plan.scenario(case)?.echo());
     }
     let shard = args.shard.unwrap_or(Shard::WHOLE);
-    let of_sweep = args.output.folder().folder(&plan.design.name);
-    let folder = if shard.is_whole() { of_sweep.clone() } else { of_sweep.folder(&shard.folder()) };
+    let of_sweep = args.output.destination().path.join(&plan.design.name);
+    let path = if shard.is_whole() { of_sweep.clone() } else { of_sweep.join(shard.folder()) };
+    let folder = Destination { path, ..args.output.destination() }.open(WRITER, &[""])?;
     let layout = plan.layout(shard);
     let first = cases.min(layout.packs.start * trocar_studies::sweep::PACK_CASES);
     let manifest = Manifest {
@@ -107,16 +114,20 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
         is_complete: false,
     };
     if args.overwrite {
-        remove_another(&folder, plan.canonical());
+        stored::remove_another(&folder.path, plan.canonical())?;
     }
+    let stored = Stored::of(&folder.path, plan.canonical(), &manifest.sweep_sha256)?;
     // The data of the charts are not stored, so a complete sweep without a report runs again, with identical results.
-    let lacks_report = args.report && !folder.path.join(page::FILE).is_file();
-    if is_complete(&folder, plan.canonical())? && !lacks_report {
+    let lacks_report = args.report && !stored.has_report();
+    if stored.is_complete() && !lacks_report {
         if shard.is_whole() {
             // The previous process ended before it removed the packs.
             drop_packs(&folder);
         }
         return report(&folder, &args.output, "already complete");
+    }
+    if !args.output.quiet {
+        stored.print_differences();
     }
     let warnings = Warnings::new(&args.output);
     let ends = [plan.scenario(0)?, plan.scenario(cases.saturating_sub(1))?];
@@ -124,11 +135,10 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
     let printed = if is_quiet { seeds_without_effect(&ends[..1], plan.design.seeds) } else { vec![] };
     warnings.print(&printed);
     announce(args, &plan, manifest.part.1 - manifest.part.0)?;
-    folder.write(SWEEP, plan.canonical().as_bytes())?;
+    write_file(&folder.path.join(SWEEP), plan.canonical().as_bytes())?;
     let part = Part::open(&folder.path.join(CASES), layout)?;
     // From here on this process owns the folder.
-    folder.remove_leftovers();
-    folder.write(MANIFEST, manifest_json(&manifest).as_bytes())?;
+    stored.begin(&folder.path, &manifest)?;
     let (done, all) = (run_part(args, &plan, &part)?, part.layout().part_cases());
     if done < all {
         let kept =
@@ -139,7 +149,7 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
         return shard_done(args, &of_sweep, &manifest);
     }
     let (design, canonical) = (&plan.design, plan.canonical());
-    let line = args.report.then(|| {
+    let line = (args.report || stored.has_report()).then(|| {
         let words = ["sweep".to_owned(), page::shown(file)].into_iter().chain(page::set_flags(&args.settings));
         command_line(words.chain(["--report".to_owned()]))
     });
@@ -214,42 +224,12 @@ fn run_part(args: &SweepArgs, plan: &Plan, part: &Part) -> Result<u64, CliError>
     Ok(done?)
 }
 
-fn remove_another(folder: &Folder, canonical: &str) {
-    if std::fs::read_to_string(folder.path.join(SWEEP)).is_ok_and(|existing| existing != canonical) {
-        for file in [MANIFEST, CASES, SWEEP] {
-            // A file may be missing already. The sweep file goes last, so that an interruption is harmless.
-            let _ = std::fs::remove_file(folder.path.join(file));
-        }
-    }
-}
-
-/// True if a folder contains this sweep, complete; another sweep there is an error.
-fn is_complete(folder: &Folder, canonical: &str) -> Result<bool, CliError> {
-    let Ok(existing) = std::fs::read_to_string(folder.path.join(SWEEP)) else { return Ok(false) };
-    if existing != canonical {
-        let difference = trocar_studies::sweep::difference(&existing, canonical);
-        return Err(SweepError::Changed { folder: folder.path.to_owned(), difference }.into());
-    }
-    Ok(read_manifest(&folder.path).is_some_and(|manifest| manifest.is_complete))
-}
-
-fn read_manifest(folder: &Path) -> Option<Manifest> {
-    serde_json::from_str(&std::fs::read_to_string(folder.join(MANIFEST)).ok()?).ok()
-}
-
-fn manifest_json(manifest: &Manifest) -> String {
-    // Serialising numbers and strings does not fail.
-    let mut text = serde_json::to_string_pretty(manifest).unwrap_or_default();
-    text.push('\n');
-    text
-}
-
-fn shard_done(args: &SweepArgs, of_sweep: &Folder, manifest: &Manifest) -> Result<(), CliError> {
+fn shard_done(args: &SweepArgs, of_sweep: &Path, manifest: &Manifest) -> Result<(), CliError> {
     if args.output.json {
-        return terminal::print(&manifest_json(manifest));
+        return terminal::print(&to_json(&json_of(manifest)));
     }
     let (first, end) = manifest.part;
-    let folder: PathBuf = of_sweep.path.join("shard-*");
+    let folder = of_sweep.join("shard-*");
     let text = format!(
         "{} of {} cases complete; after all shards: trocar sweep merge {}\n",
         end - first,

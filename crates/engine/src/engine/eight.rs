@@ -8,6 +8,15 @@ use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use trocar_core::lane::{LANES, Lane, Mask};
 
+/// Calls an intrinsic of an instruction set.
+macro_rules! intrinsic {
+    ($arch:ident::$name:ident($($argument:expr),*)) => {
+        // SAFETY: `trocar-studies` creates these numbers only for packs of runs, after a check that the machine has
+        // the instructions. The intrinsics have no other condition.
+        unsafe { $arch::$name($($argument),*) }
+    };
+}
+
 /// Defines a number and a mask of eight lanes by the intrinsics of a module, in the listed parts.
 macro_rules! eight {
     ($(#[$doc:meta])* $Number:ident, $Truth:ident, $arch:ident, $count:literal: $($part:literal)*) => {
@@ -21,8 +30,6 @@ macro_rules! eight {
         pub struct $Truth([$arch::Truth; $count]);
 
         #[allow(unsafe_code, unused_unsafe, reason = "intrinsics; such a number is built only after a check for the instructions")]
-        // SAFETY, for the whole block: `trocar-studies` creates these numbers only for packs of runs, after a check
-        // that the machine has the instructions. The intrinsics have no other condition.
         const _: () = {
             impl $Number {
                 #[inline(always)]
@@ -32,7 +39,7 @@ macro_rules! eight {
                 }
                 #[inline(always)]
                 fn from_array(lanes: [f64; LANES]) -> Self {
-                    // SAFETY: as above; any bits are a valid double.
+                    // SAFETY: the parts consist of exactly eight doubles, and any bits are a valid double.
                     Self(unsafe { core::mem::transmute::<[f64; LANES], [$arch::Vector; $count]>(lanes) })
                 }
             }
@@ -40,67 +47,67 @@ macro_rules! eight {
                 type Output = Self;
                 #[inline(always)]
                 fn add(self, other: Self) -> Self {
-                    Self([$(unsafe { $arch::add(self.0[$part], other.0[$part]) }),*])
+                    Self([$(intrinsic!($arch::add(self.0[$part], other.0[$part]))),*])
                 }
             }
             impl Sub for $Number {
                 type Output = Self;
                 #[inline(always)]
                 fn sub(self, other: Self) -> Self {
-                    Self([$(unsafe { $arch::sub(self.0[$part], other.0[$part]) }),*])
+                    Self([$(intrinsic!($arch::sub(self.0[$part], other.0[$part]))),*])
                 }
             }
             impl Mul for $Number {
                 type Output = Self;
                 #[inline(always)]
                 fn mul(self, other: Self) -> Self {
-                    Self([$(unsafe { $arch::mul(self.0[$part], other.0[$part]) }),*])
+                    Self([$(intrinsic!($arch::mul(self.0[$part], other.0[$part]))),*])
                 }
             }
             impl Div for $Number {
                 type Output = Self;
                 #[inline(always)]
                 fn div(self, other: Self) -> Self {
-                    Self([$(unsafe { $arch::div(self.0[$part], other.0[$part]) }),*])
+                    Self([$(intrinsic!($arch::div(self.0[$part], other.0[$part]))),*])
                 }
             }
             impl Neg for $Number {
                 type Output = Self;
                 #[inline(always)]
                 fn neg(self) -> Self {
-                    Self([$(unsafe { $arch::neg(self.0[$part]) }),*])
+                    Self([$(intrinsic!($arch::neg(self.0[$part]))),*])
                 }
             }
             impl BitAnd for $Truth {
                 type Output = Self;
                 #[inline(always)]
                 fn bitand(self, other: Self) -> Self {
-                    Self([$(unsafe { $arch::and(self.0[$part], other.0[$part]) }),*])
+                    Self([$(intrinsic!($arch::and(self.0[$part], other.0[$part]))),*])
                 }
             }
             impl BitOr for $Truth {
                 type Output = Self;
                 #[inline(always)]
                 fn bitor(self, other: Self) -> Self {
-                    Self([$(unsafe { $arch::or(self.0[$part], other.0[$part]) }),*])
+                    Self([$(intrinsic!($arch::or(self.0[$part], other.0[$part]))),*])
                 }
             }
             impl Not for $Truth {
                 type Output = Self;
                 #[inline(always)]
                 fn not(self) -> Self {
-                    Self([$(unsafe { $arch::not(self.0[$part]) }),*])
+                    Self([$(intrinsic!($arch::not(self.0[$part]))),*])
                 }
             }
             impl Mask for $Truth {
                 #[inline(always)]
                 fn splat(value: bool) -> Self {
-                    Self([unsafe { $arch::truth(value) }; $count])
+                    Self([intrinsic!($arch::truth(value)); $count])
                 }
                 #[inline(always)]
                 fn any(self) -> bool {
                     let mut bits = 0;
-                    $(bits |= unsafe { $arch::bits(self.0[$part]) };)*
+                    $(bits |= intrinsic!($arch::bits(self.0[$part]));)*
                     bits != 0
                 }
                 #[inline(always)]
@@ -110,7 +117,7 @@ macro_rules! eight {
                 #[inline(always)]
                 fn lane(self, index: usize) -> bool {
                     let each = LANES / $count;
-                    unsafe { $arch::bits(self.0[index / each]) >> (index % each) & 1 == 1 }
+                    intrinsic!($arch::bits(self.0[index / each])) >> (index % each) & 1 == 1
                 }
             }
             impl Lane for $Number {
@@ -119,7 +126,7 @@ macro_rules! eight {
 
                 #[inline(always)]
                 fn splat(value: f64) -> Self {
-                    Self([unsafe { $arch::splat(value) }; $count])
+                    Self([intrinsic!($arch::splat(value)); $count])
                 }
                 #[inline(always)]
                 fn lane(self, index: usize) -> f64 {
@@ -147,31 +154,31 @@ macro_rules! eight {
                 }
                 #[inline(always)]
                 fn abs(self) -> Self {
-                    Self([$(unsafe { $arch::abs(self.0[$part]) }),*])
+                    Self([$(intrinsic!($arch::abs(self.0[$part]))),*])
                 }
                 #[inline(always)]
                 fn sqrt(self) -> Self {
-                    Self([$(unsafe { $arch::sqrt(self.0[$part]) }),*])
+                    Self([$(intrinsic!($arch::sqrt(self.0[$part]))),*])
                 }
                 #[inline(always)]
                 fn min(self, other: Self) -> Self {
-                    Self([$(unsafe { $arch::min(self.0[$part], other.0[$part]) }),*])
+                    Self([$(intrinsic!($arch::min(self.0[$part], other.0[$part]))),*])
                 }
                 #[inline(always)]
                 fn max(self, other: Self) -> Self {
-                    Self([$(unsafe { $arch::max(self.0[$part], other.0[$part]) }),*])
+                    Self([$(intrinsic!($arch::max(self.0[$part], other.0[$part]))),*])
                 }
                 #[inline(always)]
                 fn lt(self, other: Self) -> $Truth {
-                    $Truth([$(unsafe { $arch::lt(self.0[$part], other.0[$part]) }),*])
+                    $Truth([$(intrinsic!($arch::lt(self.0[$part], other.0[$part]))),*])
                 }
                 #[inline(always)]
                 fn le(self, other: Self) -> $Truth {
-                    $Truth([$(unsafe { $arch::le(self.0[$part], other.0[$part]) }),*])
+                    $Truth([$(intrinsic!($arch::le(self.0[$part], other.0[$part]))),*])
                 }
                 #[inline(always)]
                 fn select(mask: $Truth, chosen: Self, otherwise: Self) -> Self {
-                    Self([$(unsafe { $arch::select(mask.0[$part], chosen.0[$part], otherwise.0[$part]) }),*])
+                    Self([$(intrinsic!($arch::select(mask.0[$part], chosen.0[$part], otherwise.0[$part]))),*])
                 }
             }
         };

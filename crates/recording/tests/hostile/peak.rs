@@ -22,16 +22,19 @@ fn add(size: isize) {
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         add(layout.size() as isize);
+        // SAFETY: the caller keeps the contract of `alloc`.
         unsafe { System.alloc(layout) }
     }
     unsafe fn realloc(&self, old: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         // The system moves large blocks without a copy.
         add(-(layout.size() as isize));
         add(size as isize);
+        // SAFETY: the caller keeps the contract of `realloc`; `old` comes from the same allocator.
         unsafe { System.realloc(old, layout, size) }
     }
     unsafe fn dealloc(&self, old: *mut u8, layout: Layout) {
         add(-(layout.size() as isize));
+        // SAFETY: the caller keeps the contract of `dealloc`; `old` comes from the same allocator.
         unsafe { System.dealloc(old, layout) }
     }
 }

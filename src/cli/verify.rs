@@ -1,0 +1,94 @@
+//! `trocar verify`.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::error::CliError;
+use super::terminal;
+use trocar_document::counted;
+use trocar_report::{Difference, MANIFEST, Manifest, ManifestError, recover};
+
+const EXAMPLES: &str = "\
+Examples:
+  trocar verify out
+  trocar verify out/classical";
+
+/// Levels of subfolders that are searched for manifests.
+const DEPTH: usize = 4;
+
+/// Check folders against their manifests.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct VerifyArgs {
+    /// Folders with a manifest.json, or with subfolders that have one
+    #[arg(required = true, value_name = "DIR")]
+    folders: Vec<PathBuf>,
+    /// Print errors only
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+pub(super) fn run(args: &VerifyArgs) -> Result<(), CliError> {
+    let mut differences = 0;
+    for folder in &args.folders {
+        let inside = folder.canonicalize().ok().and_then(|path| Some(path.parent()?.to_owned()));
+        for root in [Some(folder.clone()), inside].into_iter().flatten() {
+            recover(&root)?;
+        }
+        let mut folders = vec![];
+        find(folder, DEPTH, &mut folders);
+        if folders.is_empty() {
+            return Err(CliError::NoManifest { folder: folder.display().to_string() });
+        }
+        let loose = files_of(folder);
+        if loose > 0 && !args.quiet && !folder.join(MANIFEST).exists() {
+            let (folder, files) = (folder.display(), counted(loose, "file"));
+            anstream::eprintln!("note: {folder} has no {MANIFEST}: {files} directly in it cannot be compared");
+        }
+        for folder in folders {
+            let (files, found) = compare(&folder);
+            for difference in &found {
+                anstream::eprintln!("error: {}: {difference}", folder.display());
+            }
+            differences += found.len();
+            if !args.quiet && found.is_empty() {
+                terminal::print(&format!("{}: {} unchanged\n", folder.display(), counted(files as u64, "file")))?;
+            }
+        }
+    }
+    if differences > 0 { Err(CliError::Differences { count: differences }) } else { Ok(()) }
+}
+
+/// Finds the folders with a manifest.
+fn find(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) {
+    if folder.join(MANIFEST).exists() {
+        found.push(folder.to_owned());
+    }
+    if depth == 0 {
+        return;
+    }
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let folders = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_dir()));
+    let mut folders: Vec<PathBuf> = folders.map(|entry| entry.path()).collect();
+    folders.sort();
+    folders.iter().for_each(|folder| find(folder, depth - 1, found));
+}
+
+/// Returns the number of files directly in a folder.
+fn files_of(folder: &Path) -> u64 {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file())).count() as u64
+}
+
+/// Returns the number of files and the differences of a folder.
+fn compare(folder: &Path) -> (usize, Vec<String>) {
+    match Manifest::read(folder) {
+        Ok(manifest) => {
+            let found: Vec<String> = manifest.differences(folder).iter().map(Difference::to_string).collect();
+            (manifest.files.len(), found)
+        }
+        Err(ManifestError::Missing { .. }) => (0, vec![format!("{MANIFEST} is missing")]),
+        Err(ManifestError::Damaged { reason, .. }) => (0, vec![format!("{MANIFEST} is damaged: {reason}")]),
+    }
+}
