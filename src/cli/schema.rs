@@ -15,6 +15,7 @@ use trocar_identify::IdentificationFile;
 use trocar_link::LinkFile;
 use trocar_scenario::json_schema;
 use trocar_studies::compare::{ComparisonFile, PaperFile, StrategiesFile};
+use trocar_studies::design::DesignResultFile;
 use trocar_studies::roc::RocFile;
 use trocar_studies::run::RunFile;
 use trocar_studies::stability_check::{CertificateFile, StabilityFile};
@@ -47,6 +48,7 @@ const KINDS: &[FileKind] = &[
     ("identification", "identification.json of `trocar identify`", schema_of::<IdentificationFile<'_>>),
     ("roc", "roc.json of `trocar roc`", schema_of::<RocFile<'_>>),
     ("sweep", "summary.json of `trocar sweep`", schema_of::<SweepFile<'_>>),
+    ("design", "design.json of `trocar design`", schema_of::<DesignResultFile<'_>>),
     ("manifest", "manifest.json of `trocar sweep`", schema_of::<Manifest>),
     ("stability", "stability.json of `trocar stability`", schema_of::<StabilityFile<'_>>),
     ("certificate", "certificate.json of `trocar stability`", schema_of::<CertificateFile<'_>>),

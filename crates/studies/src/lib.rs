@@ -6,6 +6,7 @@
 
 pub mod animation;
 pub mod compare;
+pub mod design;
 pub mod fmu;
 pub mod reference;
 pub mod roc;
