@@ -15,7 +15,7 @@ use trocar_identify::IdentificationFile;
 use trocar_link::LinkFile;
 use trocar_scenario::json_schema;
 use trocar_studies::compare::{ComparisonFile, PaperFile, StrategiesFile};
-use trocar_studies::design::DesignResultFile;
+use trocar_studies::design::{DesignResultFile, design_schema};
 use trocar_studies::roc::RocFile;
 use trocar_studies::run::RunFile;
 use trocar_studies::stability_check::{CertificateFile, StabilityFile};
@@ -33,6 +33,7 @@ type FileKind = (&'static str, &'static str, fn() -> Json);
 const KINDS: &[FileKind] = &[
     (SCENARIO, "Scenario files", json_schema),
     (SWEEP, "Sweep files", sweep_schema),
+    ("design-file", "Design files", design_schema),
     ("run", "summary.json of `trocar run`; --json prints a list for several scenarios", schema_of::<RunFile<'_>>),
     (
         "comparison",

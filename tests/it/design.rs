@@ -3,6 +3,7 @@
 use std::process::{Child, Stdio};
 use std::time::Duration;
 
+use crate::support;
 use crate::support::test_folder::TestFolder;
 
 /// A short insertion with one event, numbers and choices, two objectives, and every kind of constraint.
@@ -106,6 +107,32 @@ fn a_design_killed_five_times_continues_to_the_same_bytes() {
     let again = folder.trocar(&["design", "small.toml", "--no-figures"]);
     assert!(again.err.contains("continuing after generation 6 of 6"), "{}", again.err);
     same(&folder, "undisturbed/small", "out/small");
+}
+
+#[test]
+fn an_interrupted_design_says_what_is_kept() {
+    let folder = designs();
+    folder.file("small.toml", SMALL.replace("generations = 6", "generations = 5000"));
+    let mut child = folder.command(&["design", "small.toml", "--no-figures"]);
+    let child = child.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("begun");
+    let state = folder.path("out/small/search.json");
+    while !state.exists() {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let sent = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("sent");
+    assert!(sent.success());
+    let output = child.wait_with_output().expect("ended");
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(130), "{message}");
+    assert!(message.contains("of 5000 generations are kept in out/small; run the same command"), "{message}");
+}
+
+#[test]
+fn the_shipped_designs_are_valid() {
+    let folder = TestFolder::new();
+    let liver = support::file("designs/liver.toml");
+    let text = folder.good(&["check", liver.to_str().expect("a path")]);
+    assert!(text.contains("liver: valid design"), "{text}");
 }
 
 #[test]

@@ -61,8 +61,8 @@ impl Stages<'_> {
         let bar = progress::counter(self.quiet || self.problem.goals.certified.is_none());
         bar.set_message("certificates");
         loop {
-            let (front, needed) = certification.front(state)?;
-            if needed.is_empty() {
+            let (front, is_open) = certification.front(state)?;
+            if !is_open {
                 bar.finish_and_clear();
                 return Ok(front);
             }
@@ -71,8 +71,7 @@ impl Stages<'_> {
                 return Err(interrupted(self.folder, "the search and the certificates so far are"));
             }
             // As many at once as there are threads, so that an interruption loses little.
-            let first = &needed[..needed.len().min(rayon::current_num_threads())];
-            certification.certify(state, first, &|| bar.inc(1))?;
+            certification.certify(state, &front.shown, rayon::current_num_threads(), &|| bar.inc(1))?;
             self.store(state)?;
         }
     }

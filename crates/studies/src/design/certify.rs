@@ -1,10 +1,12 @@
 //! The certificate of a candidate for all patients and persons.
 //!
 //! Patients whose machines, arms and delays are equal share a certificate: its tissue has every stiffness and damping of
-//! their tissues. It is stronger than the certificates of single patients. A certificate is stored under all that it
-//! depends on, so another candidate with the same events does not need another search.
+//! their tissues. It is stronger than the certificates of single patients. Designs that differ in the duration of the hold
+//! alone share a certificate over all of their durations, if there is one. A certificate is stored under all that it depends
+//! on, so another candidate with the same events does not need another search.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::sync::{Mutex, PoisonError};
 
 use super::nsga::{knee, spread};
 use super::population::Population;
@@ -14,6 +16,7 @@ use crate::run::RunError;
 use crate::stability_check::tissue_range;
 use crate::sweep::sha256;
 use trocar_base::parallel::{map, try_map};
+use trocar_core::augmentation::{AugmentationSettings, AutomatonSettings, Reengage};
 use trocar_scenario::{Scenario, Value};
 use trocar_stability::{LinearLoop, Peaks, SwitchingSettings, TissueRange, TissueSource, VaryingDelays, left_out};
 
@@ -41,21 +44,23 @@ pub struct Front {
 pub struct Certification<'a> {
     problem: &'a Problem,
     populations: Vec<&'a Population>,
+    /// The loops of candidates, by the bits of their coordinates.
+    known: Mutex<HashMap<Vec<u64>, Loops>>,
 }
 
 impl<'a> Certification<'a> {
     /// Certificates must cover the patients of all these populations.
     #[must_use]
     pub fn new(problem: &'a Problem, populations: Vec<&'a Population>) -> Self {
-        Self { problem, populations }
+        Self { problem, populations, known: Mutex::default() }
     }
 
-    /// The front as far as certificates are known, and the candidates whose certificates are needed next; none if the
-    /// front is final. `uncertified` has the candidates without a certificate so far.
+    /// The front as far as certificates are known, and true if certificates of its designs are still needed.
+    /// `uncertified` has the candidates without a certificate so far.
     ///
     /// # Errors
     /// [`RunError`] of a candidate whose scenario is invalid for a patient.
-    pub fn front(&self, state: &State) -> Result<(Front, Vec<usize>), RunError> {
+    pub fn front(&self, state: &State) -> Result<(Front, bool), RunError> {
         let points = state.points(self.problem);
         let mut refused = HashSet::new();
         loop {
@@ -68,50 +73,81 @@ impl<'a> Certification<'a> {
             uncertified.sort_unstable();
             let mut front = Front { shown, knee, uncertified, candidates: candidates.len() };
             if self.problem.goals.certified.is_none() {
-                return Ok((front, vec![]));
+                return Ok((front, false));
             }
             let statements: Vec<(usize, Option<bool>)> = front
                 .shown
                 .iter()
                 .map(|&index| Ok((index, self.statement(&state.certificates, &state.archive[index].coordinates)?)))
                 .collect::<Result<_, RunError>>()?;
-            let needed: Vec<usize> =
-                statements.iter().filter(|(_, statement)| statement.is_none()).map(|(index, _)| *index).collect();
             let without: Vec<usize> =
                 statements.iter().filter(|(_, statement)| *statement == Some(false)).map(|(index, _)| *index).collect();
-            if !needed.is_empty() {
-                return Ok((front, needed));
+            if statements.iter().any(|(_, statement)| statement.is_none()) {
+                return Ok((front, true));
             }
             if without.is_empty() {
-                return Ok((front, vec![]));
+                return Ok((front, false));
             }
             if refused.len() + without.len() > TRIED * self.problem.search.front {
                 front.shown.retain(|index| !without.contains(index));
                 front.knee = front.knee.filter(|index| !without.contains(index));
                 front.uncertified.extend(without);
-                return Ok((front, vec![]));
+                return Ok((front, false));
             }
             refused.extend(without);
         }
     }
 
-    /// Searches for the certificates of candidates of the archive, and adds the results to the state.
+    /// Searches for at most `count` certificates of candidates of the archive, and adds the results to the state. The
+    /// results do not depend on `count`.
     ///
     /// # Errors
     /// As [`Certification::front`].
-    pub fn certify(&self, state: &mut State, candidates: &[usize], done: &(dyn Fn() + Sync)) -> Result<(), RunError> {
-        let mut needed: BTreeMap<String, SwitchingSettings> = BTreeMap::new();
+    pub fn certify(
+        &self,
+        state: &mut State,
+        candidates: &[usize],
+        count: usize,
+        done: &(dyn Fn() + Sync),
+    ) -> Result<(), RunError> {
+        let mut alike: BTreeMap<String, BTreeMap<String, SwitchingSettings>> = BTreeMap::new();
         for &index in candidates {
-            let loops = self.loops(&state.archive[index].coordinates)?.unwrap_or_default();
-            needed.extend(loops.into_iter().filter(|(key, _)| !state.certificates.contains_key(key)));
+            for (key, settings) in self.loops(&state.archive[index].coordinates)?.unwrap_or_default() {
+                alike.entry(key_of(&with_hold(&settings, (0.0, 0.0)))).or_default().insert(key, settings);
+            }
         }
-        let needed: Vec<(String, SwitchingSettings)> = needed.into_iter().collect();
-        let found = map(needed.len(), |index| {
-            let found = Peaks::exist(&needed[index].1, None).unwrap_or(false);
+        // The keys that a certificate is for, and its settings.
+        let mut jobs: Vec<(Vec<String>, SwitchingSettings)> = vec![];
+        for members in alike.into_values() {
+            if members.keys().all(|key| state.certificates.contains_key(key)) {
+                continue;
+            }
+            let longest = over_all_holds(members.values());
+            match longest.map(|settings| (key_of(&settings), settings)) {
+                Some((key, settings)) if state.certificates.get(&key) != Some(&false) => {
+                    jobs.push((members.into_keys().chain([key]).collect(), settings));
+                }
+                _ => jobs.extend(
+                    members
+                        .into_iter()
+                        .filter(|(key, _)| !state.certificates.contains_key(key))
+                        .map(|(key, settings)| (vec![key], settings)),
+                ),
+            }
+        }
+        jobs.truncate(count.max(1));
+        let found = map(jobs.len(), |index| {
+            let found = Peaks::exist(&jobs[index].1, None).unwrap_or(false);
             done();
             found
         });
-        state.certificates.extend(needed.into_iter().map(|(key, _)| key).zip(found));
+        for ((mut keys, _), found) in jobs.into_iter().zip(found) {
+            if !found && keys.len() > 1 {
+                // Without a certificate over all holds, each design needs its own.
+                keys.drain(..keys.len() - 1);
+            }
+            state.certificates.extend(keys.into_iter().map(|key| (key, found)));
+        }
         Ok(())
     }
 
@@ -129,15 +165,17 @@ impl<'a> Certification<'a> {
         })
     }
 
-    /// Number of certificates of a candidate; `None` if there can be none.
-    ///
-    /// # Errors
-    /// As [`Certification::front`].
-    pub fn count(&self, coordinates: &[f64]) -> Result<Option<usize>, RunError> {
-        Ok(self.loops(coordinates)?.ok().map(|loops| loops.len()))
+    fn loops(&self, coordinates: &[f64]) -> Result<Loops, RunError> {
+        let bits: Vec<u64> = coordinates.iter().map(|coordinate| coordinate.to_bits()).collect();
+        if let Some(loops) = self.known.lock().unwrap_or_else(PoisonError::into_inner).get(&bits) {
+            return Ok(loops.clone());
+        }
+        let loops = self.loops_of(coordinates)?;
+        self.known.lock().unwrap_or_else(PoisonError::into_inner).insert(bits, loops.clone());
+        Ok(loops)
     }
 
-    fn loops(&self, coordinates: &[f64]) -> Result<Loops, RunError> {
+    fn loops_of(&self, coordinates: &[f64]) -> Result<Loops, RunError> {
         let values = self.problem.values(coordinates);
         let mut scenarios = vec![];
         for population in &self.populations {
@@ -187,9 +225,112 @@ fn loops_of(scenarios: &[Scenario]) -> Result<Loops, RunError> {
         }
         match SwitchingSettings::of(scenario, of_loop, tissue.stiffness_n_per_m) {
             Ok(settings) if settings.keeps_gap() => return Ok(Err("an event leaves a gap that is kept".to_owned())),
-            Ok(settings) => loops.push((sha256(format!("{settings:?}").as_bytes()), settings)),
+            Ok(settings) => {
+                let settings = essential(&settings);
+                loops.push((key_of(&settings), settings));
+            }
             Err(reason) => return Ok(Err(reason.to_owned())),
         }
     }
     Ok(Ok(loops))
+}
+
+fn key_of(settings: &SwitchingSettings) -> String {
+    sha256(format!("{settings:?}").as_bytes())
+}
+
+/// The settings without values that do not affect a certificate: it holds for a ramp of any speed, and knows the automaton
+/// only by the times that it enforces.
+fn essential(settings: &SwitchingSettings) -> SwitchingSettings {
+    let augmentation = settings.augmentation;
+    let AutomatonSettings { min_hold_s, max_hold_s, exit_quiet_s, refractory_s, .. } = augmentation.automaton;
+    let reengage = match augmentation.reengage {
+        Reengage::Ramp { .. } => Reengage::default(),
+        other => other,
+    };
+    // A release needs a quiet time after the alarm, so the shorter of both has no effect.
+    let automaton = AutomatonSettings {
+        min_hold_s: min_hold_s.max(exit_quiet_s),
+        max_hold_s,
+        exit_quiet_s: 0.0,
+        refractory_s,
+        ..AutomatonSettings::DEFAULT
+    };
+    let augmentation = AugmentationSettings { reengage, cue: false, automaton, ..augmentation };
+    SwitchingSettings { augmentation, ..settings.clone() }
+}
+
+/// The same events with other shortest and longest holds in s.
+fn with_hold(settings: &SwitchingSettings, (min_hold_s, max_hold_s): (f64, f64)) -> SwitchingSettings {
+    let automaton = AutomatonSettings { min_hold_s, max_hold_s, ..settings.augmentation.automaton };
+    let augmentation = AugmentationSettings { automaton, ..settings.augmentation };
+    SwitchingSettings { augmentation, ..settings.clone() }
+}
+
+/// The events of all settings, which differ in their holds only; `None` for one setting.
+fn over_all_holds<'a>(settings: impl Iterator<Item = &'a SwitchingSettings>) -> Option<SwitchingSettings> {
+    let all: Vec<&SwitchingSettings> = settings.collect();
+    let holds = || all.iter().map(|settings| &settings.augmentation.automaton);
+    let least = holds().map(|automaton| automaton.min_hold_s).fold(f64::INFINITY, f64::min);
+    let most = holds().map(|automaton| automaton.max_hold_s).fold(0.0, f64::max);
+    all.first().filter(|_| all.len() > 1).map(|first| with_hold(first, (least, most)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trocar_scenario::Source;
+
+    fn settings(changes: &[&str]) -> SwitchingSettings {
+        let changes: Vec<String> = changes.iter().map(|&change| format!("augmentation.{change}")).collect();
+        let scenario = Scenario::load(&Source::parse("layers/skin-augmented"), &changes).expect("good");
+        let loops = loops_of(&[scenario]).expect("analysed").expect("covered");
+        assert_eq!(loops.len(), 1);
+        loops[0].1.clone()
+    }
+
+    #[test]
+    fn designs_share_a_certificate_unless_its_times_or_laws_differ() {
+        let key = |changes: &[&str]| key_of(&settings(changes));
+        let base = key(&[]);
+        assert_eq!(base, key(&["catch_up_speed_m_per_s=0.01", "cue=true", "exit_ratio=0.3"]));
+        assert_eq!(key(&["min_hold_s=0.01"]), key(&["min_hold_s=0.03"]), "shorter than the quiet time");
+        for change in ["min_hold_s=0.3", "max_hold_s=1.5", "refractory_s=0.3", "reengage=snap", "force_law=decay"] {
+            assert_ne!(base, key(&[change]), "{change}");
+        }
+        let all = [settings(&["min_hold_s=0.3"]), settings(&["max_hold_s=1.5"])];
+        let over_all = over_all_holds(all.iter()).expect("two");
+        assert_eq!(over_all, settings(&["min_hold_s=0.3", "max_hold_s=1.5"]));
+        assert_eq!(over_all_holds(all[..1].iter()), None);
+    }
+
+    #[test]
+    fn a_scenario_that_a_certificate_does_not_cover_has_a_reason() {
+        let reason = |changes: &[&str]| {
+            let changes: Vec<String> = changes.iter().map(|&change| change.to_owned()).collect();
+            let scenario = Scenario::load(&Source::parse("layers/skin-augmented"), &changes).expect("good");
+            loops_of(&[scenario]).expect("analysed").expect_err("not covered")
+        };
+        assert!(reason(&["augmentation.reengage=clutch"]).contains("gap"));
+        assert!(reason(&["augmentation.enabled=false"]).contains("no events"));
+        assert!(reason(&["sensor.force_resolution_n=0.01"]).contains("steps"));
+    }
+
+    #[test]
+    fn equal_arms_share_a_certificate_over_all_tissues() {
+        let scenario = |changes: &[&str]| {
+            let changes: Vec<String> = changes.iter().map(|&change| change.to_owned()).collect();
+            Scenario::load(&Source::parse("layers/skin-augmented"), &changes).expect("good")
+        };
+        let patients = [
+            scenario(&["tissue.layer.skin.stiffness_n_per_m=100"]),
+            scenario(&["tissue.layer.skin.stiffness_n_per_m=400"]),
+            scenario(&["arm.grip=firm"]),
+        ];
+        let loops = loops_of(&patients).expect("analysed").expect("covered");
+        assert_eq!(loops.len(), 2);
+        let stiffest = |scenario: &Scenario| tissue_range(scenario).expect("known").stiffness_n_per_m.1;
+        let covered = loops.iter().map(|(_, settings)| settings.stiffness_n_per_m.1).fold(0.0, f64::max);
+        assert_eq!(covered, stiffest(&patients[1]).max(stiffest(&patients[0])));
+    }
 }

@@ -6,29 +6,20 @@ use super::bootstrap::{Estimate, Resamples, difference, estimate};
 use super::evaluate::{Ended, Evaluation, Evaluator};
 use super::population::{Population, Use};
 use super::problem::Problem;
+use super::quantity::Aggregate;
 use super::search::{State, Stopped, Training, reference_population, ruptures_without_augmentation};
-use crate::compare::STRATEGIES;
+use crate::compare::{STRATEGIES, Strategy};
 use crate::run::RunError;
 use trocar_base::parallel::map;
-use trocar_scenario::ScenarioError;
 
 /// Separates the random numbers of the resamples from others with the same seed.
 const RESAMPLING: u64 = 0x626f_6f74;
 
-/// The other patients, for designs and for the shipped strategies.
+/// The other patients.
 #[derive(Debug)]
 pub struct Fresh {
     pub(super) population: Population,
     without: Vec<u64>,
-    references: Vec<Reference>,
-    /// The strategies that cannot be combined with the scenario, each with the reason.
-    pub(super) left_out: Vec<(&'static str, String)>,
-}
-
-#[derive(Debug)]
-struct Reference {
-    name: &'static str,
-    population: Population,
 }
 
 impl Fresh {
@@ -39,14 +30,7 @@ impl Fresh {
     pub fn of(problem: &Problem) -> Result<Self, RunError> {
         let population = Population::of(problem, Use::Validation, &problem.free, &[])?;
         let without = ruptures_without_augmentation(problem, Use::Validation)?;
-        let (mut references, mut left_out) = (vec![], vec![]);
-        for strategy in &STRATEGIES {
-            match reference_population(problem, Use::Validation, strategy.settings) {
-                Ok(population) => references.push(Reference { name: strategy.name, population }),
-                Err(ScenarioError { message, .. }) => left_out.push((strategy.name, message)),
-            }
-        }
-        Ok(Self { population, without, references, left_out })
+        Ok(Self { population, without })
     }
 
     /// The population.
@@ -55,10 +39,21 @@ impl Fresh {
         &self.population
     }
 
+    fn evaluate_strategy(&self, problem: &Problem, strategy: &Strategy) -> Result<Evaluation, String> {
+        let population =
+            reference_population(problem, Use::Validation, strategy.settings).map_err(|error| error.message)?;
+        let evaluator = Evaluator::new(&problem.goals, &[], &population, self.without.clone());
+        let evaluation = evaluator.evaluate(&[], None);
+        match evaluation.ended {
+            Ended::Refused(reason) => Err(reason),
+            Ended::Complete | Ended::Stopped => Ok(evaluation),
+        }
+    }
+
     /// Number of runs of a validation with so many designs.
     #[must_use]
     pub fn runs(&self, designs: usize) -> usize {
-        (designs + self.references.len()) * self.population.runs()
+        (designs + STRATEGIES.len()) * self.population.runs()
     }
 }
 
@@ -104,6 +99,8 @@ pub struct Validation {
     pub designs: Vec<Designed>,
     /// The strategies.
     pub shipped: Vec<Shipped>,
+    /// The strategies that cannot be combined with the scenario, each with the reason.
+    pub left_out: Vec<(&'static str, String)>,
 }
 
 impl Validation {
@@ -124,39 +121,43 @@ impl Validation {
         shown.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
         let on_fresh = Evaluator::new(goals, &problem.free, &fresh.population, fresh.without.clone());
         let on_training = training.evaluator(problem);
-        let references: Vec<Evaluator<'_>> = fresh
-            .references
-            .iter()
-            .map(|reference| Evaluator::new(goals, &[], &reference.population, fresh.without.clone()))
-            .collect();
-        let units = 2 * shown.len() + references.len();
-        let evaluations: Option<Vec<Evaluation>> = map(units, |unit| {
-            if stop.load(Ordering::Relaxed) {
-                return None;
-            }
-            let coordinates = |place: usize| &state.archive[shown[place]].coordinates[..];
-            let evaluation = match unit {
-                unit if unit < shown.len() => on_fresh.evaluate(coordinates(unit), None),
-                // The values of single runs are not stored with the search.
-                unit if unit < 2 * shown.len() => on_training.evaluate(coordinates(unit - shown.len()), None),
-                unit => references[unit - 2 * shown.len()].evaluate(&[], None),
-            };
-            done(evaluation.runs);
-            Some(evaluation)
+        let units = 2 * shown.len() + STRATEGIES.len();
+        let coordinates = |place: usize| &state.archive[shown[place]].coordinates[..];
+        let evaluate = |unit: usize| match unit {
+            unit if unit < shown.len() => Ok(on_fresh.evaluate(coordinates(unit), None)),
+            // The values of single runs are not stored with the search.
+            unit if unit < 2 * shown.len() => Ok(on_training.evaluate(coordinates(unit - shown.len()), None)),
+            unit => fresh.evaluate_strategy(problem, &STRATEGIES[unit - 2 * shown.len()]),
+        };
+        let evaluations: Option<Vec<Result<Evaluation, String>>> = map(units, |unit| {
+            (!stop.load(Ordering::Relaxed)).then(|| {
+                let evaluation = evaluate(unit);
+                done(evaluation.as_ref().map_or(0, |evaluation| evaluation.runs));
+                evaluation
+            })
         })
         .into_iter()
         .collect();
-        let evaluations = evaluations.ok_or(Stopped)?;
-        let (of_designs, of_references) = evaluations.split_at(2 * shown.len());
+        let mut of_designs = evaluations.ok_or(Stopped)?;
+        let of_strategies = of_designs.split_off(2 * shown.len());
+        let of_designs: Vec<Evaluation> = of_designs.into_iter().flatten().collect();
+        let (mut references, mut left_out): (Vec<(&'static str, Evaluation)>, _) = (vec![], vec![]);
+        for (strategy, evaluation) in STRATEGIES.iter().zip(of_strategies) {
+            match evaluation {
+                Ok(evaluation) => references.push((strategy.name, evaluation)),
+                Err(reason) => left_out.push((strategy.name, reason)),
+            }
+        }
         let (on_fresh, on_training) = of_designs.split_at(shown.len());
         let resamples = |population: &Population| Resamples::of(population.clusters(), problem.seed ^ RESAMPLING);
         let (of_fresh, of_training) = (resamples(&fresh.population), resamples(&training.population));
+        // A design that is no valid scenario for one of the other patients has no values.
         let resampled = |evaluation: &Evaluation, resamples: &Resamples| -> Resampled {
-            goals
-                .quantities()
-                .zip(&evaluation.samples)
-                .map(|((_, how), samples)| resamples.values(samples, how))
-                .collect()
+            let of = |(index, (_, how)): (usize, (_, Aggregate))| match evaluation.samples.get(index) {
+                Some(samples) => resamples.values(samples, how),
+                None => (None, vec![]),
+            };
+            goals.quantities().enumerate().map(of).collect()
         };
         let fresh_values: Vec<Resampled> = map(on_fresh.len(), |place| resampled(&on_fresh[place], &of_fresh));
         let training_values: Vec<Resampled> =
@@ -172,10 +173,8 @@ impl Validation {
         };
         let knee_place = shown.iter().position(|index| knee == Some(*index));
         let reference_values: Vec<Resampled> =
-            map(of_references.len(), |place| resampled(&of_references[place], &of_fresh));
-        let reference = |(place, reference): (usize, &Reference)| {
-            let (values, evaluation) = (&reference_values[place], &of_references[place]);
-            let is_complete = evaluation.ended == Ended::Complete;
+            map(references.len(), |place| resampled(&references[place].1, &of_fresh));
+        let reference = |(values, (name, evaluation)): (&Resampled, &(&'static str, Evaluation))| {
             let point =
                 super::Goals { certified: None, ..goals.clone() }.point(&evaluation.values, 0.0, evaluation.diverged);
             let differences = match knee_place {
@@ -183,16 +182,17 @@ impl Validation {
                 None => vec![],
             };
             Shipped {
-                name: reference.name,
+                name,
                 validation: estimates(values),
                 diverged: evaluation.diverged,
-                is_feasible: is_complete && point.violation <= 0.0,
+                is_feasible: point.violation <= 0.0,
                 differences: differences.into_iter().take(goals.objectives.len()).collect(),
             }
         };
         Ok(Self {
             designs: shown.iter().enumerate().map(design).collect(),
-            shipped: fresh.references.iter().enumerate().map(reference).collect(),
+            shipped: reference_values.iter().zip(&references).map(reference).collect(),
+            left_out,
         })
     }
 }

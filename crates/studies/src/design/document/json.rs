@@ -9,6 +9,7 @@ use super::DesignStudy;
 use super::tables::relation;
 use crate::design::bootstrap::Estimate;
 use crate::design::sensitivity::{Sensitivity, sensitivities};
+use trocar_scenario::Value;
 
 /// `design.json`: the designs on the front, the shipped strategies on the same patients, and the sensitivities.
 #[derive(Debug, Serialize, JsonSchema)]
@@ -74,14 +75,41 @@ struct DesignFile<'a> {
     /// True if it is the knee of the front, which is `designed.toml`.
     is_knee: bool,
     /// The values of the free keys.
-    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
-    settings: BTreeMap<&'a str, toml::Value>,
+    settings: BTreeMap<&'a str, Setting>,
     /// Objectives, then constraints, in the search, with 95 % intervals; null if undefined.
     training: &'a [Option<Estimate>],
     /// Objectives, then constraints, on other patients, with 95 % intervals; null if undefined.
     validation: &'a [Option<Estimate>],
     /// Share of diverged runs on other patients.
     diverged: f64,
+}
+
+/// The value of a free key.
+#[derive(Debug, Serialize, JsonSchema)]
+#[serde(untagged)]
+enum Setting {
+    /// A number.
+    Number(f64),
+    /// A whole number.
+    Whole(u64),
+    /// True or false.
+    Flag(bool),
+    /// A word.
+    Text(String),
+    /// A list of numbers.
+    Numbers(Vec<f64>),
+}
+
+impl From<Value> for Setting {
+    fn from(value: Value) -> Self {
+        match value {
+            Value::Number(value) => Self::Number(value),
+            Value::Whole(value) => Self::Whole(value),
+            Value::Flag(value) => Self::Flag(value),
+            Value::Text(value) => Self::Text(value),
+            Value::Numbers(value) => Self::Numbers(value),
+        }
+    }
 }
 
 /// A shipped strategy.
@@ -130,7 +158,7 @@ impl<'a> DesignResultFile<'a> {
                 .free
                 .iter()
                 .zip(problem.values(&design.candidate.coordinates))
-                .map(|(axis, value)| (axis.key.path.as_ref(), value.to_toml()))
+                .map(|(axis, value)| (axis.key.path.as_ref(), value.into()))
                 .collect(),
             training: &design.training,
             validation: &design.validation,

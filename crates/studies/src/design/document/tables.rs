@@ -127,7 +127,7 @@ pub(super) fn about_shipped(study: &DesignStudy<'_>) -> Option<String> {
                 .to_owned(),
         );
     }
-    for (name, reason) in &study.fresh.left_out {
+    for (name, reason) in &study.validation.left_out {
         sentences.push(format!("{name} cannot be combined with the scenario: {reason}."));
     }
     (!sentences.is_empty()).then(|| sentences.join(" "))
