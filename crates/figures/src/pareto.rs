@@ -51,9 +51,11 @@ const INFEASIBLE: Stroke = Stroke::solid(GREY.pale(0.4), DOT);
 /// The inside of a hollow dot.
 const INSIDE: Stroke = Stroke::solid(WHITE, 0.6 * DOT);
 
-/// Height of a plane in points, and the distance of a name above its dot as a share of it.
+/// Height of a plane in points, the distance of a name above its dot as a share of it, and beside the lines of an interval
+/// as a share of the width.
 const HEIGHT: f64 = 190.0;
 const ABOVE: f64 = 0.045;
+const BESIDE: f64 = 0.015;
 
 /// Draws a plane for each pair of objectives, two beside each other. The values on other patients are filled dots with
 /// intervals, the values in the search hollow ones.
@@ -87,7 +89,7 @@ fn panel(view: &ParetoView) -> Panel<'static> {
     let ys = of_designs(|at| at.1, |both| &both.1).into_iter().chain(view.shipped.iter().map(|shipped| shipped.at.1));
     let axis = |values: Option<(f64, f64)>, ticks| Axis::padded(values.unwrap_or((0.0, 1.0)), ticks);
     let (x, y) = (axis(extent(xs), X_TICKS), axis(extent(ys), Y_TICKS));
-    let above = ABOVE * (y.high - y.low);
+    let (above, beside) = (ABOVE * (y.high - y.low), BESIDE * (x.high - x.low));
     let mut panel = Panel::new(x, view.captions.0.clone(), y, view.captions.1.clone());
     let dot = |at: Point, stroke: Stroke| (vec![at], stroke);
     for ShippedView { name, at, is_feasible } in &view.shipped {
@@ -107,7 +109,7 @@ fn panel(view: &ParetoView) -> Panel<'static> {
             panel.curves.push((vec![(x_ends[0], *y), (x_ends[1], *y)], thin));
             panel.curves.push((vec![(*x, y_ends[0]), (*x, y_ends[1])], thin));
             panel.curves.push(dot((*x, *y), stroke));
-            panel.notes.push(((*x, *y + above), name.clone()));
+            panel.notes.push(((*x + beside, *y + above), name.clone()));
         }
     }
     panel

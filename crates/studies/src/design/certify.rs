@@ -65,10 +65,8 @@ impl<'a> Certification<'a> {
         let mut refused = HashSet::new();
         loop {
             let candidates = front_of(&points, &refused);
-            let mut shown = spread(&points, &candidates, self.problem.search.front);
             let knee = knee(&points, &candidates);
-            shown.extend(knee.filter(|knee| !shown.contains(knee)));
-            shown.sort_unstable();
+            let shown = spread(&points, &candidates, knee, self.problem.search.front);
             let mut uncertified: Vec<usize> = refused.iter().copied().collect();
             uncertified.sort_unstable();
             let mut front = Front { shown, knee, uncertified, candidates: candidates.len() };

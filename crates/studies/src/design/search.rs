@@ -8,7 +8,7 @@ use rand_chacha::rand_core::SeedableRng;
 use serde::{Deserialize, Serialize};
 
 use super::evaluate::{Ended, Evaluation, Evaluator};
-use super::nsga::{Gene, Point, child, front, standings, survivors};
+use super::nsga::{Gene, Point, child, front, hypervolume, standings, survivors};
 use super::population::{Population, Use};
 use super::problem::Problem;
 use super::race::Race;
@@ -275,6 +275,39 @@ impl<'a> Search<'a> {
             Gene::Choice(_) => gene.choice(*coordinate),
         };
         self.genes.iter().zip(coordinates).map(of_gene).collect()
+    }
+}
+
+/// Maximum number of objectives and of points for the exact volume of a front.
+const MAX_OBJECTIVES: usize = 4;
+const MAX_POINTS: usize = 500;
+
+impl State {
+    /// The volume that the front after three quarters of the generations dominates, as a share of the final one. Bounded by
+    /// the worst value of each objective on the final front, plus a tenth of its range. `None` without a front with a
+    /// volume, or for too many objectives or points.
+    #[must_use]
+    pub fn settled_share(&self, problem: &Problem) -> Option<f64> {
+        let points = self.points(problem);
+        let last = front(&points);
+        let early = self.archived.get((3 * self.archived.len() / 4).checked_sub(1)?)?;
+        let early = front(&points[..*early]);
+        let objectives = problem.goals.objectives.len();
+        if objectives > MAX_OBJECTIVES || last.len().max(early.len()) > MAX_POINTS {
+            return None;
+        }
+        let bound = |objective: usize| {
+            let values = || last.iter().map(|&index| points[index].objectives[objective]);
+            let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
+            high + 0.1 * (high - low)
+        };
+        let bounds: Vec<f64> = (0..objectives).map(bound).collect();
+        let volume = |front: &[usize]| {
+            let front: Vec<&[f64]> = front.iter().map(|&index| &points[index].objectives[..]).collect();
+            hypervolume(&front, &bounds)
+        };
+        let whole = volume(&last);
+        (whole > 0.0 && whole.is_finite()).then(|| volume(&early) / whole)
     }
 }
 

@@ -84,3 +84,32 @@ pub fn as_good_as(points: &[Point], front: &[usize], index: usize) -> Vec<usize>
     };
     (0..points.len()).filter(|&other| is_as_good(&points[other])).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn choices_explain_the_variance_between_them() {
+        let close = |found: Option<f64>, expected: f64| (found.expect("varies") - expected).abs() < 1e-12;
+        assert!(close(correlation_ratio(&[0, 0, 1, 1], 2, &[1.0, 1.0, 2.0, 2.0]), 1.0));
+        assert!(close(correlation_ratio(&[0, 1, 0, 1], 2, &[1.0, 1.0, 2.0, 2.0]), 0.0));
+        // Ranks 0, 1, 2, 3 in pairs: 16/20 of the variance is between the pairs.
+        assert!(close(correlation_ratio(&[0, 0, 2, 2], 3, &[1.0, 2.0, 5.0, 9.0]), 0.8));
+        assert_eq!(correlation_ratio(&[0, 1], 2, &[3.0, 3.0]), None);
+    }
+
+    #[test]
+    fn a_candidate_is_as_good_within_a_share_of_the_fronts_range() {
+        let point = |a: f64, b: f64, violation: f64| Point { objectives: vec![a, b], violation };
+        let points = [
+            point(0.0, 10.0, 0.0),
+            point(5.0, 2.0, 0.0),
+            point(10.0, 0.0, 0.0),
+            point(5.4, 2.4, 0.0),
+            point(5.6, 2.0, 0.0),
+            point(5.0, 2.0, 0.1),
+        ];
+        assert_eq!(as_good_as(&points, &[0, 1, 2], 1), [1, 3]);
+    }
+}

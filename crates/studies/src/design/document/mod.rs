@@ -12,7 +12,7 @@ use super::certify::Front;
 use super::problem::Problem;
 use super::search::State;
 use super::validation::{Fresh, Validation};
-use trocar_document::{Document, Section, Shown, Study, TextFile, counted, json_of};
+use trocar_document::{Document, Section, Shown, Study, TextFile, Unit, counted, json_of, show};
 
 /// A complete design with its validation.
 #[derive(Debug)]
@@ -110,6 +110,12 @@ impl DesignStudy<'_> {
             counted(problem.training.seeds, "seed"),
             state.runs,
         )];
+        if let Some(share) = state.settled_share(problem) {
+            sentences.push(format!(
+                "After three quarters of the generations the front had {} of its final hypervolume.",
+                show(Some(share), Unit::Share)
+            ));
+        }
         if state.stopped > 0 {
             sentences.push(format!(
                 "{} stopped early: after a quarter or a half of the patients a constraint was violated, or a parent was better \

@@ -56,7 +56,7 @@ fn of_knee(study: &DesignStudy<'_>, knee: &Designed) -> String {
     )
 }
 
-/// The shipped strategies that the knee dominates, and those that are better in an objective.
+/// The feasible shipped strategies that the knee dominates, and those that are better in an objective.
 fn comparison(study: &DesignStudy<'_>) -> Option<String> {
     let related: Vec<(&str, (usize, usize))> =
         study.validation.shipped.iter().filter_map(|shipped| Some((shipped.name, relation(study, shipped)?))).collect();
@@ -74,15 +74,18 @@ fn comparison(study: &DesignStudy<'_>) -> Option<String> {
         parts.push(format!("better than {} in at least one objective and worse in none", dominated.join(", ")));
     }
     if !mixed.is_empty() {
-        parts.push(format!("better than {} in one objective and worse in another", mixed.join(", ")));
+        parts.push(format!("better than {} in one objective and worse in another one", mixed.join(", ")));
     }
     if !dominating.is_empty() {
         parts.push(format!("worse than {} in at least one objective and better in none", dominating.join(", ")));
     }
     if parts.is_empty() {
-        return Some("It is not different from any shipped strategy, with 95 % confidence.".to_owned());
+        return Some(
+            "With 95 % confidence it is not different from any shipped strategy that meets the constraints.".to_owned(),
+        );
     }
-    Some(format!("With 95 % confidence it is {}.", parts.join("; ")))
+    let of = if study.problem.goals.constraints.is_empty() { "" } else { " that meet the constraints" };
+    Some(format!("Of the shipped strategies{of}, it is {} (95 % confidence).", parts.join("; ")))
 }
 
 /// The constraints that the knee violates on other patients.

@@ -128,12 +128,13 @@ pub fn front(points: &[Point]) -> Vec<usize> {
     (0..points.len()).filter(|&index| on_front(&points[index])).collect()
 }
 
-/// The indices of at most `count` points of a front, ascending: the extremes of every objective, then one after another
-/// the point that is farthest from all chosen ones, with every objective as a share of its range.
+/// The indices of at most `count` points of a front, ascending: `first` if it is on the front, the extremes of every
+/// objective, then one after another the point that is farthest from all chosen ones, with every objective as a share of
+/// its range.
 #[must_use]
-pub fn spread(points: &[Point], front: &[usize], count: usize) -> Vec<usize> {
+pub fn spread(points: &[Point], front: &[usize], first: Option<usize>, count: usize) -> Vec<usize> {
     let scaled = scaled(points, front);
-    let mut chosen: Vec<usize> = vec![];
+    let mut chosen: Vec<usize> = front.iter().position(|index| first == Some(*index)).into_iter().collect();
     let objectives = scaled.first().map_or(0, Vec::len);
     for objective in 0..objectives {
         let lowest = (0..front.len()).min_by(|a, b| scaled[*a][objective].total_cmp(&scaled[*b][objective]));

@@ -155,6 +155,7 @@ fn ranks_and_survivors_follow_constraint_domination() {
     // The extremes survive, then the least crowded point.
     assert_eq!(survivors(&points, 3), [0, 2, 1]);
     assert_eq!(front(&points), [0, 1, 2, 6]);
-    assert_eq!(spread(&points, &[0, 1, 2, 6], 3), [0, 1, 2]);
+    assert_eq!(spread(&points, &[0, 1, 2, 6], None, 3), [0, 1, 2]);
+    assert_eq!(spread(&points, &[0, 1, 2, 6], Some(6), 3), [0, 2, 6]);
     assert_eq!(knee(&points, &[0, 1, 2, 6]), Some(1));
 }
