@@ -5,7 +5,7 @@
 //! alone share a certificate over all of their durations, if there is one. A certificate is stored under all that it depends
 //! on, so another candidate with the same events does not need another search.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::{Mutex, PoisonError};
 
 use super::nsga::{knee, spread};
@@ -23,8 +23,17 @@ use trocar_stability::{LinearLoop, Peaks, SwitchingSettings, TissueRange, Tissue
 /// Maximum number of candidates whose certificates are searched for, as a multiple of the shown designs.
 const TRIED: usize = 3;
 
-/// The loops of a candidate for which a certificate is needed, or the reason why there can be none.
-type Loops = Result<Vec<(String, SwitchingSettings)>, String>;
+/// The loops of a candidate, or the reason why there can be no certificate.
+type Loops = Result<Covered, String>;
+
+/// The loops for which certificates are needed.
+#[derive(Debug, Clone, Default)]
+struct Covered {
+    /// The settings with their keys.
+    loops: Vec<(String, SwitchingSettings)>,
+    /// The parts of the scenario that the certificates leave out.
+    left_out: BTreeSet<String>,
+}
 
 /// The designs on the front, by their index in the archive.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -35,6 +44,10 @@ pub struct Front {
     pub knee: Option<usize>,
     /// Candidates that are on the front without their certificates.
     pub uncertified: Vec<usize>,
+    /// The reason for the first of them, if there can be no certificate.
+    pub reason: Option<String>,
+    /// The parts of the scenario that the certificates of the shown designs leave out.
+    pub left_out: Vec<String>,
     /// Number of candidates on the front.
     pub candidates: usize,
 }
@@ -69,7 +82,8 @@ impl<'a> Certification<'a> {
             let shown = spread(&points, &candidates, knee, self.problem.search.front);
             let mut uncertified: Vec<usize> = refused.iter().copied().collect();
             uncertified.sort_unstable();
-            let mut front = Front { shown, knee, uncertified, candidates: candidates.len() };
+            let (reason, left_out) = (self.first_reason(state, &uncertified)?, self.left_out(state, &shown)?);
+            let mut front = Front { shown, knee, uncertified, reason, left_out, candidates: candidates.len() };
             if self.problem.goals.certified.is_none() {
                 return Ok((front, false));
             }
@@ -96,6 +110,21 @@ impl<'a> Certification<'a> {
         }
     }
 
+    fn first_reason(&self, state: &State, uncertified: &[usize]) -> Result<Option<String>, RunError> {
+        let Some(&first) = uncertified.first() else { return Ok(None) };
+        Ok(self.loops(&state.archive[first].coordinates)?.err())
+    }
+
+    fn left_out(&self, state: &State, shown: &[usize]) -> Result<Vec<String>, RunError> {
+        let mut all = BTreeSet::new();
+        if self.problem.goals.certified.is_some() {
+            for &index in shown {
+                all.extend(self.loops(&state.archive[index].coordinates)?.unwrap_or_default().left_out);
+            }
+        }
+        Ok(all.into_iter().collect())
+    }
+
     /// Searches for at most `count` certificates of candidates of the archive, and adds the results to the state. The
     /// results do not depend on `count`.
     ///
@@ -110,7 +139,7 @@ impl<'a> Certification<'a> {
     ) -> Result<(), RunError> {
         let mut alike: BTreeMap<String, BTreeMap<String, SwitchingSettings>> = BTreeMap::new();
         for &index in candidates {
-            for (key, settings) in self.loops(&state.archive[index].coordinates)?.unwrap_or_default() {
+            for (key, settings) in self.loops(&state.archive[index].coordinates)?.unwrap_or_default().loops {
                 alike.entry(key_of(&with_hold(&settings, (0.0, 0.0)))).or_default().insert(key, settings);
             }
         }
@@ -154,7 +183,7 @@ impl<'a> Certification<'a> {
     /// # Errors
     /// As [`Certification::front`].
     pub fn statement(&self, known: &BTreeMap<String, bool>, coordinates: &[f64]) -> Result<Option<bool>, RunError> {
-        let Ok(loops) = self.loops(coordinates)? else { return Ok(Some(false)) };
+        let Ok(Covered { loops, .. }) = self.loops(coordinates)? else { return Ok(Some(false)) };
         let found: Vec<Option<bool>> = loops.iter().map(|(key, _)| known.get(key).copied()).collect();
         Ok(match found {
             found if found.contains(&Some(false)) => Some(false),
@@ -212,25 +241,23 @@ fn loops_of(scenarios: &[Scenario]) -> Result<Loops, RunError> {
         range.stiffness_n_per_m = (low.min(tissue.stiffness_n_per_m.0), high.max(tissue.stiffness_n_per_m.1));
         range.largest_damping_n_s_per_m = range.largest_damping_n_s_per_m.max(tissue.largest_damping_n_s_per_m);
     }
-    let mut loops = vec![];
+    let mut covered = Covered::default();
     for (scenario, tissue) in groups.into_values() {
         let Ok(of_loop) = LinearLoop::of(scenario, tissue) else {
             return Ok(Err("the loop cannot be analysed".to_owned()));
         };
         let delays = VaryingDelays::of(scenario, &of_loop).ok().flatten();
-        if let Some(part) = left_out(scenario, delays.as_ref()).first() {
-            return Ok(Err(format!("the analysis leaves out {}", part.what)));
-        }
+        covered.left_out.extend(left_out(scenario, delays.as_ref()).iter().map(ToString::to_string));
         match SwitchingSettings::of(scenario, of_loop, tissue.stiffness_n_per_m) {
             Ok(settings) if settings.keeps_gap() => return Ok(Err("an event leaves a gap that is kept".to_owned())),
             Ok(settings) => {
                 let settings = essential(&settings);
-                loops.push((key_of(&settings), settings));
+                covered.loops.push((key_of(&settings), settings));
             }
             Err(reason) => return Ok(Err(reason.to_owned())),
         }
     }
-    Ok(Ok(loops))
+    Ok(Ok(covered))
 }
 
 fn key_of(settings: &SwitchingSettings) -> String {
@@ -282,7 +309,7 @@ mod tests {
     fn settings(changes: &[&str]) -> SwitchingSettings {
         let changes: Vec<String> = changes.iter().map(|&change| format!("augmentation.{change}")).collect();
         let scenario = Scenario::load(&Source::parse("layers/skin-augmented"), &changes).expect("good");
-        let loops = loops_of(&[scenario]).expect("analysed").expect("covered");
+        let loops = loops_of(&[scenario]).expect("analysed").expect("covered").loops;
         assert_eq!(loops.len(), 1);
         loops[0].1.clone()
     }
@@ -325,7 +352,7 @@ mod tests {
             scenario(&["tissue.layer.skin.stiffness_n_per_m=400"]),
             scenario(&["arm.grip=firm"]),
         ];
-        let loops = loops_of(&patients).expect("analysed").expect("covered");
+        let loops = loops_of(&patients).expect("analysed").expect("covered").loops;
         assert_eq!(loops.len(), 2);
         let stiffest = |scenario: &Scenario| tissue_range(scenario).expect("known").stiffness_n_per_m.1;
         let covered = loops.iter().map(|(_, settings)| settings.stiffness_n_per_m.1).fold(0.0, f64::max);

@@ -19,6 +19,9 @@ pub(super) fn verdict(study: &DesignStudy<'_>) -> Verdict {
     let mut left_out = vec![
         "a front is the best that the search has found; another seed of the search may find a better one".to_owned(),
     ];
+    if !study.front.left_out.is_empty() && !study.validation.designs.is_empty() {
+        left_out.push(format!("the certificates leave out {}", study.front.left_out.join(", ")));
+    }
     if study.problem.goals.certified.is_none() {
         left_out.push("no certificate is required: stability is a result of these runs, not a proof".to_owned());
     }
@@ -117,8 +120,9 @@ fn none(study: &DesignStudy<'_>) -> String {
     }
     let uncertified = study.front.uncertified.len();
     if uncertified > 0 {
+        let reason = study.front.reason.as_ref().map_or_else(String::new, |reason| format!(": {reason}"));
         return format!(
-            "No certificate was found for any of the {uncertified} candidates on the front for which it was searched."
+            "No certificate was found for any of the {uncertified} candidates on the front for which it was searched{reason}."
         );
     }
     let points = state.points(problem);
