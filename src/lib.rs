@@ -96,7 +96,7 @@
 //! |---|---|---|
 //! | 8 | `trocar` | the command line, the page and its server |
 //! | 7 | `trocar-report` | [`report`] (renders documents and draws figures; no lower layer prints) |
-//! | 6 | `trocar-studies` | [`run`], [`compare`], [`roc`], [`sweep`], [`stability_check`] (comparison of the linear analysis with simulations) |
+//! | 6 | `trocar-studies` | [`run`], [`compare`], [`roc`], [`sweep`], [`design`](mod@design), [`stability_check`] (comparison of the linear analysis with simulations) |
 //! | 5 | `trocar-detect` | [`detect`] (recordings: alarms, scores, calibration) |
 //! | 5 | `trocar-figures` | [`figures`] (every figure as a description) |
 //! | 5 | `trocar-stability` | [`stability`] (the linear loop, without the engine) |
@@ -125,7 +125,7 @@ pub use trocar_report as report;
 pub use trocar_scenario as scenario;
 pub use trocar_scenario::population;
 pub use trocar_stability as stability;
-pub use trocar_studies::{compare, reference, roc, run, stability_check, sweep};
+pub use trocar_studies::{compare, design, reference, roc, run, stability_check, sweep};
 
 mod cli;
 mod explore;

@@ -14,6 +14,7 @@ use trocar_document::{json_of, to_json};
 use trocar_report::wrapped;
 use trocar_scenario::{Scenario, Source};
 use trocar_stability::{LinearLoop, TissueRange};
+use trocar_studies::design::{Problem, is_design};
 use trocar_studies::run::{force_bound_gap, foreseen, outside_measured, promise_gaps};
 use trocar_studies::stability_check::{LoopPart, LoopVerdict};
 use trocar_studies::sweep::{Plan, is_sweep};
@@ -21,15 +22,15 @@ use trocar_studies::sweep::{Plan, is_sweep};
 const EXAMPLES: &str = "\
 Examples:
   trocar check my.toml
-  trocar check sweep.toml
+  trocar check sweep.toml designs/liver.toml
   trocar check my.toml --resolved";
 
-/// Check scenarios and sweep files.
+/// Check scenarios, sweep files and design files.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct CheckArgs {
-    /// Scenario files, shipped scenarios or sweep files
-    #[arg(required = true, value_name = "SCENARIO|SWEEP")]
+    /// Scenario files, shipped scenarios, sweep files or design files
+    #[arg(required = true, value_name = "SCENARIO|SWEEP|DESIGN")]
     files: Vec<String>,
     #[command(flatten)]
     changes: ScenarioArgs,
@@ -83,6 +84,17 @@ pub(super) enum CheckedFile<'a> {
         /// Number of cases.
         cases: u64,
     },
+    /// A design file.
+    Design {
+        /// Name of the design.
+        name: &'a str,
+        #[schemars(extend("const" = "design"))]
+        kind: &'static str,
+        /// Number of free keys.
+        free_keys: u64,
+        /// Number of candidates of the search.
+        candidates: u64,
+    },
 }
 
 /// The linear loop of a scenario.
@@ -107,6 +119,8 @@ impl<'a> CheckedLoop<'a> {
 pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
     let (sweeps, scenarios): (Vec<String>, Vec<String>) =
         args.files.iter().cloned().partition(|file| is_sweep(&Source::parse(file)));
+    let (designs, scenarios): (Vec<String>, Vec<String>) =
+        scenarios.into_iter().partition(|file| is_design(&Source::parse(file)));
     let mut list = vec![];
     for scenario in args.changes.load(&scenarios)? {
         let verdict = verdict(&scenario);
@@ -155,6 +169,18 @@ pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
         } else if !args.quiet {
             let (name, cases) = (&plan.design.name, plan.design.cases());
             terminal::print(&format!("{name}: valid sweep, {cases} cases\n"))?;
+        }
+    }
+    for file in &designs {
+        let problem = Problem::load(&Source::parse(file), &args.changes.settings)?;
+        let (name, free_keys) = (&problem.name, problem.free.len() as u64);
+        let candidates = problem.search.candidates as u64 * problem.search.generations;
+        if args.json {
+            list.push(json_of(&CheckedFile::Design { name, kind: "design", free_keys, candidates }));
+        } else if args.resolved {
+            terminal::print(problem.canonical())?;
+        } else if !args.quiet {
+            terminal::print(&format!("{name}: valid design, {free_keys} free keys, {candidates} candidates\n"))?;
         }
     }
     if args.json { terminal::print(&to_json(&list.into())) } else { Ok(()) }

@@ -4,6 +4,7 @@ mod calibrate;
 mod check;
 mod compare;
 mod completions;
+mod design;
 mod detect;
 mod error;
 mod explain;
@@ -153,6 +154,12 @@ enum Command {
     /// A sweep uses all processors and constant memory, and its parts can run on many machines. After an
     /// interruption, the same command continues the sweep.
     Sweep(Box<sweep::SweepArgs>),
+    /// Find the settings of a scenario that are best for a group of patients
+    ///
+    /// A file names the free keys with their ranges, the objectives and the constraints, over patients, persons and
+    /// noise. The search finds a front: designs that no other one beats in every objective. Other patients then judge
+    /// these designs and the shipped strategies. After an interruption, the same command continues the search.
+    Design(Box<design::DesignArgs>),
     /// Write a scenario as a functional mock-up unit (FMU) for other simulation programs
     ///
     /// The FMU is the whole simulation, with the operator's position as input and the columns of the trace as
@@ -172,7 +179,7 @@ enum Command {
     ///
     /// The slave's ticks are half a tick after the master's.
     Link(link::LinkArgs),
-    /// Check scenarios and sweep files without running them
+    /// Check scenarios, sweep files and design files without running them
     Check(check::CheckArgs),
     /// Explain a warning, a key or a metric; without an argument, list all warnings
     Explain(explain::ExplainArgs),
@@ -303,6 +310,7 @@ pub fn main() -> ExitCode {
         Command::Explain(args) => explain::run(&args),
         Command::Scenarios(args) => scenarios::run(&args),
         Command::Sweep(args) => sweep::run(&args),
+        Command::Design(args) => design::run(&args),
         Command::Schema(args) => schema::run(&args),
         Command::Init(args) => init::run(&args),
         Command::Paper(args) => paper::run(&args),

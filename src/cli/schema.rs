@@ -17,6 +17,7 @@ use trocar_link::LinkFile;
 use trocar_report::ManifestFile;
 use trocar_scenario::json_schema;
 use trocar_studies::compare::{ComparisonFile, PaperFile, StrategiesFile};
+use trocar_studies::design::{DesignResultFile, design_schema};
 use trocar_studies::roc::RocFile;
 use trocar_studies::run::RunFile;
 use trocar_studies::stability_check::{CertificateFile, StabilityFile};
@@ -34,6 +35,7 @@ type FileKind = (&'static str, &'static str, fn() -> Json);
 const KINDS: &[FileKind] = &[
     (SCENARIO, "Scenario files", json_schema),
     (SWEEP, "Sweep files", sweep_schema),
+    ("design-file", "Design files", design_schema),
     ("run", "summary.json of `trocar run`; --json prints a list for several scenarios", schema_of::<RunFile<'_>>),
     (
         "comparison",
@@ -49,6 +51,7 @@ const KINDS: &[FileKind] = &[
     ("identification", "identification.json of `trocar identify`", schema_of::<IdentificationFile<'_>>),
     ("roc", "roc.json of `trocar roc`", schema_of::<RocFile<'_>>),
     ("sweep", "summary.json of `trocar sweep`", schema_of::<SweepFile<'_>>),
+    ("design", "design.json of `trocar design`", schema_of::<DesignResultFile<'_>>),
     ("manifest", "manifest.json of `trocar sweep`", schema_of::<SweepManifestFile>),
     ("files", "manifest.json of the other commands", schema_of::<ManifestFile>),
     ("stability", "stability.json of `trocar stability`", schema_of::<StabilityFile<'_>>),

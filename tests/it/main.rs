@@ -9,6 +9,7 @@ mod calibration;
 mod cli;
 mod clutch;
 mod degenerate;
+mod design;
 #[cfg(unix)]
 mod detect_live;
 mod detect_many;

@@ -10,6 +10,12 @@ const SCENARIO: &str = "name = \"x\"\nbase = \"layers/skin-augmented\"\n[simulat
 const SWEEP: &str = "name = \"s\"\nbase = \"x.toml\"\nmetrics = [\"max_excess_advance_m\", \"false_alarms\"]\nfocus = [\"max_excess_advance_m\"]\n\
     [design]\nkind = \"sobol\"\npoints = 8\n[axes]\nscaling.force = { from = 0.5, to = 2.0 }\n";
 
+const DESIGN: &str = "name = \"d\"\nbase = \"x.toml\"\n[patients]\noperator.movement_s = { from = 4.0, to = 6.0 }\n[free]\n\
+    augmentation.min_hold_s = { from = 0.1, to = 0.4 }\naugmentation.reengage = [\"ramp\", \"snap\"]\n[objectives.overshoot]\n\
+    minimise = \"max_slave_overshoot_m\"\n[objectives.contrast]\nmaximise = \"min_felt_contrast\"\nquantile = 0.1\n\
+    [constraints.force]\nmetric = \"max_tissue_force_n\"\nat_most = 9.0\n[training]\npatients = 4\n[validation]\npatients = 3\n\
+    seeds = 1\n[search]\ncandidates = 4\ngenerations = 2\n";
+
 /// The kind of a file, the command that writes it, and its path.
 type Case = (&'static str, &'static str, &'static str);
 
@@ -33,6 +39,7 @@ const PRINTED: &[Case] = &[
     ),
     ("roc", "roc x.toml --seeds 2 --thresholds 3", "out/roc.json"),
     ("sweep", "sweep s.toml", "out/s/summary.json"),
+    ("design", "design d.toml --no-figures", "out/d/design.json"),
     (
         "stability",
         "stability --x scaling.force=0.1:4:4 --y channel.delay_s=0:0.1:3",
@@ -54,7 +61,7 @@ const OTHERS: &[Case] = &[
     ("files", "compare x.toml", "out/manifest.json"),
     ("certificate", "stability x.toml --x scaling.force=0.1:4:4 --y channel.delay_s=0:0.1:3", "out/x/certificate.json"),
     ("signals", "detect --list a/two.csv --json", ""),
-    ("check", "check x.toml s.toml link/long-delay paper/augmented --json", ""),
+    ("check", "check x.toml s.toml d.toml link/long-delay paper/augmented --json", ""),
     ("scenarios", "scenarios --json", ""),
 ];
 
@@ -71,11 +78,20 @@ const OPTIONAL: [&str; 10] = [
     "spaces",
     "warnings",
 ];
-const NAMES: [&str; 7] = ["/certificates", "/files", "/folders", "/parameters", "/spaces", "/settings/", "/missed"];
+const NAMES: [&str; 8] = [
+    "/certificates",
+    "/files",
+    "/folders",
+    "/parameters",
+    "/spaces",
+    "/settings/",
+    "/sensitivities/",
+    "/missed",
+];
 
 fn folder() -> TestFolder {
     let folder = TestFolder::new();
-    folder.file("x.toml", SCENARIO).file("s.toml", SWEEP);
+    folder.file("x.toml", SCENARIO).file("s.toml", SWEEP).file("d.toml", DESIGN);
     let rows = (0..1500).map(|k| {
         let (t, since) = (f64::from(k) * 1e-3, if k > 1000 { 1.0 } else { 0.0 });
         format!("{t:.3},{:.6},{:.4}\n", 1e-2 * t, 3.0 * (t - 0.95 * since))
@@ -194,9 +210,9 @@ fn the_summary_of_a_link_has_the_keys_of_its_schema() {
 }
 
 #[test]
-fn scenario_and_sweep_files_have_the_keys_of_their_schema() {
+fn scenario_sweep_and_design_files_have_the_keys_of_their_schema() {
     let folder = folder();
-    for (kind, file) in [("scenario", "x.toml"), ("sweep-file", "s.toml")] {
+    for (kind, file) in [("scenario", "x.toml"), ("sweep-file", "s.toml"), ("design-file", "d.toml")] {
         let content: Json = toml::from_str(&folder.text(file)).expect("TOML");
         let validator = jsonschema::validator_for(&schema(&folder, kind)).expect("a schema");
         assert!(validator.is_valid(&content), "{kind}");
@@ -212,7 +228,7 @@ fn scenario_and_sweep_files_have_the_keys_of_their_schema() {
 fn every_kind_is_tested_and_every_key_has_a_meaning() {
     let folder = folder();
     let kinds = kinds(&folder);
-    let others = ["scenario", "sweep-file", "link"];
+    let others = ["scenario", "sweep-file", "design-file", "link"];
     let tested: Vec<&str> = PRINTED.iter().chain(OTHERS).map(|(kind, ..)| *kind).chain(others).collect();
     assert!(kinds.len() >= 18 && kinds.iter().all(|kind| tested.contains(&kind.as_str())), "{kinds:?}");
     assert!(tested.iter().all(|kind| kinds.iter().any(|other| other == kind)), "{kinds:?}");
@@ -222,7 +238,7 @@ fn every_kind_is_tested_and_every_key_has_a_meaning() {
         let schema = schema(&folder, kind);
         assert_eq!(schema["title"], format!("trocar {kind}"));
         // The keys of an axis are the same everywhere, and the manual explains them.
-        if kind != "sweep-file" {
+        if !matches!(kind.as_str(), "sweep-file" | "design-file") {
             check_meanings(&schema, kind);
         }
     }

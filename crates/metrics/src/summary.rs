@@ -127,6 +127,12 @@ metrics! {
         undecided_ruptures: u64 = "undecided ruptures", Count, Neither [Never];
         /// Alarms without a rupture, or for a rupture that already had an alarm.
         false_alarms: u64 = "false alarms", Count, Lower [Main];
+        /// Alarms without a rupture, per minute of the run.
+        false_alarms_per_min = "false alarms per minute", Number, Lower [Never] => |m| {
+            let ModeTimes { teleoperation_s, augmented_s, reengaging_s } = m.mode_times;
+            let minutes = (teleoperation_s + augmented_s + reengaging_s) / 60.0;
+            (minutes > 0.0).then(|| m.false_alarms as f64 / minutes)
+        };
         /// Alarms ignored because an event was in progress or had just ended.
         ignored_alarms: u64 = "alarms ignored during or just after events", Count, Neither;
         /// Maximum detection delay of the run's ruptures.
@@ -147,6 +153,8 @@ metrics! {
         };
         /// Advance of the needle beyond the intended position at the last time at which the intended position was deepest, the end of the insertion.
         final_excess_m: Option<f64> = "final excess", Metre signed, Lower [WhereDefined];
+        /// Distance by which the needle ends above the intended depth, at the end of the insertion; 0 if it ends at it or deeper.
+        final_shortfall_m = "final shortfall", Metre, Lower [Never] => |m| m.final_excess_m.map(|excess_m| f64::max(-excess_m, 0.0));
         /// Ruptures that the operator noticed.
         noticed_ruptures = "noticed ruptures", Count, Higher [WhereDefined] => |m| {
             m.ruptures.iter().filter_map(|rupture| rupture.noticed.map(|noticed| noticed as f64)).reduce(|sum, one| sum + one)

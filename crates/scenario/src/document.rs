@@ -276,10 +276,11 @@ fn of_files(source: &Source) -> Result<Vec<Entry>, ScenarioError> {
         let text = if place.is_some() { source.read() } else { source.read_argument() };
         let text = text.map_err(|error| error.at(place))?;
         let file = parse(&source.display(), &text, &source)?;
-        if let Some(axis) = file.iter().find(|entry| is_axis(entry)) {
-            let message = format!("{} is a sweep file, not a scenario", source.display());
-            let error = ScenarioError::new(message).at(Some(axis.key_place.clone()));
-            return Err(error.remedy(format!("run it with `trocar sweep {}`", source.display())));
+        let of_other_file = file.iter().find_map(|entry| Some((entry, kind_of_file(entry)?)));
+        if let Some((entry, kind)) = of_other_file {
+            let message = format!("{} is a {kind} file, not a scenario", source.display());
+            let error = ScenarioError::new(message).at(Some(entry.key_place.clone()));
+            return Err(error.remedy(format!("run it with `trocar {kind} {}`", source.display())));
         }
         let (bases, rest): (Vec<_>, Vec<_>) = file.into_iter().partition(|entry| entry.path == "base");
         let layer = visited.len();
@@ -294,6 +295,20 @@ pub(super) fn drop_replaced_layers(entries: &mut Vec<Entry>) {
     if let Some(nearest) = lists.map(|entry| entry.layer).min() {
         entries.retain(|entry| !is_of_layer(&entry.path) || entry.layer <= nearest);
     }
+}
+
+/// The kind of another file than a scenario that an entry shows, which is also its command.
+fn kind_of_file(entry: &Entry) -> Option<&'static str> {
+    if is_axis(entry) {
+        return Some("sweep");
+    }
+    is_design_goal(entry).then_some("design")
+}
+
+/// True if an entry is in a section that only a design file has.
+#[must_use]
+pub fn is_design_goal(entry: &Entry) -> bool {
+    matches!(entry.path.split('.').next(), Some("free" | "objectives"))
 }
 
 /// True if an entry is in the section of a sweep's axes.

@@ -43,7 +43,7 @@ mod values;
 pub use build::ScenarioEngine;
 pub use builtin::questions as shipped_questions;
 pub use diagnostic::underlined;
-pub use document::{Entry, Source, entries, is_axis};
+pub use document::{Entry, Source, entries, is_axis, is_design_goal};
 pub use engine_kind::EngineKind;
 pub use error::{Place, ScenarioError};
 pub use kept_files::{FileContents, KeptFiles};

@@ -1,6 +1,9 @@
 //! The steps of both plants over whole ticks. Computing them takes longer than running some hundred ticks, so copies of
 //! a scenario share them.
 
+use std::sync::Arc;
+
+use super::scenario::Scenario;
 use trocar_engine::plant::{
     ArmParameters, ControlTiming, MasterParameters, MasterStep, PlantError, SlaveParameters, SlaveStep,
 };
@@ -47,6 +50,21 @@ impl Steps {
     }
 }
 
+impl Scenario {
+    /// Uses the steps of the plants that another scenario has computed, if its machines are the same.
+    pub fn share_steps(&mut self, other: &Self) {
+        let parameters = (&self.master, &self.arm, &self.slave);
+        let fits = |stored: &Steps| stored.are_of(parameters, self.timing, self.grid.tick_s());
+        self.steps = if other.steps.get().is_some_and(fits) { Arc::clone(&other.steps) } else { Arc::default() };
+    }
+
+    /// Computes the steps of the plants again at their next use, after a change of the machines. Copies made before then
+    /// share them.
+    pub fn renew_steps(&mut self) {
+        self.steps = Arc::default();
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::borrow::Cow;
@@ -69,7 +87,15 @@ mod tests {
         other.slave.velocity_gain += 1.0;
         assert_ne!(steps(&other).1, first.1);
         assert_eq!(steps(&base), first);
-        let (master, _) = base.whole_steps().expect("built");
-        assert!(matches!(master, Cow::Borrowed(_)), "computed again");
+        let is_borrowed = |scenario: &Scenario| matches!(scenario.whole_steps().expect("built").0, Cow::Borrowed(_));
+        assert!(is_borrowed(&base), "computed again");
+        // Steps are shared between the same machines only.
+        other.share_steps(&base);
+        assert!(!is_borrowed(&other));
+        assert!(is_borrowed(&other.clone()));
+        let mut same = base.clone();
+        same.renew_steps();
+        same.share_steps(&base);
+        assert!(is_borrowed(&same));
     }
 }

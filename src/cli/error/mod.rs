@@ -69,6 +69,16 @@ pub(super) enum CliError {
         "{cases} cases take about {about}; add --yes to start, use fewer points or seeds, or run parts with --shard"
     )]
     LongSweep { cases: u64, about: String },
+    #[error(
+        "{folder} is being written by another process; wait for it or end it, then the same command continues the design"
+    )]
+    BusyDesign { folder: String },
+    /// The folder contains the search of another design.
+    #[error(
+        "{folder} holds the search of another design, or of the same one before a change:\n{difference}give another --out, \
+         or --overwrite to replace it"
+    )]
+    OtherDesign { folder: String, difference: String },
     #[error("the sweep has no case {case}: it has {cases} cases, numbered from 0")]
     NoCase { case: u64, cases: u64 },
     #[error("{axis}: {reason}")]
@@ -219,6 +229,7 @@ impl CliError {
             | Self::NoCase { .. }
             | Self::NoManifest { .. }
             | Self::LongSweep { .. }
+            | Self::OtherDesign { .. }
             | Self::Unknown { .. }
             | Self::Calibration(_)
             | Self::Identify(_)
@@ -234,6 +245,7 @@ impl CliError {
             Self::Interrupted { .. }
             | Self::Warnings { .. }
             | Self::Differences { .. }
+            | Self::BusyDesign { .. }
             | Self::Stability(_)
             | Self::Certificate { .. }
             | Self::Run(RunError::Engine { .. })

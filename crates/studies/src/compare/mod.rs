@@ -27,6 +27,7 @@ pub use scheme_document::SchemeReport;
 pub use schemes::{IMPEDANCE_FREQUENCIES_HZ, SchemeRow, SchemeStudy};
 pub use seeds::{MAX_SEEDS, SeedStudy, SeedTotals, Spread, SpreadRow};
 pub use sensitivity::{Noticed, Sensitivity};
+pub(crate) use strategies::PERCEIVING;
 pub use strategies::{
     FIXED_PERSONS, FalseAlarmCost, Group, LinearLoops, PERSONS, Person, STRATEGIES, StrategiesFile, Strategy,
     StrategyOptions, StrategyRow, StrategyStudy, Verdict, WINDOWS_S,

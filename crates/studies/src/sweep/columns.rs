@@ -107,6 +107,13 @@ impl Column {
         value.filter(|value| value.is_finite())
     }
 
+    /// The value of a metric of the loop; `None` for other metrics, or if undefined or not finite.
+    #[must_use]
+    pub fn value_of_loop(&self, of_case: &LoopOfCase<'_>) -> Option<f64> {
+        let Measure::Loop(metric) = self.measure else { return None };
+        (metric.read)(of_case).filter(|value| value.is_finite())
+    }
+
     /// True if the values are whole numbers.
     #[must_use]
     pub fn is_count(&self) -> bool {

@@ -2,14 +2,14 @@
 
 use std::collections::HashSet;
 
-use super::axis::{Axis, Levels, number};
+use super::axis::{Axis, Levels};
+use super::axis_file::{AXES, axes_of};
 use super::columns::Column;
 use super::correlation::Correlation;
 use super::design::{MAX_CASES, SamplingScheme};
+use super::file_values::{flag, line, must, name, texts, whole, within};
 use super::sobol::MAX_DIMENSIONS;
-use trocar_scenario::{
-    Entry, KeyAt, Kind, Place, ScenarioError, Value, find_key, harmless_name, nearest_key, nearest_of,
-};
+use trocar_scenario::{Entry, ScenarioError, find_key, nearest_of};
 
 /// The keys of a sweep file, with their meanings.
 pub const SWEEP_KEYS: [(&str, &str); 14] = [
@@ -37,9 +37,6 @@ pub const SWEEP_KEYS: [(&str, &str); 14] = [
     ("set", "Keys of the scenario with the same value in all cases, as in set.simulation.duration_s = 7.0."),
 ];
 
-const AXIS: &str = "a list, as in [1.0, 2.0], or { from = 0.5, to = 2.0, points = 16, log = true }, or \
-                    { median = 1.0, spread = 1.5 }";
-
 #[derive(Debug)]
 pub(super) struct SweepFile {
     pub(super) name: Option<String>,
@@ -57,17 +54,6 @@ pub(super) struct SweepFile {
     pub(super) csv: bool,
     /// Former names of metrics in the file, each with its current name.
     pub(super) former_names: Vec<(String, String)>,
-}
-
-#[derive(Default)]
-struct RangeEntries<'a> {
-    path: &'a str,
-    from: Option<&'a Entry>,
-    to: Option<&'a Entry>,
-    points: Option<&'a Entry>,
-    log: Option<&'a Entry>,
-    median: Option<&'a Entry>,
-    spread: Option<&'a Entry>,
 }
 
 impl SweepFile {
@@ -91,7 +77,7 @@ impl SweepFile {
             return Err(unknown(entry));
         }
         let scheme = scheme(&find)?;
-        let axes = axes_of(&axes, scheme)?;
+        let axes = axes_of(&axes, scheme, &AXES)?;
         let scheme = with_listed_points(scheme, &axes)?;
         let correlations = correlations_of(&groups, &axes, scheme)?;
         if let (SamplingScheme::Sobol { .. }, Some(beyond)) = (scheme, axes.get(MAX_DIMENSIONS)) {
@@ -153,18 +139,6 @@ fn unknown(entry: &Entry) -> ScenarioError {
     }
 }
 
-fn must(entry: &Entry, what: &str) -> ScenarioError {
-    ScenarioError::new(format!("{} is {}, must be {what}", entry.path, entry.written))
-        .at(Some(entry.value_place.clone()))
-}
-
-fn whole(entry: &Entry, min: u64, max: u64) -> Result<u64, ScenarioError> {
-    let value = entry.value.as_integer().and_then(|value| u64::try_from(value).ok());
-    value
-        .filter(|value| (min..=max).contains(value))
-        .ok_or_else(|| must(entry, &format!("a whole number from {min} to {max}")))
-}
-
 fn listed_seeds(entry: &Entry) -> Result<Vec<u64>, ScenarioError> {
     let seed = |value: &toml::Value| value.as_integer().and_then(|value| u64::try_from(value).ok());
     let seeds = entry.value.as_array().and_then(|list| list.iter().map(seed).collect::<Option<Vec<u64>>>());
@@ -172,21 +146,6 @@ fn listed_seeds(entry: &Entry) -> Result<Vec<u64>, ScenarioError> {
     seeds
         .filter(|seeds| !seeds.is_empty() && seeds.len() == distinct)
         .ok_or_else(|| must(entry, "a number of seeds, or a list of different whole numbers of at least 0"))
-}
-
-fn flag(entry: &Entry) -> Result<bool, ScenarioError> {
-    entry.value.as_bool().ok_or_else(|| must(entry, "true or false"))
-}
-
-fn name(entry: &Entry) -> Result<String, ScenarioError> {
-    let is_harmless = |name: &&str| harmless_name(name) == **name;
-    let name = entry.value.as_str().filter(is_harmless);
-    name.map(str::to_owned).ok_or_else(|| must(entry, "a string of letters, digits, '-' and '_', which names a folder"))
-}
-
-fn line(entry: &Entry) -> Result<String, ScenarioError> {
-    let is_line = |text: &&str| !text.trim().is_empty() && !text.contains(char::is_control);
-    entry.value.as_str().filter(is_line).map(str::to_owned).ok_or_else(|| must(entry, "a text of one line"))
 }
 
 fn scheme<'a>(find: &impl Fn(&str) -> Option<&'a Entry>) -> Result<SamplingScheme, ScenarioError> {
@@ -243,12 +202,6 @@ fn with_listed_points(scheme: SamplingScheme, axes: &[Axis]) -> Result<SamplingS
     }
 }
 
-fn texts(entry: &Entry) -> Result<Vec<&str>, ScenarioError> {
-    let texts =
-        entry.value.as_array().and_then(|list| list.iter().map(toml::Value::as_str).collect::<Option<Vec<_>>>());
-    texts.filter(|list| !list.is_empty()).ok_or_else(|| must(entry, "a list of names, as in [\"false_alarms\"]"))
-}
-
 fn columns(entry: Option<&Entry>, former_names: &mut Vec<(String, String)>) -> Result<Vec<Column>, ScenarioError> {
     let Some(entry) = entry else { return Ok(Column::defaults()) };
     let mut columns: Vec<Column> = vec![];
@@ -285,132 +238,7 @@ fn focus(entry: Option<&Entry>, columns: &[Column]) -> Result<Vec<usize>, Scenar
     texts(entry)?.into_iter().map(place).collect()
 }
 
-fn within(entry: &Entry, name: &str) -> Place {
-    let Place { file, text, span } = entry.value_place.clone();
-    let quoted = format!("\"{name}\"");
-    let found = text.get(span.clone()).and_then(|list| list.rfind(&quoted));
-    let span = found.map_or(span.clone(), |at| span.start + at..span.start + at + quoted.len());
-    Place { file, text, span }
-}
-
-fn axes_of(entries: &[Entry], scheme: SamplingScheme) -> Result<Vec<Axis>, ScenarioError> {
-    let mut axes = vec![];
-    let mut ranges: Vec<(usize, RangeEntries<'_>)> = vec![];
-    for entry in entries {
-        let path = &entry.path["axes.".len()..];
-        if let Some(key) = find_key(path) {
-            refuse_reserved(entry, path)?;
-            axes.push(list(entry, key, scheme)?);
-            continue;
-        }
-        let of_range = path.rsplit_once('.').filter(|(parent, _)| find_key(parent).is_some());
-        let Some((parent, word)) = of_range else {
-            let error = ScenarioError::new(format!("there is no key {path}")).at(Some(entry.key_place.clone()));
-            // The suggestion for a misspelt key of a range needs the path without the range's keyword.
-            let stem = path.rsplit_once('.').filter(|(_, word)| AXIS_WORDS.contains(word));
-            let near = nearest_key(stem.map_or(path, |(stem, _)| stem));
-            return Err(match near {
-                Some(near) => error.remedy(format!("did you mean {near}?")),
-                None => error.remedy("axes are keys of the scenario: `trocar init --all` writes one with every key"),
-            });
-        };
-        refuse_reserved(entry, parent)?;
-        if ranges.iter().all(|(_, range)| range.path != parent) {
-            ranges.push((axes.len() + ranges.len(), RangeEntries { path: parent, ..RangeEntries::default() }));
-        }
-        let Some((_, range)) = ranges.iter_mut().find(|(_, range)| range.path == parent) else { continue };
-        match word {
-            "from" => range.from = Some(entry),
-            "to" => range.to = Some(entry),
-            "points" => range.points = Some(entry),
-            "log" => range.log = Some(entry),
-            "median" => range.median = Some(entry),
-            "spread" => range.spread = Some(entry),
-            _ => {
-                let error = ScenarioError::new(format!("a range has no {word}")).at(Some(entry.key_place.clone()));
-                return Err(error.remedy(match word {
-                    "step" => "give points instead: the number of values, including both ends",
-                    _ => "it has from, to, points and log, or median and spread",
-                }));
-            }
-        }
-    }
-    for (place, entries) in ranges {
-        axes.insert(place.min(axes.len()), range(&entries, scheme == SamplingScheme::Grid)?);
-    }
-    Ok(axes)
-}
-
-fn refuse_reserved(entry: &Entry, path: &str) -> Result<(), ScenarioError> {
-    let error = |remedy: &str| {
-        Err(ScenarioError::new(format!("{path} cannot be an axis")).at(Some(entry.key_place.clone())).remedy(remedy))
-    };
-    match path {
-        "simulation.seed" => error("give seeds = N, and first_seed if needed"),
-        "name" => error("a case is named by its number"),
-        _ => Ok(()),
-    }
-}
-
-fn list(entry: &Entry, key: KeyAt, scheme: SamplingScheme) -> Result<Axis, ScenarioError> {
-    // For a key with a list as its value, a list of numbers is one value.
-    let items = entry.value.as_array().filter(|items| !items.is_empty());
-    let items = items.filter(|items| key.kind != Kind::Numbers || items.iter().all(toml::Value::is_array));
-    let Some(items) = items else {
-        return Err(must(entry, if key.kind == Kind::Numbers { "a list of lists of numbers" } else { AXIS }));
-    };
-    let mut values: Vec<Value> = vec![];
-    for item in items {
-        let value = Value::of_key(&key, item).ok_or_else(|| {
-            let message = format!("{} has {item}, each must be {}", entry.path, key.kind);
-            ScenarioError::new(message).at(Some(entry.value_place.clone()))
-        })?;
-        // Given points may share a value.
-        if !matches!(scheme, SamplingScheme::List { .. }) && values.contains(&value) {
-            let message = format!("{} has {item} twice", entry.path);
-            return Err(ScenarioError::new(message).at(Some(entry.value_place.clone())));
-        }
-        values.push(value);
-    }
-    Ok(Axis { key, levels: Levels::List(values), place: entry.value_place.clone() })
-}
-
-const AXIS_WORDS: [&str; 6] = ["from", "to", "points", "log", "median", "spread"];
-
-fn distribution(entries: &RangeEntries<'_>, any: &Entry, is_grid: bool) -> Result<Axis, ScenarioError> {
-    let RangeEntries { path, from, to, points, log, median, spread } = entries;
-    let refuse = |entry: &Entry, message: String| Err(ScenarioError::new(message).at(Some(entry.key_place.clone())));
-    if let Some(other) = from.or(*to).or(*points).or(*log) {
-        return refuse(other, format!("axes.{path} is a range and a distribution, must be {AXIS}"));
-    }
-    let (Some(median), Some(spread)) = (median, spread) else {
-        return refuse(any, format!("axes.{path} has only one of median and spread, must be {AXIS}"));
-    };
-    if is_grid {
-        let error = ScenarioError::new(format!("axes.{path} is a distribution, which a grid cannot have"));
-        return Err(error
-            .at(Some(any.key_place.clone()))
-            .remedy("give design.kind = \"random\", \"latin-hypercube\" or \"sobol\""));
-    }
-    let key = find_key(path).filter(|key| matches!(key.kind, Kind::Number(_)));
-    let Some(key) = key else {
-        return refuse(any, format!("axes.{path} has a distribution, but only a key with a number can have one"));
-    };
-    let Some(Value::Number(middle)) = Value::of_key(&key, &median.value).filter(|value| number(value) > Some(0.0))
-    else {
-        return Err(must(median, &format!("{}, above 0", key.kind)));
-    };
-    let ratio = spread.value.as_float().or_else(|| spread.value.as_integer().map(|whole| whole as f64));
-    let Some(ratio) = ratio.filter(|ratio| *ratio > 1.0 && *ratio <= MAX_SPREAD) else {
-        return Err(must(spread, "a number above 1 and at most 10"));
-    };
-    let place = median.value_place.clone();
-    Ok(Axis { key, levels: Levels::LogNormal { median: middle, spread: ratio }, place })
-}
-
-const MAX_SPREAD: f64 = 10.0;
-
-fn correlations_of(
+pub(crate) fn correlations_of(
     entries: &[Entry],
     axes: &[Axis],
     scheme: SamplingScheme,
@@ -467,46 +295,4 @@ fn correlations_of(
         correlations.push(Correlation { name: name.to_owned(), axes: indices, coefficient: number });
     }
     Ok(correlations)
-}
-
-fn range(entries: &RangeEntries<'_>, is_grid: bool) -> Result<Axis, ScenarioError> {
-    if let Some(any) = entries.median.or(entries.spread) {
-        return distribution(entries, any, is_grid);
-    }
-    let RangeEntries { path, from, to, points, log, .. } = entries;
-    let any = from.or(*to).or(*points).or(*log);
-    let missing = |what: &str| {
-        let message = format!("axes.{path} has no {what}, must be {AXIS}");
-        ScenarioError::new(message).at(any.map(|entry| entry.key_place.clone()))
-    };
-    let (from, to) = (from.ok_or_else(|| missing("from"))?, to.ok_or_else(|| missing("to"))?);
-    let key = find_key(path).ok_or_else(|| missing("key"))?;
-    if !matches!(key.kind, Kind::Number(_) | Kind::Whole(_)) {
-        let message = format!("{path} has no range, it is {}", key.kind);
-        return Err(ScenarioError::new(message).at(Some(from.key_place.clone())).remedy("give a list"));
-    }
-    let number = |end: &Entry| match Value::of_key(&key, &end.value) {
-        Some(Value::Number(number)) => Ok(number),
-        Some(Value::Whole(number)) => Ok(number as f64),
-        Some(Value::Numbers(_) | Value::Flag(_) | Value::Text(_)) | None => Err(must(end, &key.kind.to_string())),
-    };
-    let log = log.map_or(Ok(false), flag)?;
-    let (first, last) = (number(from)?, number(to)?);
-    if first == last {
-        return Err(must(to, "a number other than from").remedy("fix the key with set, or give a list"));
-    }
-    if let Some((end, _)) = [(from, first), (to, last)].into_iter().find(|(_, number)| log && *number <= 0.0) {
-        return Err(must(end, "above 0 with log = true"));
-    }
-    let points = match (points, is_grid) {
-        (Some(entry), true) => Some(whole(entry, 2, MAX_CASES)?),
-        (None, true) => return Err(missing("points")),
-        (None, false) => None,
-        (Some(entry), false) => {
-            let message = format!("axes.{path} has points, which only the ranges of a grid have");
-            let remedy = "remove them: design.points applies; or give a list";
-            return Err(ScenarioError::new(message).at(Some(entry.key_place.clone())).remedy(remedy));
-        }
-    };
-    Ok(Axis { key, levels: Levels::Range { from: first, to: last, log, points }, place: from.value_place.clone() })
 }

@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::canonical::sha256;
 use super::design::Design;
 use super::error::SweepError;
 use super::part::{PACK_CASES, Part, Rows};
-use super::plan::{layout, sha256, stored_design};
+use super::plan::{layout, stored_design};
 use trocar_scenario::Source;
 
 /// The description of the part in a folder.

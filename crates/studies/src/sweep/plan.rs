@@ -1,12 +1,10 @@
 //! A validated sweep: its design and its scenario, with a hash that identifies it.
 
-use std::fmt::Write as _;
-
 use sha2::{Digest, Sha256};
 
 use super::axis::Axis;
-use super::columns::Column;
-use super::correlation::Correlation;
+use super::base::{base_of, check_acting};
+use super::canonical::{design_toml, hash_signals, resolved_toml, sha256};
 use super::design::{Design, MAX_CASES, SamplingScheme, UnitCoordinates};
 use super::error::SweepError;
 use super::file::SweepFile;
@@ -14,8 +12,7 @@ use super::part::{Layout, PACK_CASES};
 use super::shard::Shard;
 use crate::run::RunError;
 use trocar_scenario::{
-    CaseFactory, Kind, OperatorSpec, Place, Scenario, ScenarioError, Source, Template, TissueSpec, Value, entries,
-    harmless_name, is_axis,
+    CaseFactory, Kind, Place, Scenario, ScenarioError, Source, Template, Value, entries, harmless_name, is_axis,
 };
 
 /// A validated sweep.
@@ -46,16 +43,7 @@ impl Plan {
     /// [`ScenarioError`] with place and remedy if one of them is invalid.
     pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
         let file = SweepFile::of(entries(source)?, false)?;
-        let Some(base) = &file.base else {
-            let message = format!("{}: base is missing; it names the scenario to vary", source.display());
-            return Err(ScenarioError::new(message).remedy("write base = \"paper/augmented\", or a path"));
-        };
-        let Some(path) = base.value.as_str().filter(|path| !path.is_empty()) else {
-            let message = format!("base is {}, must be the path of a scenario file", base.written);
-            return Err(ScenarioError::new(message).at(Some(base.value_place.clone())));
-        };
-        let (varied, place) = (source.relative(path), base.value_place.clone());
-        varied.read().map_err(|error| error.at(Some(place.clone())))?;
+        let (varied, place) = base_of(&file, source)?;
         Self::of(file, source, (&varied, Some(place)), settings)
     }
 
@@ -91,7 +79,7 @@ impl Plan {
         }
         design.focus.dedup();
         let mut plan = Self { canonical: String::new(), design, former_names, template };
-        plan.check_acting()?;
+        check_acting(&plan.design.axes, &[], plan.template.first(), "axes")?;
         plan.check_corners()?;
         plan.canonical = plan.write_canonical()?;
         Ok(plan)
@@ -144,26 +132,6 @@ impl Plan {
         self.template.whole(&values, self.design.seed(case))
     }
 
-    /// Checks that every axis has an effect, in the first case or because another axis varies the keys on which it
-    /// depends.
-    fn check_acting(&self) -> Result<(), ScenarioError> {
-        let axes = &self.design.axes;
-        let values = self.template.first().values();
-        let is_swept = |path: &str| axes.iter().any(|axis| axis.key.path == path);
-        let inert = axes.iter().find_map(|axis| {
-            if values.is_acting(&axis.key) {
-                return None;
-            }
-            Some((axis, values.unmet(&axis.key).find(|acts| !is_swept(acts.key))?))
-        });
-        let Some((axis, acts)) = inert else { return Ok(()) };
-        let words = acts.words().join(" or ");
-        let message = format!("axes.{} has no effect: it acts for {} = {words}", axis.key.path, acts.key);
-        Err(ScenarioError::new(message)
-            .at(Some(axis.place.clone()))
-            .remedy(format!("remove the axis, or change {} in [set]", acts.key)))
-    }
-
     /// Resolves and builds scenarios at the ends of the axes, to report invalid values in advance.
     fn check_corners(&self) -> Result<(), ScenarioError> {
         let axes = &self.design.axes;
@@ -208,7 +176,6 @@ impl Plan {
     }
 
     fn write_canonical(&self) -> Result<String, ScenarioError> {
-        let mut text = design_toml(&self.design);
         let mut signals = Sha256::new();
         hash_signals(self.template.first(), &mut signals);
         for (index, axis) in self.design.axes.iter().enumerate().filter(|(_, axis)| axis.key.kind == Kind::File) {
@@ -218,37 +185,7 @@ impl Plan {
                 hash_signals(&self.template.whole(&values, self.design.first_seed)?, &mut signals);
             }
         }
-        // Writing to a string cannot fail.
-        let _ = write!(
-            text,
-            "\n[resolved]\ntrocar_version = \"{}\"\nsignals_sha256 = \"{}\"\n",
-            env!("CARGO_PKG_VERSION"),
-            hexadecimal(&signals.finalize()),
-        );
-        let echo = self.template.first().echo();
-        let mut is_in_section = false;
-        // Each layer is written as a section with its name.
-        let mut in_list = None;
-        for line in echo.lines() {
-            if let Some(list) = line.strip_prefix("[[").and_then(|line| line.strip_suffix("]]")) {
-                in_list = Some(list);
-                continue;
-            }
-            if let Some(name) = in_list.and(line.strip_prefix("name = ")) {
-                let _ = write!(text, "\n[resolved.{}.{}]\n", in_list.unwrap_or_default(), name.trim_matches('"'));
-                in_list = None;
-                continue;
-            }
-            // A file is identified by its content, on any machine. The seeds are part of the design.
-            let is_apart = ["file = ", "delays_file = ", "seed = "].iter().any(|key| line.starts_with(key));
-            if let Some(section) = line.strip_prefix('[') {
-                is_in_section = true;
-                let _ = write!(text, "\n[resolved.{section}\n");
-            } else if is_in_section && !line.is_empty() && !is_apart {
-                let _ = writeln!(text, "{line}");
-            }
-        }
-        Ok(text)
+        Ok(design_toml(&self.design) + &resolved_toml(self.template.first(), signals))
     }
 }
 
@@ -256,18 +193,6 @@ pub(super) fn layout(design: &Design, canonical: &str, packs: std::ops::Range<u6
     let digest = Sha256::digest(canonical.as_bytes());
     let key = digest.iter().take(8).fold(0, |key, byte| key << 8 | u64::from(*byte));
     Layout { key, columns: design.columns.len(), cases: design.cases(), packs }
-}
-
-pub(super) fn sha256(bytes: &[u8]) -> String {
-    hexadecimal(&Sha256::digest(bytes))
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        // Writing to a string cannot fail.
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
 }
 
 fn design(file: SweepFile, stem: String, first_seed: u64) -> Design {
@@ -292,61 +217,6 @@ fn design(file: SweepFile, stem: String, first_seed: u64) -> Design {
 /// [`ScenarioError`] for another text.
 pub fn stored_design(source: &Source) -> Result<Design, ScenarioError> {
     Ok(design(SweepFile::of(entries(source)?, true)?, harmless_name(&source.stem()), 1))
-}
-
-fn design_toml(design: &Design) -> String {
-    let names = |columns: Vec<&Column>| {
-        let names: Vec<_> = columns.iter().map(|column| format!("{:?}", column.name)).collect();
-        format!("[{}]", names.join(", "))
-    };
-    let seeds = match &design.listed_seeds {
-        Some(seeds) => format!("seeds = {seeds:?}"),
-        None => format!("seeds = {}\nfirst_seed = {}", design.seeds, design.first_seed),
-    };
-    let question = design.question.as_ref().map(|text| format!("question = {}\n", toml::Value::String(text.clone())));
-    let mut text = format!(
-        "name = {}\n{}{seeds}\nmetrics = {}\nfocus = {}\ncsv = {}\n\n[design]\nkind = \"{}\"\n",
-        toml::Value::String(design.name.clone()),
-        question.unwrap_or_default(),
-        names(design.columns.iter().collect()),
-        names(design.focus.iter().map(|index| &design.columns[*index]).collect()),
-        design.csv,
-        design.scheme.word(),
-    );
-    if let Some((points, seed)) = design.scheme.points_and_seed() {
-        let _ = write!(text, "points = {points}\nseed = {seed}\n");
-    }
-    if !design.axes.is_empty() {
-        text.push_str("\n[axes]\n");
-    }
-    for axis in &design.axes {
-        let _ = writeln!(text, "{} = {}", axis.key.path, axis.to_toml());
-    }
-    for Correlation { name, axes, coefficient } in &design.correlations {
-        let paths: Vec<_> = axes.iter().map(|axis| format!("{:?}", design.axes[*axis].key.path)).collect();
-        let coefficient = toml::Value::Float(*coefficient);
-        let _ = write!(text, "\n[correlations.{name}]\naxes = [{}]\ncoefficient = {coefficient}\n", paths.join(", "));
-    }
-    text
-}
-
-fn hash_signals(scenario: &Scenario, hash: &mut Sha256) {
-    let mut numbers = |numbers: &[f64]| {
-        hash.update((numbers.len() as u64).to_le_bytes());
-        numbers.iter().for_each(|number| hash.update(number.to_bits().to_le_bytes()));
-    };
-    if let OperatorSpec::Recording(positions) = &scenario.operator {
-        numbers(positions);
-    }
-    match &scenario.tissue {
-        TissueSpec::Recording { force_n, .. } => numbers(force_n),
-        TissueSpec::Depth { curves, .. } => curves.tables_n().into_iter().for_each(numbers),
-        TissueSpec::Unit(_) | TissueSpec::Model(_) => {}
-    }
-    if let TissueSpec::Unit(tissue) = &scenario.tissue {
-        hash.update(tissue.sha256());
-    }
-    hash.update(format!("{:?} {:?}", scenario.forward_schedule, scenario.backward_schedule));
 }
 
 fn describe(design: &Design, values: &[Value]) -> String {

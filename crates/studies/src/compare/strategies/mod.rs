@@ -8,6 +8,7 @@ mod windows;
 
 pub use catalogue::{STRATEGIES, Strategy};
 pub use document::StrategiesFile;
+pub(crate) use people::PERCEIVING;
 pub use people::{FIXED_PERSONS, Group, PERSONS, Person};
 pub use windows::WINDOWS_S;
 
@@ -16,7 +17,6 @@ use std::sync::{Mutex, PoisonError};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use self::people::PERCEIVING;
 use self::windows::{OfWindows, Windows};
 use super::sensitivity::{Noticed, Sensitivity};
 use crate::run::{RunError, run, run_pack_observed, run_pack_sharing};

@@ -45,7 +45,7 @@ pub struct Group {
 const ADULTS: Group =
     Group { arm: 1.0, arms: PeopleSettings::DEFAULT, weber_spread: 1.3, criterion_spread: 1.2, reaction_spread: 1.15 };
 
-pub(super) const PERCEIVING: [&str; 2] = ["perception.reflex=stop", "perception.kind=psychometric"];
+pub(crate) const PERCEIVING: [&str; 2] = ["perception.reflex=stop", "perception.kind=psychometric"];
 
 fn practise(of: &mut PerceptionSettings) {
     of.lapse_rate = 0.01;
@@ -110,7 +110,7 @@ impl Person {
     /// Replaces the operator of a scenario with [`PERCEIVING`] by the person, or by the patient's member of the group,
     /// which depends on the scenario's seed and the patient's number. All groups draw the same random numbers, so they
     /// differ only by their settings.
-    pub(super) fn replace_operator(&self, scenario: &mut Scenario, patient: u64) {
+    pub(crate) fn replace_operator(&self, scenario: &mut Scenario, patient: u64) {
         let Perception::Psychometric(perception) = &mut scenario.perception else { return };
         (self.decide)(perception);
         if let Some(group) = &self.group {

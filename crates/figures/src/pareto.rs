@@ -1,0 +1,151 @@
+//! Designs on a Pareto front, in the search and on other patients, beside shipped strategies.
+
+use super::FigureError;
+use trocar_document::figure::{
+    Axis, BLACK, Entry, Figure, GREY, Panel, Point, Row, Sample, Stroke, VERMILION, WHITE, X_TICKS, Y_TICKS, extent,
+};
+
+/// A value with the ends of its interval.
+pub type Interval = (f64, [f64; 2]);
+
+/// A design in the plane of two objectives.
+#[derive(Clone, Debug)]
+pub struct DesignView {
+    /// The name.
+    pub name: String,
+    /// Both objectives in the search.
+    pub training: Option<(f64, f64)>,
+    /// Both objectives on other patients.
+    pub validation: Option<(Interval, Interval)>,
+    /// True if it is the chosen design.
+    pub is_chosen: bool,
+}
+
+/// A shipped strategy in the plane of two objectives.
+#[derive(Clone, Debug)]
+pub struct ShippedView {
+    /// The name.
+    pub name: String,
+    /// Both objectives on other patients.
+    pub at: (f64, f64),
+    /// True if it meets the constraints.
+    pub is_feasible: bool,
+}
+
+/// The plane of two objectives.
+#[derive(Clone, Debug)]
+pub struct ParetoView {
+    /// The captions of both axes.
+    pub captions: (String, String),
+    /// The designs.
+    pub designs: Vec<DesignView>,
+    /// The shipped strategies.
+    pub shipped: Vec<ShippedView>,
+}
+
+const DOT: f64 = 6.5;
+const DESIGN: Stroke = Stroke::solid(BLACK, DOT);
+const CHOSEN: Stroke = Stroke::solid(VERMILION, DOT);
+const FEASIBLE: Stroke = Stroke::solid(GREY, DOT);
+const INFEASIBLE: Stroke = Stroke::solid(GREY.pale(0.4), DOT);
+/// The inside of a hollow dot.
+const INSIDE: Stroke = Stroke::solid(WHITE, 0.6 * DOT);
+
+/// Height of a plane in points, the distance of a name above its dot as a share of it, and beside the lines of an interval
+/// as a share of the width.
+const HEIGHT: f64 = 190.0;
+const ABOVE: f64 = 0.045;
+const BESIDE: f64 = 0.015;
+
+/// Draws a plane for each pair of objectives, two beside each other. The values on other patients are filled dots with
+/// intervals, the values in the search hollow ones.
+///
+/// # Errors
+/// [`FigureError::Empty`] without a plane, or without a design and a strategy.
+pub fn pareto(name: &str, views: &[ParetoView]) -> Result<Figure<'static>, FigureError> {
+    if views.is_empty() || views.iter().all(|view| view.designs.is_empty() && view.shipped.is_empty()) {
+        return Err(FigureError::Empty { figure: "front" });
+    }
+    let panels: Vec<Panel<'static>> = views.iter().map(panel).collect();
+    let rows = panels.chunks(2).map(|panels| Row { title: None, height: HEIGHT, panels: panels.to_vec() });
+    let mut legend: Vec<Entry> = vec![
+        (Sample::Dot(CHOSEN), "the knee, on other patients".to_owned()),
+        (Sample::Dot(DESIGN), "other designs (95 % intervals); hollow: in the search".to_owned()),
+        (Sample::Dot(FEASIBLE), "shipped strategies".to_owned()),
+    ];
+    if views.iter().flat_map(|view| &view.shipped).any(|shipped| !shipped.is_feasible) {
+        legend.push((Sample::Dot(INFEASIBLE), "shipped, outside a constraint".to_owned()));
+    }
+    Ok(Figure { name: name.to_owned(), legend, rows: rows.collect() })
+}
+
+fn panel(view: &ParetoView) -> Panel<'static> {
+    let of_designs = |pick: fn((f64, f64)) -> f64, of: fn(&(Interval, Interval)) -> &Interval| {
+        let training = view.designs.iter().filter_map(move |design| design.training.map(pick));
+        let validation = view.designs.iter().filter_map(|design| design.validation.as_ref());
+        training.chain(validation.flat_map(move |both| of(both).1)).collect::<Vec<f64>>()
+    };
+    let xs = of_designs(|at| at.0, |both| &both.0).into_iter().chain(view.shipped.iter().map(|shipped| shipped.at.0));
+    let ys = of_designs(|at| at.1, |both| &both.1).into_iter().chain(view.shipped.iter().map(|shipped| shipped.at.1));
+    let axis = |values: Option<(f64, f64)>, ticks| Axis::padded(values.unwrap_or((0.0, 1.0)), ticks);
+    let (x, y) = (axis(extent(xs), X_TICKS), axis(extent(ys), Y_TICKS));
+    let (above, beside) = (ABOVE * (y.high - y.low), BESIDE * (x.high - x.low));
+    let mut panel = Panel::new(x, view.captions.0.clone(), y, view.captions.1.clone());
+    let dot = |at: Point, stroke: Stroke| (vec![at], stroke);
+    for ShippedView { name, at, is_feasible } in &view.shipped {
+        panel.curves.push(dot(*at, if *is_feasible { FEASIBLE } else { INFEASIBLE }));
+        panel.notes.push(((at.0, at.1 + above), name.clone()));
+    }
+    for DesignView { name, training, validation, is_chosen } in &view.designs {
+        let stroke = if *is_chosen { CHOSEN } else { DESIGN };
+        let thin = Stroke { width: 0.8, ..stroke };
+        if let (Some(from), Some(((x, _), (y, _)))) = (training, validation) {
+            panel.curves.push((vec![*from, (*x, *y)], Stroke { color: GREY.pale(0.5), ..thin }));
+        }
+        if let Some(at) = training {
+            panel.curves.extend([dot(*at, stroke), dot(*at, INSIDE)]);
+        }
+        if let Some(((x, x_ends), (y, y_ends))) = validation {
+            panel.curves.push((vec![(x_ends[0], *y), (x_ends[1], *y)], thin));
+            panel.curves.push((vec![(*x, y_ends[0]), (*x, y_ends[1])], thin));
+            panel.curves.push(dot((*x, *y), stroke));
+            panel.notes.push(((*x + beside, *y + above), name.clone()));
+        }
+    }
+    panel
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn designs_have_hollow_and_filled_dots_and_strategies_their_names() {
+        let view = ParetoView {
+            captions: ("excess (mm)".into(), "noticed (%)".into()),
+            designs: vec![DesignView {
+                name: "01".into(),
+                training: Some((1.0, 90.0)),
+                validation: Some(((1.5, [1.2, 1.8]), (85.0, [80.0, 88.0]))),
+                is_chosen: true,
+            }],
+            shipped: vec![ShippedView { name: "cue".into(), at: (4.0, 70.0), is_feasible: false }],
+        };
+        let figure = pareto("liver", std::slice::from_ref(&view)).expect("drawn");
+        let panel = &figure.rows[0].panels[0];
+        let dots: Vec<(Point, Stroke)> = panel
+            .curves
+            .iter()
+            .filter(|(points, _)| points.len() == 1)
+            .map(|(points, stroke)| (points[0], *stroke))
+            .collect();
+        assert_eq!(
+            dots,
+            [((4.0, 70.0), INFEASIBLE), ((1.0, 90.0), CHOSEN), ((1.0, 90.0), INSIDE), ((1.5, 85.0), CHOSEN)]
+        );
+        assert_eq!(panel.notes.iter().map(|(_, name)| name.as_str()).collect::<Vec<_>>(), ["cue", "01"]);
+        assert!(panel.x.low < 1.0 && panel.x.high > 4.0 && panel.y.low < 70.0 && panel.y.high > 90.0);
+        assert_eq!(figure.legend.len(), 4);
+        assert!(matches!(pareto("", &[]), Err(FigureError::Empty { .. })));
+    }
+}

@@ -1,0 +1,37 @@
+//! Designs: settings of a scenario that are best for a group of patients.
+//!
+//! A design file ([`Problem`]) names the free keys, the objectives, the constraints and the patients. The search
+//! ([`Search`]) is evolutionary, and its state can be stored after every generation. The results are judged on other
+//! patients with other noise ([`Validation`]), beside the shipped strategies.
+
+mod bootstrap;
+mod certify;
+mod document;
+mod evaluate;
+mod file;
+mod goals;
+mod loops;
+mod nsga;
+mod population;
+mod problem;
+mod quantity;
+mod race;
+mod schema;
+mod search;
+mod sensitivity;
+mod validation;
+
+pub use bootstrap::Estimate;
+pub use certify::{Certification, Front};
+pub use document::{DesignResultFile, DesignStudy};
+pub use evaluate::{Ended, Evaluation};
+pub use file::{DESIGN_KEYS, SearchSettings, Size};
+pub use goals::{Constraint, Direction, Goals, Limit, Objective};
+pub use nsga::{Gene, Point};
+pub use population::{Population, Use};
+pub use problem::{Problem, is_design};
+pub use quantity::{Aggregate, Quantity, Samples};
+pub use schema::design_schema;
+pub use search::{Search, State, Stopped, Training};
+pub use sensitivity::{Sensitivity, sensitivities};
+pub use validation::{Designed, Estimates, Fresh, Shipped, Validation};

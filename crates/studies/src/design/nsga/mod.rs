@@ -1,0 +1,179 @@
+//! NSGA-II: an evolutionary search for a Pareto front under constraints.
+//!
+//! Deb, Pratap, Agarwal and Meyarivan, *A fast and elitist multiobjective genetic algorithm: NSGA-II*, IEEE Trans. Evol.
+//! Comput. 6, 2002. A point is better than another if it is *constraint-dominant*: feasible against infeasible, less
+//! violated among infeasible points, and Pareto-dominant among feasible ones. Points of the same rank are compared by
+//! their crowding distance.
+//!
+//! All objectives are minimised. The caller evaluates the points, so a search can be stored after every generation and
+//! continued. Random numbers depend on the seed, the generation and the index of the child only.
+
+#[cfg(test)]
+mod tests;
+mod variation;
+mod volume;
+
+pub use variation::{Gene, child};
+pub use volume::hypervolume;
+
+/// A point in the space of the objectives.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    /// The objectives, which are minimised; not used for an infeasible point.
+    pub objectives: Vec<f64>,
+    /// The sum of the relative violations of the constraints; 0 if the point is feasible, infinite if it is the worst.
+    pub violation: f64,
+}
+
+/// Rank and crowding distance of a point among others.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Standing {
+    /// The rank: 0 for points that no other point dominates.
+    pub rank: usize,
+    /// The crowding distance within the rank; infinite for a point with an extreme objective.
+    pub crowding: f64,
+}
+
+impl Standing {
+    /// True if this standing is preferred: a smaller rank, or a larger distance within the rank.
+    #[must_use]
+    pub fn is_preferred_to(&self, other: &Self) -> bool {
+        self.rank < other.rank || self.rank == other.rank && self.crowding > other.crowding
+    }
+}
+
+/// True if `a` is at most `b` in every objective and below it in one.
+#[must_use]
+pub fn pareto_dominates(a: &[f64], b: &[f64]) -> bool {
+    a.iter().zip(b).all(|(a, b)| a <= b) && a.iter().zip(b).any(|(a, b)| a < b)
+}
+
+/// True if `a` is better than `b` by constraint domination.
+#[must_use]
+pub fn dominates(a: &Point, b: &Point) -> bool {
+    match (a.violation > 0.0, b.violation > 0.0) {
+        (false, false) => pareto_dominates(&a.objectives, &b.objectives),
+        (true, true) => a.violation < b.violation,
+        (is_violated, _) => !is_violated,
+    }
+}
+
+/// Ranks points and computes their crowding distances.
+#[must_use]
+pub fn standings(points: &[Point]) -> Vec<Standing> {
+    let mut standings = vec![Standing { rank: 0, crowding: 0.0 }; points.len()];
+    let mut dominated_by: Vec<usize> =
+        points.iter().map(|point| points.iter().filter(|other| dominates(other, point)).count()).collect();
+    let mut left: Vec<usize> = (0..points.len()).collect();
+    let mut rank = 0;
+    while !left.is_empty() {
+        let (front, rest): (Vec<usize>, Vec<usize>) = left.iter().partition(|&&index| dominated_by[index] == 0);
+        for &better in &front {
+            rest.iter().filter(|&&index| dominates(&points[better], &points[index])).for_each(|&index| {
+                dominated_by[index] -= 1;
+            });
+        }
+        for (&index, crowding) in front.iter().zip(crowding(points, &front)) {
+            standings[index] = Standing { rank, crowding };
+        }
+        left = rest;
+        rank += 1;
+    }
+    standings
+}
+
+/// The crowding distances of the points of a front: for each objective, the distance between the two neighbours as a
+/// share of the objective's range.
+fn crowding(points: &[Point], front: &[usize]) -> Vec<f64> {
+    let objectives = front.iter().map(|&index| points[index].objectives.len()).min().unwrap_or(0);
+    let mut distances = vec![0.0_f64; front.len()];
+    for objective in 0..objectives {
+        let value = |place: usize| points[front[place]].objectives[objective];
+        let mut order: Vec<usize> = (0..front.len()).collect();
+        order.sort_by(|a, b| value(*a).total_cmp(&value(*b)));
+        let (Some(&first), Some(&last)) = (order.first(), order.last()) else { continue };
+        let range = value(last) - value(first);
+        distances[first] = f64::INFINITY;
+        distances[last] = f64::INFINITY;
+        if range > 0.0 && range.is_finite() {
+            for around in order.windows(3) {
+                distances[around[1]] += (value(around[2]) - value(around[0])) / range;
+            }
+        }
+    }
+    distances
+}
+
+/// The indices of the `count` points that survive, the preferred ones first. Equal standings are ordered by index.
+#[must_use]
+pub fn survivors(points: &[Point], count: usize) -> Vec<usize> {
+    let standings = standings(points);
+    let mut order: Vec<usize> = (0..points.len()).collect();
+    order.sort_by(|&a, &b| {
+        let (a, b) = (standings[a], standings[b]);
+        a.rank.cmp(&b.rank).then(b.crowding.total_cmp(&a.crowding))
+    });
+    order.truncate(count);
+    order
+}
+
+/// The indices of the feasible points that no other feasible point dominates, ascending.
+#[must_use]
+pub fn front(points: &[Point]) -> Vec<usize> {
+    let is_feasible = |point: &&Point| point.violation <= 0.0;
+    let on_front = |point: &Point| {
+        is_feasible(&point)
+            && !points.iter().filter(is_feasible).any(|other| pareto_dominates(&other.objectives, &point.objectives))
+    };
+    (0..points.len()).filter(|&index| on_front(&points[index])).collect()
+}
+
+/// The indices of at most `count` points of a front, ascending: `first` if it is on the front, the extremes of every
+/// objective, then one after another the point that is farthest from all chosen ones, with every objective as a share of
+/// its range.
+#[must_use]
+pub fn spread(points: &[Point], front: &[usize], first: Option<usize>, count: usize) -> Vec<usize> {
+    let scaled = scaled(points, front);
+    let mut chosen: Vec<usize> = front.iter().position(|index| first == Some(*index)).into_iter().collect();
+    let objectives = scaled.first().map_or(0, Vec::len);
+    for objective in 0..objectives {
+        let lowest = (0..front.len()).min_by(|a, b| scaled[*a][objective].total_cmp(&scaled[*b][objective]));
+        chosen.extend(lowest.filter(|place| !chosen.contains(place) && chosen.len() < count));
+    }
+    let distance =
+        |a: usize, b: usize| -> f64 { scaled[a].iter().zip(&scaled[b]).map(|(a, b)| (a - b) * (a - b)).sum() };
+    while chosen.len() < count.min(front.len()) {
+        let nearest = |place: usize| chosen.iter().map(|&other| distance(place, other)).fold(f64::INFINITY, f64::min);
+        let rest = (0..front.len()).filter(|place| !chosen.contains(place));
+        // The first of equal points, so that the result does not depend on rounding in the comparison.
+        let farthest = rest.map(|place| (nearest(place), place)).max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
+        let Some((_, place)) = farthest else { break };
+        chosen.push(place);
+    }
+    let mut indices: Vec<usize> = chosen.into_iter().map(|place| front[place]).collect();
+    indices.sort_unstable();
+    indices
+}
+
+/// The index of the knee of a front: the point with the smallest distance to the ideal point, which has the smallest
+/// value of each objective, with every objective as a share of its range on the front.
+#[must_use]
+pub fn knee(points: &[Point], front: &[usize]) -> Option<usize> {
+    let distance = |scaled: &Vec<f64>| scaled.iter().map(|share| share * share).sum::<f64>();
+    let distances: Vec<f64> = scaled(points, front).iter().map(distance).collect();
+    let nearest = (0..front.len()).min_by(|a, b| distances[*a].total_cmp(&distances[*b]));
+    nearest.map(|place| front[place])
+}
+
+/// The objectives of the points of a front as shares of their ranges on it; 0 for an objective without a range.
+#[must_use]
+pub fn scaled(points: &[Point], front: &[usize]) -> Vec<Vec<f64>> {
+    let objectives = front.first().map_or(0, |&index| points[index].objectives.len());
+    let range = |objective: usize| {
+        let values = || front.iter().map(|&index| points[index].objectives[objective]);
+        (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max))
+    };
+    let ranges: Vec<(f64, f64)> = (0..objectives).map(range).collect();
+    let share = |(value, (low, high)): (&f64, &(f64, f64))| if high > low { (value - low) / (high - low) } else { 0.0 };
+    front.iter().map(|&index| points[index].objectives.iter().zip(&ranges).map(share).collect()).collect()
+}

@@ -1,0 +1,188 @@
+//! The runs over which a candidate is evaluated: patients, persons and noise seeds.
+
+use super::file::Size;
+use super::problem::Problem;
+use crate::compare::Person;
+use crate::sweep::{Axis, Design, SamplingScheme, mix};
+use trocar_scenario::{CaseFactory, Entry, Scenario, ScenarioError, Template, Value};
+
+/// Separates the random numbers of the judged patients from those of the search with the same seed.
+const FRESH: u64 = 0x6672_6573_6800;
+
+/// The distance of the noise seeds of the judged patients from those of the search, which are fewer.
+const FRESH_SEEDS: u64 = 1 << 40;
+
+/// The use of a population.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Use {
+    /// The patients of the search, spread evenly over the distributions (a Latin hypercube).
+    Training,
+    /// Other patients, drawn independently, with other noise.
+    Validation,
+}
+
+/// The patients with the scenario of each, whose free keys are open.
+///
+/// The runs are ordered by patient, then by person, then by seed. All candidates have the same patients, persons and
+/// seeds (common random numbers).
+#[derive(Debug)]
+pub struct Population {
+    templates: Vec<Template>,
+    persons: Vec<&'static Person>,
+    seeds: u64,
+    first_seed: u64,
+    /// For each patient and person, a scenario with the computed steps of its machines.
+    prototypes: Vec<Scenario>,
+}
+
+impl Population {
+    /// Draws the patients of a problem, with these free keys, and settings that take precedence.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] of a patient whose scenario is invalid.
+    pub fn of(problem: &Problem, used: Use, free: &[Axis], settings: &[String]) -> Result<Self, ScenarioError> {
+        let Size { patients, seeds } = match used {
+            Use::Training => problem.training,
+            Use::Validation => problem.validation,
+        };
+        let differs = !problem.patients.is_empty() || problem.persons.iter().any(|person| person.group.is_some());
+        let patients = if differs { patients } else { 1 };
+        let (scheme, first_seed) = match used {
+            Use::Training => (SamplingScheme::LatinHypercube { points: patients, seed: problem.seed }, problem.seed),
+            Use::Validation => (
+                SamplingScheme::Random { points: patients, seed: mix(problem.seed ^ FRESH) },
+                problem.seed + FRESH_SEEDS,
+            ),
+        };
+        let design = Design {
+            name: String::new(),
+            question: None,
+            axes: problem.patients.clone(),
+            correlations: problem.correlations.clone(),
+            scheme,
+            seeds: 1,
+            first_seed: 0,
+            listed_seeds: None,
+            columns: vec![],
+            focus: vec![],
+            csv: false,
+        };
+        let open: Vec<&Axis> = free.iter().collect();
+        let template = |patient: usize| {
+            let (mut coordinates, mut values) = (vec![], vec![]);
+            design.coordinates().values(patient as u64, &mut coordinates, &mut values);
+            let entries = design.axes.iter().zip(&values).map(|(axis, value)| entry(axis, value, problem)).collect();
+            problem.template(&open, entries, settings)
+        };
+        let templates = trocar_base::parallel::try_map(patients as usize, template)?;
+        let mut population =
+            Self { templates, persons: problem.persons.clone(), seeds, first_seed, prototypes: vec![] };
+        let persons = population.persons_of_patient();
+        let prototype = |index: usize| -> Result<Scenario, ScenarioError> {
+            let (patient, person) = (index / persons, index % persons);
+            let mut scenario = population.templates[patient].first().clone();
+            population.operate(&mut scenario, patient, person);
+            scenario.renew_steps();
+            // Computes the steps; a candidate may be valid if the first values of the free keys are not.
+            let _ = scenario.build();
+            Ok(scenario)
+        };
+        let prototypes = trocar_base::parallel::try_map(population.templates.len() * persons, prototype)?;
+        population.prototypes = prototypes;
+        Ok(population)
+    }
+
+    /// The number of patients.
+    #[must_use]
+    pub fn patients(&self) -> usize {
+        self.templates.len()
+    }
+
+    /// The number of runs of a candidate.
+    #[must_use]
+    pub fn runs(&self) -> usize {
+        self.templates.len() * self.runs_of_patient()
+    }
+
+    /// The number of runs of a patient.
+    #[must_use]
+    pub fn runs_of_patient(&self) -> usize {
+        self.persons_of_patient() * self.seeds as usize
+    }
+
+    /// The runs that a bootstrap draws together: those of a patient, or those of a seed if there is only one patient.
+    #[must_use]
+    pub fn clusters(&self) -> Vec<Vec<usize>> {
+        let of_patient = self.runs_of_patient();
+        if self.patients() > 1 {
+            return (0..self.patients())
+                .map(|patient| (patient * of_patient..(patient + 1) * of_patient).collect())
+                .collect();
+        }
+        let seeds = self.seeds as usize;
+        (0..seeds).map(|seed| (seed..of_patient).step_by(seeds).collect()).collect()
+    }
+
+    pub(super) fn persons_of_patient(&self) -> usize {
+        self.persons.len().max(1)
+    }
+
+    pub(super) fn factory(&self, patient: usize) -> CaseFactory<'_> {
+        self.templates[patient].factory()
+    }
+
+    pub(super) fn factories(&self) -> Vec<CaseFactory<'_>> {
+        self.templates.iter().map(Template::factory).collect()
+    }
+
+    /// The scenarios of a patient with each person and the first seed.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] for a combination of values that is invalid in a scenario file.
+    pub(super) fn with_persons(
+        &self,
+        factory: &mut CaseFactory<'_>,
+        patient: usize,
+        values: &[Value],
+    ) -> Result<Vec<Scenario>, ScenarioError> {
+        let first = factory.build(values, self.first_seed)?;
+        let of_person = |person: usize| {
+            let mut scenario = first.clone();
+            self.operate(&mut scenario, patient, person);
+            scenario.share_steps(&self.prototypes[patient * self.persons_of_patient() + person]);
+            scenario
+        };
+        Ok((0..self.persons_of_patient()).map(of_person).collect())
+    }
+
+    /// The scenarios with every noise seed of a patient, for each of `firsts`.
+    pub(super) fn with_seeds(&self, patient: usize, firsts: &[Scenario]) -> Vec<Scenario> {
+        let seed = |offset: u64| self.first_seed + patient as u64 * self.seeds + offset;
+        let with_seed = |first: &Scenario, offset: u64| {
+            let mut scenario = first.clone();
+            scenario.seed = seed(offset);
+            scenario
+        };
+        firsts.iter().flat_map(|first| (0..self.seeds).map(|offset| with_seed(first, offset))).collect()
+    }
+
+    fn operate(&self, scenario: &mut Scenario, patient: usize, person: usize) {
+        if let Some(person) = self.persons.get(person) {
+            scenario.seed = self.first_seed;
+            person.replace_operator(scenario, patient as u64);
+        }
+    }
+}
+
+fn entry(axis: &Axis, value: &Value, problem: &Problem) -> Entry {
+    let value = value.to_toml();
+    Entry {
+        path: axis.key.path.to_string(),
+        written: value.to_string(),
+        value,
+        key_place: axis.place.clone(),
+        value_place: axis.place.clone(),
+        source: problem.base().clone(),
+        layer: 0,
+    }
+}

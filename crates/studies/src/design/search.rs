@@ -1,0 +1,322 @@
+//! The search: generations of candidates, each stored before the next.
+
+use std::collections::{BTreeMap, HashSet};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use serde::{Deserialize, Serialize};
+
+use super::evaluate::{Ended, Evaluation, Evaluator};
+use super::nsga::{Gene, Point, child, front, hypervolume, standings, survivors};
+use super::population::{Population, Use};
+use super::problem::Problem;
+use super::race::Race;
+use crate::run::{RunError, run_pack_sharing};
+use crate::sweep::{Permutation, mix};
+use trocar_base::parallel::{map, try_map};
+use trocar_engine::sensor::NoiseBank;
+use trocar_scenario::ScenarioError;
+
+/// Attempts to create a child that differs from all candidates so far.
+const ATTEMPTS: usize = 8;
+
+/// The state of a search after a generation. The search continues from it with the same results.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// The SHA-256 of the design, in hexadecimal digits.
+    pub design_sha256: String,
+    /// Number of complete generations.
+    pub generations: u64,
+    /// The survivors of the last generation, with the values of every run.
+    pub parents: Vec<Evaluation>,
+    /// The candidates that were evaluated on all patients, in the order of the generations, without values of runs.
+    pub archive: Vec<Evaluation>,
+    /// The number of candidates in the archive after each generation.
+    pub archived: Vec<usize>,
+    /// Number of runs of all candidates.
+    pub runs: u64,
+    /// Number of candidates that were stopped early.
+    pub stopped: u64,
+    /// Number of candidates whose values are not a valid scenario.
+    pub refused: u64,
+    /// The reason of the first refused candidate.
+    pub first_refusal: Option<String>,
+    /// The certificates that have been searched for, by the SHA-256 of all that they depend on: true if found.
+    pub certificates: BTreeMap<String, bool>,
+}
+
+impl State {
+    /// The state before the first generation.
+    #[must_use]
+    pub fn new(problem: &Problem) -> Self {
+        Self {
+            design_sha256: problem.hash(),
+            generations: 0,
+            parents: vec![],
+            archive: vec![],
+            archived: vec![],
+            runs: 0,
+            stopped: 0,
+            refused: 0,
+            first_refusal: None,
+            certificates: BTreeMap::new(),
+        }
+    }
+
+    /// Reads a stored state; `None` if the text is not one, or of another design.
+    #[must_use]
+    pub fn stored(text: &str, problem: &Problem) -> Option<Self> {
+        serde_json::from_str(text).ok().filter(|state: &Self| state.design_sha256 == problem.hash())
+    }
+
+    /// The text from which [`State::stored`] reads the state.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        // Serialising numbers and strings does not fail.
+        serde_json::to_string(self).unwrap_or_default() + "\n"
+    }
+
+    /// True if all generations are complete.
+    #[must_use]
+    pub fn is_complete(&self, problem: &Problem) -> bool {
+        self.generations >= problem.search.generations
+    }
+
+    /// The points of the archive.
+    #[must_use]
+    pub fn points(&self, problem: &Problem) -> Vec<Point> {
+        self.archive.iter().map(|evaluation| evaluation.point(&problem.goals)).collect()
+    }
+}
+
+/// The patients of the search.
+#[derive(Debug)]
+pub struct Training {
+    pub(super) population: Population,
+    without: Vec<u64>,
+}
+
+impl Training {
+    /// Draws the patients, and runs the scenario without augmentation if a goal is relative to it.
+    ///
+    /// # Errors
+    /// [`RunError`].
+    pub fn of(problem: &Problem) -> Result<Self, RunError> {
+        let population = Population::of(problem, Use::Training, &problem.free, &[])?;
+        Ok(Self { population, without: ruptures_without_augmentation(problem, Use::Training)? })
+    }
+
+    /// The population.
+    #[must_use]
+    pub fn population(&self) -> &Population {
+        &self.population
+    }
+
+    pub(super) fn evaluator<'a>(&'a self, problem: &'a Problem) -> Evaluator<'a> {
+        Evaluator::new(&problem.goals, &problem.free, &self.population, self.without.clone())
+    }
+}
+
+/// The number of ruptures in each run without augmentation; empty if no goal is relative to it.
+pub(super) fn ruptures_without_augmentation(problem: &Problem, used: Use) -> Result<Vec<u64>, RunError> {
+    if !problem.goals.quantities().any(|(quantity, _)| quantity.is_relative()) {
+        return Ok(vec![]);
+    }
+    let population = reference_population(problem, used, &["augmentation.enabled=false"])?;
+    let of_patient = |patient: usize| -> Result<Vec<u64>, RunError> {
+        let mut factories = population.factory(patient);
+        let firsts = population.with_persons(&mut factories, patient, &[])?;
+        let scenarios = population.with_seeds(patient, &firsts);
+        let runs = run_pack_sharing(&mut NoiseBank::new(0), &scenarios);
+        runs.into_iter().map(|metrics| metrics.map(|metrics| metrics.ruptures.len() as u64)).collect()
+    };
+    Ok(try_map(population.patients(), of_patient)?.concat())
+}
+
+/// A population with settings that replace those of the design for the events.
+pub(super) fn reference_population(
+    problem: &Problem,
+    used: Use,
+    settings: &[&str],
+) -> Result<Population, ScenarioError> {
+    let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
+    Population::of(problem, used, &[], &settings)
+        // The fixed keys of the design may have no effect with these settings.
+        .or_else(|_| Population::of(&problem.without_fixed("augmentation."), used, &[], &settings))
+}
+
+/// The search was stopped within a generation, which is lost.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Stopped;
+
+/// A search on the patients of the training.
+pub struct Search<'a> {
+    problem: &'a Problem,
+    training: &'a Training,
+    evaluator: Evaluator<'a>,
+    genes: Vec<Gene>,
+}
+
+impl<'a> Search<'a> {
+    /// Creates a search.
+    #[must_use]
+    pub fn new(problem: &'a Problem, training: &'a Training) -> Self {
+        Self { problem, training, evaluator: training.evaluator(problem), genes: problem.genes() }
+    }
+
+    /// Number of runs of a candidate that is not stopped early.
+    #[must_use]
+    pub fn runs_of_candidate(&self) -> usize {
+        self.training.population.runs()
+    }
+
+    /// Runs the next generation. `done` receives the number of runs of each candidate. The result does not depend on the
+    /// number of threads.
+    ///
+    /// # Errors
+    /// [`Stopped`] if `stop` was set; the state is then unchanged.
+    pub fn advance(&self, state: &mut State, stop: &AtomicBool, done: &(dyn Fn(u64) + Sync)) -> Result<(), Stopped> {
+        let children = match state.generations {
+            0 => self.first(),
+            _ => self.children(state),
+        };
+        let race = match state.generations {
+            0 => None,
+            _ => Race::among(&self.problem.goals, &state.parents, self.training.population.runs_of_patient()),
+        };
+        let evaluate = |index: usize| {
+            (!stop.load(Ordering::Relaxed)).then(|| {
+                let evaluation = self.evaluator.evaluate(&children[index], race.as_ref());
+                done(evaluation.runs);
+                evaluation
+            })
+        };
+        let evaluations: Option<Vec<Evaluation>> = map(children.len(), evaluate).into_iter().collect();
+        let Some(evaluations) = evaluations else { return Err(Stopped) };
+        for evaluation in &evaluations {
+            state.runs += evaluation.runs;
+            match &evaluation.ended {
+                Ended::Complete => state.archive.push(Evaluation { samples: vec![], ..evaluation.clone() }),
+                Ended::Stopped => state.stopped += 1,
+                Ended::Refused(reason) => {
+                    state.refused += 1;
+                    state.first_refusal.get_or_insert_with(|| reason.clone());
+                }
+            }
+        }
+        let complete = |evaluation: &Evaluation| evaluation.ended == Ended::Complete;
+        let mut all = std::mem::take(&mut state.parents);
+        all.extend(evaluations.into_iter().filter(complete));
+        let points: Vec<Point> = all.iter().map(|evaluation| evaluation.point(&self.problem.goals)).collect();
+        let mut all: Vec<Option<Evaluation>> = all.into_iter().map(Some).collect();
+        let kept = survivors(&points, self.problem.search.candidates);
+        state.parents = kept.into_iter().filter_map(|index| all[index].take()).collect();
+        state.archived.push(state.archive.len());
+        state.generations += 1;
+        Ok(())
+    }
+
+    /// The first candidates: a Latin hypercube over the free keys.
+    fn first(&self) -> Vec<Vec<f64>> {
+        use rand::RngExt;
+        let (count, seed) = (self.problem.search.candidates as u64, self.problem.search.seed);
+        let orders: Vec<Permutation> =
+            (0..self.genes.len()).map(|gene| Permutation::new(count, mix(seed ^ mix(gene as u64)))).collect();
+        let coordinates = |index: u64| {
+            let mut random = self.stream(0, index as usize);
+            orders.iter().map(|order| (order.at(index) as f64 + random.random::<f64>()) / count as f64).collect()
+        };
+        (0..count).map(coordinates).collect()
+    }
+
+    fn children(&self, state: &State) -> Vec<Vec<f64>> {
+        let goals = &self.problem.goals;
+        let points: Vec<Point> = state.parents.iter().map(|parent| parent.point(goals)).collect();
+        let standings = standings(&points);
+        let parents: Vec<&[f64]> = state.parents.iter().map(|parent| &parent.coordinates[..]).collect();
+        if parents.is_empty() {
+            // No candidate so far was a valid scenario.
+            return (0..self.problem.search.candidates).map(|index| self.random(state.generations, index)).collect();
+        }
+        let mut known: HashSet<Vec<u64>> = state.archive.iter().map(|one| self.identity(&one.coordinates)).collect();
+        let new = |index: usize| {
+            let mut random = self.stream(state.generations, index);
+            let mut create = || child(&self.genes, &parents, &standings, &mut random);
+            let mut candidate = create();
+            for _ in 0..ATTEMPTS {
+                if known.insert(self.identity(&candidate)) {
+                    break;
+                }
+                candidate = create();
+            }
+            candidate
+        };
+        (0..self.problem.search.candidates).map(new).collect()
+    }
+
+    fn random(&self, generation: u64, index: usize) -> Vec<f64> {
+        use rand::RngExt;
+        let mut random = self.stream(generation, index);
+        self.genes.iter().map(|_| random.random()).collect()
+    }
+
+    /// The random numbers of a candidate.
+    fn stream(&self, generation: u64, index: usize) -> ChaCha8Rng {
+        let mut random = ChaCha8Rng::seed_from_u64(self.problem.search.seed);
+        random.set_stream(generation << 32 | index as u64);
+        random
+    }
+
+    /// Equal for candidates with the same values.
+    fn identity(&self, coordinates: &[f64]) -> Vec<u64> {
+        let of_gene = |(gene, coordinate): (&Gene, &f64)| match gene {
+            Gene::Number => coordinate.to_bits(),
+            Gene::Choice(_) => gene.choice(*coordinate),
+        };
+        self.genes.iter().zip(coordinates).map(of_gene).collect()
+    }
+}
+
+/// Maximum number of objectives and of points for the exact volume of a front.
+const MAX_OBJECTIVES: usize = 4;
+const MAX_POINTS: usize = 500;
+
+impl State {
+    /// The volume that the front after three quarters of the generations dominates, as a share of the final one. Bounded by
+    /// the worst value of each objective on the final front, plus a tenth of its range. `None` without a front with a
+    /// volume, or for too many objectives or points.
+    #[must_use]
+    pub fn settled_share(&self, problem: &Problem) -> Option<f64> {
+        let points = self.points(problem);
+        let last = front(&points);
+        let early = self.archived.get((3 * self.archived.len() / 4).checked_sub(1)?)?;
+        let early = front(&points[..*early]);
+        let objectives = problem.goals.objectives.len();
+        if objectives > MAX_OBJECTIVES || last.len().max(early.len()) > MAX_POINTS {
+            return None;
+        }
+        let bound = |objective: usize| {
+            let values = || last.iter().map(|&index| points[index].objectives[objective]);
+            let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
+            high + 0.1 * (high - low)
+        };
+        let bounds: Vec<f64> = (0..objectives).map(bound).collect();
+        let volume = |front: &[usize]| {
+            let front: Vec<&[f64]> = front.iter().map(|&index| &points[index].objectives[..]).collect();
+            hypervolume(&front, &bounds)
+        };
+        let whole = volume(&last);
+        (whole > 0.0 && whole.is_finite()).then(|| volume(&early) / whole)
+    }
+}
+
+/// The indices of the archive's front: feasible candidates that no other one dominates, without those for which no
+/// certificate was found.
+#[must_use]
+pub fn front_of(points: &[Point], refused: &HashSet<usize>) -> Vec<usize> {
+    let mut points = points.to_vec();
+    refused.iter().for_each(|&index| points[index].violation = f64::INFINITY);
+    let first_of_equals = |index: &usize| !points[..*index].iter().any(|other| *other == points[*index]);
+    front(&points).into_iter().filter(first_of_equals).collect()
+}

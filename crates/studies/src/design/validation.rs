@@ -1,0 +1,201 @@
+//! Judges the designs on other patients with other noise, beside the shipped strategies.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::bootstrap::{Estimate, Resamples, difference, estimate};
+use super::evaluate::{Ended, Evaluation, Evaluator};
+use super::population::{Population, Use};
+use super::problem::Problem;
+use super::quantity::Aggregate;
+use super::search::{State, Stopped, Training, reference_population, ruptures_without_augmentation};
+use crate::compare::{STRATEGIES, Strategy};
+use crate::run::RunError;
+use trocar_base::parallel::map;
+
+/// Separates the random numbers of the resamples from others with the same seed.
+const RESAMPLING: u64 = 0x626f_6f74;
+
+/// The other patients.
+#[derive(Debug)]
+pub struct Fresh {
+    pub(super) population: Population,
+    without: Vec<u64>,
+}
+
+impl Fresh {
+    /// Draws the patients.
+    ///
+    /// # Errors
+    /// [`RunError`].
+    pub fn of(problem: &Problem) -> Result<Self, RunError> {
+        let population = Population::of(problem, Use::Validation, &problem.free, &[])?;
+        let without = ruptures_without_augmentation(problem, Use::Validation)?;
+        Ok(Self { population, without })
+    }
+
+    /// The population.
+    #[must_use]
+    pub fn population(&self) -> &Population {
+        &self.population
+    }
+
+    fn evaluate_strategy(&self, problem: &Problem, strategy: &Strategy) -> Result<Evaluation, String> {
+        let population =
+            reference_population(problem, Use::Validation, strategy.settings).map_err(|error| error.message)?;
+        let evaluator = Evaluator::new(&problem.goals, &[], &population, self.without.clone());
+        let evaluation = evaluator.evaluate(&[], None);
+        match evaluation.ended {
+            Ended::Refused(reason) => Err(reason),
+            Ended::Complete | Ended::Stopped => Ok(evaluation),
+        }
+    }
+
+    /// Number of runs of a validation with so many designs.
+    #[must_use]
+    pub fn runs(&self, designs: usize) -> usize {
+        (designs + STRATEGIES.len()) * self.population.runs()
+    }
+}
+
+/// Values of the quantities with their intervals; `None` if undefined.
+pub type Estimates = Vec<Option<Estimate>>;
+
+/// A design on the front.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Designed {
+    /// Its name: its number on the front.
+    pub name: String,
+    /// The candidate, as evaluated in the search.
+    pub candidate: Evaluation,
+    /// The values in the search, with intervals over its patients.
+    pub training: Estimates,
+    /// The values on other patients.
+    pub validation: Estimates,
+    /// Share of diverged runs on other patients.
+    pub diverged: f64,
+    /// True if it is the knee of the front.
+    pub is_knee: bool,
+}
+
+/// A shipped strategy on the same other patients.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shipped {
+    /// Its name.
+    pub name: &'static str,
+    /// The values.
+    pub validation: Estimates,
+    /// Share of diverged runs.
+    pub diverged: f64,
+    /// True if no constraint on a quantity is violated.
+    pub is_feasible: bool,
+    /// The value of the knee minus that of the strategy, for each objective, over paired resamples.
+    pub differences: Estimates,
+}
+
+/// The designs and the shipped strategies on other patients.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Validation {
+    /// The designs, in the order of the first objective.
+    pub designs: Vec<Designed>,
+    /// The strategies.
+    pub shipped: Vec<Shipped>,
+    /// The strategies that cannot be combined with the scenario, each with the reason.
+    pub left_out: Vec<(&'static str, String)>,
+}
+
+impl Validation {
+    /// Evaluates designs of the archive. `done` receives the number of runs of each.
+    ///
+    /// # Errors
+    /// [`Stopped`] if `stop` was set.
+    pub fn of(
+        problem: &Problem,
+        (training, fresh): (&Training, &Fresh),
+        state: &State,
+        (shown, knee): (&[usize], Option<usize>),
+        (stop, done): (&AtomicBool, &(dyn Fn(u64) + Sync)),
+    ) -> Result<Self, Stopped> {
+        let goals = &problem.goals;
+        let mut shown = shown.to_vec();
+        let cost = |index: &usize| state.archive[*index].point(goals).objectives[0];
+        shown.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
+        let on_fresh = Evaluator::new(goals, &problem.free, &fresh.population, fresh.without.clone());
+        let on_training = training.evaluator(problem);
+        let units = 2 * shown.len() + STRATEGIES.len();
+        let coordinates = |place: usize| &state.archive[shown[place]].coordinates[..];
+        let evaluate = |unit: usize| match unit {
+            unit if unit < shown.len() => Ok(on_fresh.evaluate(coordinates(unit), None)),
+            // The values of single runs are not stored with the search.
+            unit if unit < 2 * shown.len() => Ok(on_training.evaluate(coordinates(unit - shown.len()), None)),
+            unit => fresh.evaluate_strategy(problem, &STRATEGIES[unit - 2 * shown.len()]),
+        };
+        let evaluations: Option<Vec<Result<Evaluation, String>>> = map(units, |unit| {
+            (!stop.load(Ordering::Relaxed)).then(|| {
+                let evaluation = evaluate(unit);
+                done(evaluation.as_ref().map_or(0, |evaluation| evaluation.runs));
+                evaluation
+            })
+        })
+        .into_iter()
+        .collect();
+        let mut of_designs = evaluations.ok_or(Stopped)?;
+        let of_strategies = of_designs.split_off(2 * shown.len());
+        let of_designs: Vec<Evaluation> = of_designs.into_iter().flatten().collect();
+        let (mut references, mut left_out): (Vec<(&'static str, Evaluation)>, _) = (vec![], vec![]);
+        for (strategy, evaluation) in STRATEGIES.iter().zip(of_strategies) {
+            match evaluation {
+                Ok(evaluation) => references.push((strategy.name, evaluation)),
+                Err(reason) => left_out.push((strategy.name, reason)),
+            }
+        }
+        let (on_fresh, on_training) = of_designs.split_at(shown.len());
+        let resamples = |population: &Population| Resamples::of(population.clusters(), problem.seed ^ RESAMPLING);
+        let (of_fresh, of_training) = (resamples(&fresh.population), resamples(&training.population));
+        // A design that is no valid scenario for one of the other patients has no values.
+        let resampled = |evaluation: &Evaluation, resamples: &Resamples| -> Resampled {
+            let of = |(index, (_, how)): (usize, (_, Aggregate))| match evaluation.samples.get(index) {
+                Some(samples) => resamples.values(samples, how),
+                None => (None, vec![]),
+            };
+            goals.quantities().enumerate().map(of).collect()
+        };
+        let fresh_values: Vec<Resampled> = map(on_fresh.len(), |place| resampled(&on_fresh[place], &of_fresh));
+        let training_values: Vec<Resampled> =
+            map(on_training.len(), |place| resampled(&on_training[place], &of_training));
+        let estimates = |values: &Resampled| -> Estimates { values.iter().map(estimate).collect() };
+        let design = |(place, &index): (usize, &usize)| Designed {
+            name: format!("{:02}", place + 1),
+            candidate: state.archive[index].clone(),
+            training: estimates(&training_values[place]),
+            validation: estimates(&fresh_values[place]),
+            diverged: on_fresh[place].diverged,
+            is_knee: knee == Some(index),
+        };
+        let knee_place = shown.iter().position(|index| knee == Some(*index));
+        let reference_values: Vec<Resampled> =
+            map(references.len(), |place| resampled(&references[place].1, &of_fresh));
+        let reference = |(values, (name, evaluation)): (&Resampled, &(&'static str, Evaluation))| {
+            let point =
+                super::Goals { certified: None, ..goals.clone() }.point(&evaluation.values, 0.0, evaluation.diverged);
+            let differences = match knee_place {
+                Some(knee) => fresh_values[knee].iter().zip(values).map(|(a, b)| difference(a, b)).collect(),
+                None => vec![],
+            };
+            Shipped {
+                name,
+                validation: estimates(values),
+                diverged: evaluation.diverged,
+                is_feasible: point.violation <= 0.0,
+                differences: differences.into_iter().take(goals.objectives.len()).collect(),
+            }
+        };
+        Ok(Self {
+            designs: shown.iter().enumerate().map(design).collect(),
+            shipped: reference_values.iter().zip(&references).map(reference).collect(),
+            left_out,
+        })
+    }
+}
+
+/// For each quantity, its value and those of the resamples.
+type Resampled = Vec<(Option<f64>, Vec<Option<f64>>)>;

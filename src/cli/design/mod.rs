@@ -1,0 +1,134 @@
+//! `trocar design`.
+
+mod help;
+mod lock;
+mod stages;
+
+use clap::Args;
+
+use self::lock::Lock;
+use self::stages::Stages;
+use super::error::CliError;
+use super::finish::Finish;
+use super::warnings::Warnings;
+use super::{OutputArgs, interrupt, report as page};
+use trocar_document::Study as _;
+use trocar_report::Folder;
+use trocar_report::html::{Again, command_line};
+use trocar_scenario::Source;
+use trocar_studies::design::{DesignStudy, Problem, State};
+use trocar_studies::run::seeds_without_effect;
+
+/// The file with all inputs of a design, and the file with the state of its search.
+const DESIGN: &str = "design.toml";
+const SEARCH: &str = "search.json";
+
+/// Find the settings that are best for a group of patients.
+#[derive(Debug, Args)]
+#[command(after_long_help = help::text(), mut_arg("out", |arg| arg.help("Folder for the files; it contains one folder per design")))]
+pub(super) struct DesignArgs {
+    /// The design file
+    #[arg(value_name = "FILE")]
+    file: String,
+    /// Override a key of the base scenario, as in --set simulation.duration_s=7 (repeatable; the last value applies)
+    #[arg(long = "set", value_name = "SECTION.KEY=VALUE")]
+    settings: Vec<String>,
+    /// Number of threads [default: one per processor]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Replace the search of another design in the same folder
+    #[arg(long)]
+    overwrite: bool,
+    /// Also write report.html: one self-contained page with the front, the tables and the settings
+    #[arg(long)]
+    report: bool,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+pub(super) fn run(args: &DesignArgs) -> Result<(), CliError> {
+    let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
+    match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
+        Ok(pool) => pool.install(|| design(args)),
+        Err(_) => design(args),
+    }
+}
+
+fn design(args: &DesignArgs) -> Result<(), CliError> {
+    let problem = Problem::load(&Source::parse(&args.file), &args.settings)?;
+    let folder = args.output.folder().folder(&problem.name);
+    let warnings = Warnings::new(&args.output);
+    warnings.print(&unused_seeds(&problem)?);
+    let lock = Lock::of(&folder.path)?;
+    let mut state = stored(args, &folder, &problem)?;
+    folder.write(DESIGN, problem.canonical().as_bytes())?;
+    folder.remove_leftovers();
+    let stages = Stages { problem: &problem, folder: &folder, stop: interrupt::stop_flag(), quiet: args.output.quiet };
+    let (training, fresh) = stages.populations()?;
+    stages.search(&training, &mut state)?;
+    let front = stages.certify(&training, &fresh, &mut state)?;
+    let validation = stages.validate((&training, &fresh), &state, &front)?;
+    let patients = training.population().patients();
+    let study = DesignStudy {
+        problem: &problem,
+        state: &state,
+        front: &front,
+        validation: &validation,
+        fresh: &fresh,
+        patients,
+    };
+    let document = study.document();
+    let again = || Again {
+        command: "trocar design",
+        files: vec![(DESIGN.to_owned(), problem.canonical().to_owned())],
+        note: "Run this command in the folder of the design's file.",
+        line: command_line(
+            ["design".to_owned(), page::shown(&args.file)]
+                .into_iter()
+                .chain(page::set_flags(&args.settings))
+                .chain(["--report".to_owned()]),
+        ),
+    };
+    // Scenarios of an earlier front with more designs would remain.
+    let _ = std::fs::remove_dir_all(folder.path.join("front"));
+    Finish { output: &args.output, folder, all: false, report: args.report.then(again) }.document(&document)?;
+    lock.remove();
+    warnings.finish()
+}
+
+/// The warning that several seeds give identical runs.
+fn unused_seeds(problem: &Problem) -> Result<Vec<trocar_base::warning::Warning>, CliError> {
+    let scenario = problem.example()?;
+    Ok(if scenario.has_random_numbers() {
+        vec![]
+    } else {
+        seeds_without_effect(&[scenario], problem.validation.seeds.max(problem.training.seeds))
+    })
+}
+
+/// The stored state of the search, or that before its first generation. The search of another design is an error.
+fn stored(args: &DesignArgs, folder: &Folder, problem: &Problem) -> Result<State, CliError> {
+    let read = |name: &str| std::fs::read_to_string(folder.path.join(name)).ok();
+    let canonical = problem.canonical();
+    match read(DESIGN).filter(|existing| existing != canonical) {
+        Some(existing) if !args.overwrite && read(SEARCH).is_some() => {
+            let difference = trocar_studies::sweep::difference(&existing, canonical);
+            return Err(CliError::OtherDesign { folder: folder.path.display().to_string(), difference });
+        }
+        Some(_) => {
+            // The search goes first, so that an interruption is harmless.
+            let _ = std::fs::remove_file(folder.path.join(SEARCH));
+        }
+        None => {}
+    }
+    let state = read(SEARCH).and_then(|text| State::stored(&text, problem));
+    if let Some(state) = state.as_ref().filter(|state| state.generations > 0 && !args.output.quiet) {
+        anstream::eprintln!(
+            "continuing after generation {} of {}, from {}",
+            state.generations,
+            problem.search.generations,
+            folder.path.join(SEARCH).display()
+        );
+    }
+    Ok(state.unwrap_or_else(|| State::new(problem)))
+}
