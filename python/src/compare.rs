@@ -18,7 +18,8 @@ use crate::scenario::Scenario;
 use crate::user_defined::CompiledParts;
 use crate::{convert, document, error};
 
-type Compared<'py> = (
+/// The content of `comparison.json`, the document, the rows, and the runs.
+pub(crate) type Compared<'py> = (
     Bound<'py, PyAny>,
     Bound<'py, PyAny>,
     Vec<(String, &'static str, Vec<Option<f64>>)>,
@@ -69,9 +70,18 @@ pub(crate) fn compare<'py>(
     document.figures.clear();
     let (json, contents) = (to_json(&document.json), document::dictionary(py, &document, true)?);
     drop(document);
+    handed_over(py, &json, contents, comparison)
+}
+
+pub(crate) fn handed_over<'py>(
+    py: Python<'py>,
+    json: &str,
+    contents: Bound<'py, PyAny>,
+    comparison: Comparison,
+) -> PyResult<Compared<'py>> {
     let rows = comparison.table().rows.into_iter().map(|row| (row.metric, row.unit.si(), row.values)).collect();
     let runs = comparison.runs.into_iter().map(|run| hand_over(py, run)).collect::<PyResult<_>>()?;
-    Ok((convert::parsed(py, &json)?, contents, rows, runs))
+    Ok((convert::parsed(py, json)?, contents, rows, runs))
 }
 
 fn compare_with(

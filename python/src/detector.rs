@@ -43,14 +43,23 @@ const SAMPLES_BETWEEN_CHECKS: usize = 1 << 16;
 /// ```
 #[pyclass(frozen, get_all, module = "trocar._core")]
 pub(crate) struct Step {
+    /// True if the detector raises an alarm.
     alarm: bool,
+    /// Velocity of the needle, in m/s, as given or estimated.
     velocity_m_per_s: f64,
+    /// Depth of the needle below the contact position, in m; negative before contact.
     depth_m: f64,
+    /// Force that the estimator predicted before this sample, in N.
     predicted_force_n: f64,
+    /// The measured force minus the predicted one, in N.
     residual_n: f64,
+    /// Estimated stiffness, in N/m.
     stiffness_n_per_m: f64,
+    /// Estimated damping, in N·s/m.
     damping_n_s_per_m: f64,
+    /// The distance, whose unit depends on `detector.distance`.
     distance: f64,
+    /// The decision, which raises an alarm above `detector.threshold`.
     decision: f64,
 }
 

@@ -1,10 +1,12 @@
 //! Documents, from which `trocar/documents.py` makes Python objects.
 
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use serde_json::{Value as Json, json};
-use trocar_document::{Block, Cell, Document, Table};
+use trocar_document::{Block, Cell, Document, Table, Values};
 use trocar_report::document_text;
 
+use crate::arrays::put;
 use crate::convert;
 
 /// The parts of a document for Python: the answer, the warnings, the tables, the figures, and the text of the command
@@ -64,4 +66,34 @@ fn value(cell: &Cell) -> Json {
         Cell::Flag(flag) => (*flag).into(),
         Cell::Undefined | Cell::Number(_) | Cell::Interval(..) | Cell::PlusMinus(..) => json!(cell.value()),
     }
+}
+
+/// The data tables of a document: for each name, columns by their names, as arrays; undefined numbers are NaN.
+pub(crate) fn data<'py>(py: Python<'py>, document: &Document<'_>) -> PyResult<Bound<'py, PyDict>> {
+    let tables = PyDict::new(py);
+    for table in &document.data {
+        let columns = PyDict::new(py);
+        for column in &table.columns {
+            let (name, numbers) = (&*column.name, |numbers: Vec<f64>| put(&columns, &column.name, numbers));
+            let optional = |value: Option<f64>| value.unwrap_or(f64::NAN);
+            match &column.values {
+                Values::Numbers(values) => numbers(values.to_vec())?,
+                Values::Optional(values) => numbers(values.iter().copied().map(optional).collect())?,
+                Values::Whole(values) => put(&columns, name, values.clone())?,
+                Values::OptionalWhole(values) => {
+                    numbers(values.iter().map(|value| optional(value.map(|value| value as f64))).collect())?;
+                }
+                Values::Codes(values) => put(&columns, name, values.to_vec())?,
+                Values::Flags(values) => {
+                    numbers(values.iter().map(|flag| optional(flag.map(|flag| f64::from(u8::from(flag))))).collect())?;
+                }
+                Values::Switches(values) => put(&columns, name, values.clone())?,
+                Values::Texts(values) => {
+                    columns.set_item(name, values.iter().map(|text| text.to_string()).collect::<Vec<_>>())?;
+                }
+            }
+        }
+        tables.set_item(&*table.name, columns)?;
+    }
+    Ok(tables)
 }

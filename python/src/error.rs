@@ -18,10 +18,12 @@ pub(crate) fn scenario(py: Python<'_>, error: &ScenarioError) -> PyErr {
         Err(error) => return error,
     };
     let text = in_python(&anstream::adapter::strip_str(&trocar_scenario::underlined(error)).to_string());
+    let text = text.replace(&format!("--> {COMMAND_LINE}:"), &format!("--> {CHANGES}:"));
     let (file, line, column) = match &error.place {
         Some(place) => {
             let (line, column) = place.line_and_column();
-            (Some(&*place.file), Some(line), Some(column))
+            let file = if *place.file == *COMMAND_LINE { CHANGES } else { &*place.file };
+            (Some(file), Some(line), Some(column))
         }
         None => (None, None, None),
     };
@@ -37,11 +39,49 @@ pub(crate) fn value(error: impl ToString) -> PyErr {
     PyValueError::new_err(in_python(&error.to_string()))
 }
 
-/// Replaces the names of options in a message by their Python names: `first_s` for `--first-s`, `force="F:mN"` for
-/// `--force F:mN`, `tissue=(50, 600)` for `--tissue 50:600`, and `scaling.force=2` for `--set scaling.force=2`.
-/// Commands in backticks stay unchanged.
+/// The name of the settings of the command line in a place, and that of changed keys in Python.
+const COMMAND_LINE: &str = "--set";
+const CHANGES: &str = "changes";
+
+/// Commands in messages, each with what does the same in Python. The longest ones come first.
+const COMMANDS: [(&str, &str); 19] = [
+    ("`trocar init --all` writes a scenario with every key", "`trocar.keys()` lists every key"),
+    ("`trocar init --all` writes one with every key", "`trocar.keys()` lists every one"),
+    ("`trocar sweep --help` lists all of them", "`trocar.metrics()` and `help(trocar.sweep)` list all of them"),
+    ("`trocar scenarios` lists the shipped scenarios", "`trocar.shipped()` lists the shipped scenarios"),
+    ("`trocar detect FILE --list` shows all", "`trocar.list_signals(FILE)` shows all"),
+    ("`trocar strategies --schemes` has", "`trocar.compare(scenario, schemes=True)` has"),
+    ("`trocar detect` with this scenario", "`trocar.run` of this scenario"),
+    ("`trocar roc --trials`", "`trocar.roc(trials=True)`"),
+    ("`trocar sweep --help`", "`trocar.metrics()`"),
+    ("`trocar export fmu`", "`trocar.export`"),
+    ("`trocar stability`", "`trocar.stability`"),
+    ("`trocar strategies`", "`trocar.strategies`"),
+    ("`trocar calibrate`", "`trocar.calibrate`"),
+    ("`trocar identify`", "`trocar.identify`"),
+    ("`trocar compare`", "`trocar.compare`"),
+    ("`trocar detect`", "`trocar.detect`"),
+    ("`trocar sweep`", "`trocar.sweep`"),
+    ("`trocar roc`", "`trocar.roc`"),
+    ("`trocar run`", "`trocar.run`"),
+];
+
+/// Replaces the names of options and commands in a message by their Python names: `first_s` for `--first-s`,
+/// `force="F:mN"` for `--force F:mN`, `tissue=(50, 600)` for `--tissue 50:600`, `scaling.force=2` for `--set
+/// scaling.force=2`, and the functions for the commands in backticks.
 #[pyfunction]
 pub(crate) fn in_python(message: &str) -> String {
+    let mut message = message.to_owned();
+    for (command, function) in COMMANDS {
+        if message.contains(command) {
+            message = message.replace(command, function);
+        }
+    }
+    if let Some((before, path)) = message.split_once("`trocar sweep ")
+        && let Some((path, after)) = path.split_once('`')
+    {
+        message = format!("{before}`trocar.sweep({path:?})`{after}");
+    }
     let mut text = String::with_capacity(message.len());
     for (place, quoted_or_not) in message.split('`').enumerate() {
         if place > 0 {
@@ -135,7 +175,8 @@ mod tests {
             ),
             ("write --set section.key=value, as in --set a.b=2", "write section.key=value, as in a.b=2"),
             ("analyse --tissue 50:600", "analyse tissue=(50, 600)"),
-            ("`trocar sweep --help` lists all", "`trocar sweep --help` lists all"),
+            ("count with `trocar roc`; `trocar sweep --help`", "count with `trocar.roc`; `trocar.metrics()`"),
+            ("run it with `trocar sweep my.toml`", "run it with `trocar.sweep(\"my.toml\")`"),
             (" --> --set:1:17", " --> --set:1:17"),
             ("a--b.csv: é -- x", "a--b.csv: é -- x"),
             ("--", "--"),

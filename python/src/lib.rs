@@ -5,6 +5,7 @@
 //! and check for Ctrl-C.
 
 mod arrays;
+mod arrow;
 mod calibrate;
 mod compare;
 mod convert;
@@ -14,7 +15,11 @@ mod document;
 mod error;
 mod figures;
 mod fmu;
+mod identify;
 mod interrupt;
+mod margins;
+mod paper;
+mod points;
 mod recording;
 mod rig;
 mod roc;
@@ -24,8 +29,10 @@ mod score;
 mod simulation;
 mod stability;
 mod state_space;
+mod strategies;
 mod sweep;
 mod user_defined;
+mod user_defined_link;
 
 use pyo3::prelude::*;
 
@@ -38,6 +45,8 @@ static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 mod _core {
     use pyo3::prelude::*;
 
+    #[pymodule_export]
+    use crate::arrow::arrow_stream;
     #[pymodule_export]
     use crate::calibrate::calibrate;
     #[pymodule_export]
@@ -55,6 +64,14 @@ mod _core {
     #[pymodule_export]
     use crate::fmu::{fmu_files, licences};
     #[pymodule_export]
+    use crate::identify::identify;
+    #[pymodule_export]
+    use crate::margins::{limited_keys, margins};
+    #[pymodule_export]
+    use crate::paper::paper;
+    #[pymodule_export]
+    use crate::points::{is_sweep, population, shipped_sweeps, sweep_points};
+    #[pymodule_export]
     use crate::recording::{Recording, list_signals, read_recording};
     #[pymodule_export]
     use crate::rig::{Command, HapticController};
@@ -67,11 +84,13 @@ mod _core {
     #[pymodule_export]
     use crate::score::score;
     #[pymodule_export]
-    use crate::simulation::Simulation;
+    use crate::simulation::{Simulation, arm_stiffness};
     #[pymodule_export]
     use crate::stability::{stability, verify_certificate};
     #[pymodule_export]
     use crate::state_space::{StateSpace, state_space};
+    #[pymodule_export]
+    use crate::strategies::{compare_schemes, persons, strategies};
     #[pymodule_export]
     use crate::sweep::{metrics, sweep, sweep_document, sweep_plan, sweep_with};
 

@@ -134,11 +134,11 @@ pub(crate) fn read_recording<'py>(
             quantity.unit(),
             quantity.name()
         );
-        PyErr::warn(py, &py.import("trocar._warnings")?.getattr("UnitIgnoredWarning")?, &CString::new(message)?, 1)?;
+        PyErr::warn(py, &py.import("trocar.warnings")?.getattr("UnitIgnoredWarning")?, &CString::new(message)?, 1)?;
     }
     if let Some(reason) = recording.unfinished() {
         let message = CString::new(format!("the recording may be cut off: {reason}"))?;
-        PyErr::warn(py, &py.import("trocar._warnings")?.getattr("UnfinishedFileWarning")?, &message, 1)?;
+        PyErr::warn(py, &py.import("trocar.warnings")?.getattr("UnfinishedFileWarning")?, &message, 1)?;
     }
     let arrays = PyDict::new(py);
     put(&arrays, "time", recording.time_s().to_vec())?;

@@ -17,26 +17,54 @@ pub(crate) struct HapticController {
     initial: Box<rig::HapticController>,
 }
 
+/// The command of a rig's controller at one sample, in SI units, returned by `HapticController.step`.
+///
+/// ```text
+/// >>> import trocar
+/// >>> command = trocar.HapticController("paper/augmented").step(0.015, 0.0149, 0.01, 1.2)
+/// >>> command.slave_reference_m, command.state
+/// (0.015, 'active')
+///
+/// ```
 #[pyclass(frozen, get_all, module = "trocar._core")]
 pub(crate) struct Command {
+    /// The reference for the slave's position controller, in m.
     slave_reference_m: f64,
+    /// The force for the master's force controller, in N.
     master_force_n: f64,
+    /// The mode: 0 teleoperation, 1 augmented, 2 re-engaging.
     mode: u8,
+    /// True if the detector raises an alarm.
     alarm: bool,
+    /// True if the supervisor accepts the alarm, which begins an event.
     alarm_taken: bool,
+    /// Estimated stiffness, in N/m.
     stiffness_n_per_m: f64,
+    /// Estimated damping, in N·s/m.
     damping_n_s_per_m: f64,
+    /// Force that the estimator predicted before this sample, in N.
     predicted_force_n: f64,
+    /// The measured force minus the predicted one, in N.
     residual_n: f64,
+    /// The distance, whose unit depends on `detector.distance`.
     distance: f64,
+    /// The decision, which raises an alarm above `detector.threshold`.
     decision: f64,
+    /// The velocity of the slave as used, in m/s.
     slave_velocity_m_per_s: f64,
+    /// The names of the faulty channels of this sample.
     faults: Vec<&'static str>,
+    /// The number of consecutive faulty samples.
     faulty_samples: u32,
+    /// The state of the detection: `"armed"`, `"settling"` or `"blind"`.
     detection: &'static str,
+    /// The number of ticks since which the detection is in this state.
     detection_ticks: u32,
+    /// The state of the commands: `"disabled"`, `"aligning"`, `"active"` or `"fault"`.
     state: &'static str,
+    /// The cause of the last fault, or `None`.
     fault: Option<&'static str>,
+    /// The names of the limits `safety.…` that acted.
     limited: Vec<&'static str>,
 }
 

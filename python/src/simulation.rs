@@ -103,13 +103,19 @@ impl Simulation {
         Ok(signals)
     }
 
-    /// Repeats a simulation without user-defined parts from its [`Simulation::led_m`].
-    #[staticmethod]
-    fn repeated(py: Python<'_>, scenario: &Scenario, led_m: PyReadonlyArray1<'_, f64>) -> PyResult<Self> {
-        let scenario = scenario.scenario.clone();
+    /// Runs a tick for each imposed position of the operator in m; NaN where none is imposed.
+    fn repeat(&self, py: Python<'_>, led_m: PyReadonlyArray1<'_, f64>) -> PyResult<()> {
         let led_m = led_m.as_slice().map_err(error::value)?;
-        let run = py.detach(|| SteppedRun::repeated(scenario, led_m)).map_err(|error| error::run(py, &error))?;
-        Ok(Self::of(run, Failure::default()))
+        let mut state = self.locked(py)?;
+        let run = state.running()?;
+        py.detach(|| run.repeat(led_m)).map_err(|error| error::run(py, &error))
+    }
+
+    /// Continues with the parts of a changed scenario that belong to the sections of the changed keys.
+    fn change(&self, py: Python<'_>, changed: &Scenario, sections: Vec<String>) -> PyResult<()> {
+        let sections: Vec<&str> = sections.iter().map(String::as_str).collect();
+        let mut state = self.locked(py)?;
+        state.running()?.change(&changed.scenario, &sections).map_err(|error| error::run(py, &error))
     }
 
     /// The imposed position of the operator at each tick so far, in m; NaN where none was imposed.
@@ -149,4 +155,10 @@ impl Simulation {
         }
         Ok(self.run.lock_py_attached(py).unwrap_or_else(PoisonError::into_inner))
     }
+}
+
+/// The stiffness of the arm at rest, from the desired position to the master, in N/m.
+#[pyfunction]
+pub(crate) fn arm_stiffness(scenario: &Scenario) -> f64 {
+    scenario.scenario.arm.static_stiffness_n_per_m()
 }

@@ -227,8 +227,8 @@ pub(crate) fn sweep<'py>(
 
 const CASES_AT_ONCE: u64 = 16;
 
-/// With user-defined parts, by role: in threads if all are compiled, otherwise case by case. Returns the same as
-/// [`sweep`].
+/// Runs a sweep, or a shard, with user-defined parts, by role: in threads if all are compiled, otherwise case by case.
+/// Returns the same as [`sweep`].
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the Python wrapper passes a job and how to run it")]
 pub(crate) fn sweep_with<'py>(
@@ -238,31 +238,37 @@ pub(crate) fn sweep_with<'py>(
     base: Option<&Scenario>,
     settings: Vec<String>,
     parts: &Bound<'py, PyDict>,
+    shard: &str,
     threads: usize,
     memory_bytes: u64,
     tell: Option<Py<PyAny>>,
 ) -> PyResult<Swept<'py>> {
+    let shard: Shard = shard.parse().map_err(error::value)?;
     let plan = Sources::of(path, text, base).plan(&settings).map_err(|error| error::scenario(py, &error))?;
-    let cases = plan.design.cases();
+    let layout = plan.layout(shard);
+    let mut of_packs = layout.packs.clone().map(|pack| layout.cases_of(pack));
+    let begin = of_packs.next().map_or(0..0, |cases| cases.start..of_packs.next_back().map_or(cases.end, |last| last.end));
+    let cases = begin.end - begin.start;
     let columns = Columns::for_cases(&plan.design, cases, memory_bytes);
     let mut columns = columns.map_err(|no_room| Failed::NoRoom(no_room).raise(py))?;
     let tell = |py: Python<'_>, done: u64| tell.as_ref().map_or(Ok(()), |tell| tell.call1(py, (done, cases)).map(drop));
     let (columns, plan) = if let Some(compiled) = CompiledParts::of(parts)? {
         let done = Arc::new(AtomicU64::new(0));
         let counted = done.clone();
+        let offset = begin.start;
         let work = move |_: &AtomicBool| {
             let rows = try_map(cases.div_ceil(CASES_AT_ONCE) as usize, |turn| {
-                let first = turn as u64 * CASES_AT_ONCE;
+                let first = offset + turn as u64 * CASES_AT_ONCE;
                 let mut maker = plan.maker();
                 let of_case = |case| {
                     let row = of_case(&plan, &mut maker, case, |scenario| measure_compiled(scenario, &compiled));
                     done.fetch_add(1, Ordering::Relaxed);
                     row
                 };
-                (first..(first + CASES_AT_ONCE).min(cases)).map(of_case).collect::<Result<Vec<_>, Failed>>()
+                (first..(first + CASES_AT_ONCE).min(offset + cases)).map(of_case).collect::<Result<Vec<_>, Failed>>()
             })?;
             columns.fill(&plan.design, |row| {
-                let rows = rows.into_iter().flatten().zip(0..);
+                let rows = rows.into_iter().flatten().zip(offset..);
                 rows.for_each(|((outcome, values), case)| row(case, outcome, &values));
                 Ok::<_, Failed>(())
             })?;
@@ -276,18 +282,19 @@ pub(crate) fn sweep_with<'py>(
         let mut maker = plan.maker();
         columns
             .fill(&plan.design, |row| {
-                for case in 0..cases {
+                for case in begin.clone() {
                     let measure = |scenario: &_| measure_with(py, scenario, parts);
                     let (outcome, values) = of_case(&plan, &mut maker, case, measure)?;
                     row(case, outcome, &values);
-                    tell(py, case + 1).map_err(Failed::Python)?;
+                    tell(py, case + 1 - begin.start).map_err(Failed::Python)?;
                 }
                 Ok::<_, Failed>(())
             })
             .map_err(|failed| failed.raise(py))?;
         (columns, plan)
     };
-    Ok((columns.hand_over(py)?, plan.hash(), cases, plan.canonical().to_owned(), plan.former_names.clone()))
+    let all = plan.design.cases();
+    Ok((columns.hand_over(py)?, plan.hash(), all, plan.canonical().to_owned(), plan.former_names.clone()))
 }
 
 /// The document of a complete sweep, from the text of all its inputs, its hash, and its rows: the code of each outcome

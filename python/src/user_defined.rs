@@ -6,15 +6,16 @@ use std::sync::{Arc, Mutex, PoisonError};
 use numpy::PyReadonlyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyTuple};
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyTuple, PyType};
 use trocar_core::augmentation::{AugmentedTick, ForceLaw, Mode, ModeChange, MotionLaw};
-use trocar_core::detector::{Decision, Detector, DetectorInput};
+use trocar_core::detector::{Decision, Detector, DetectorInput, Distance};
 use trocar_core::estimation::{Estimate, Estimator};
 use trocar_engine::engine::UserDefinedParts;
 use trocar_engine::operator::Operator;
 use trocar_engine::tissue::{Reaction, Tissue};
 
 use crate::arrays::samples;
+use crate::user_defined_link::set_methods;
 
 /// A compiled function. Its inputs, outputs and state are arrays of float64.
 type Compiled = unsafe extern "C" fn(*const f64, *mut f64, *mut f64);
@@ -37,7 +38,7 @@ impl Failure {
     }
 
     #[cold]
-    fn set(&self, error: PyErr) {
+    pub(crate) fn set(&self, error: PyErr) {
         self.error.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
         self.has_failed.store(true, Ordering::Relaxed);
     }
@@ -64,17 +65,20 @@ struct Role {
     set: fn(UserDefinedParts, Part) -> UserDefinedParts,
 }
 
+/// The roles whose parts are objects with several methods.
+const ROLES_OF_METHODS: [&str; 2] = ["architecture", "passivity"];
+
 impl Role {
     fn named(name: &str) -> PyResult<&'static Self> {
         ROLES.iter().find(|role| role.name == name).ok_or_else(|| {
-            let known = ROLES.each_ref().map(|role| role.name).join(", ");
+            let known = ROLES.iter().map(|role| role.name).chain(ROLES_OF_METHODS).collect::<Vec<_>>().join(", ");
             PyTypeError::new_err(format!("there is no role {name}; the roles are {known}"))
         })
     }
 }
 
 /// Every role, in the form that `trocar/parts.py` documents.
-static ROLES: [Role; 6] = [
+static ROLES: [Role; 7] = [
     Role {
         name: "tissue",
         inputs: &[Whole, Number, Number],
@@ -84,10 +88,10 @@ static ROLES: [Role; 6] = [
     },
     Role {
         name: "operator",
-        inputs: &[Whole, Number],
-        outputs: &["desired_position_m"],
+        inputs: &[Whole, Number, Number, Flag],
+        outputs: &["desired_position_m", "notices", "intended_position_m"],
         needed: 1,
-        set: UserDefinedParts::operator,
+        set: |parts, part| parts.operator(UserDefinedOperator::new(part)),
     },
     Role {
         name: "estimator",
@@ -102,6 +106,13 @@ static ROLES: [Role; 6] = [
         outputs: &["alarm", "decision", "distance"],
         needed: 1,
         set: UserDefinedParts::detector,
+    },
+    Role {
+        name: "distance",
+        inputs: &[Number, Number, Number, Number, Number, Flag],
+        outputs: &["distance"],
+        needed: 1,
+        set: UserDefinedParts::distance,
     },
     Role {
         name: "force_law",
@@ -127,17 +138,28 @@ enum Function {
 pub(crate) struct Part {
     role: &'static Role,
     function: Function,
-    /// The method to call at a gap in the samples.
+    /// Number of inputs that a Python function takes: an operator may take the first two only.
+    taken: usize,
+    /// Number of outputs that the last call returned.
+    returned: usize,
+    /// The method to call at a gap in the samples of an estimator, or after an alarm of a distance.
     skip: Option<Py<PyAny>>,
     failure: Failure,
 }
 
 impl Part {
-    /// The part for an object: a compiled function with its state, an object with a method `step`, or a function. Calls
-    /// the object's `reset`, so every run begins in the same state.
+    /// The part for an object: a compiled function with its state, an object with the methods `step` and `reset`, a
+    /// class of objects with a method `step`, or a function. Calls the object's `reset`, or makes a new object, so every
+    /// run begins in the same state.
     fn of(role: &'static Role, given: &Bound<'_, PyAny>, failure: &Failure) -> PyResult<Self> {
-        let method = |name| Ok::<_, PyErr>(given.getattr_opt(name)?.filter(|method| method.is_callable()));
-        let part = |function| Self { role, function, skip: None, failure: failure.clone() };
+        let part = |function| Self {
+            role,
+            function,
+            taken: role.inputs.len(),
+            returned: 0,
+            skip: None,
+            failure: failure.clone(),
+        };
         if let Some(address) = given.getattr_opt("_trocar_address")? {
             let address: usize = address.extract()?;
             if address == 0 {
@@ -149,20 +171,22 @@ impl Part {
             let function = unsafe { std::mem::transmute::<usize, Compiled>(address) };
             return Ok(part(Function::Compiled { function, state: samples(&state)? }));
         }
-        if let Some(reset) = method("reset")? {
-            reset.call0()?;
-        }
-        let function = match method("step")? {
+        let object = begun(role.name, given, "step")?;
+        let function = match method(&object, "step")? {
             Some(step) => step,
-            None if given.is_callable() => given.clone(),
+            None if object.is_callable() => object.clone(),
             None => {
-                let kind = given.get_type().qualname()?;
+                let kind = object.get_type().qualname()?;
                 let must = "a function, an object with a method step, or a compiled function";
                 return Err(PyTypeError::new_err(format!("the {} is of the type {kind}, must be {must}", role.name)));
             }
         };
-        let skip = method("skip")?.map(Bound::unbind);
-        Ok(Self { skip, ..part(Function::Python(function.unbind())) })
+        let taken = match role.name {
+            "operator" if !takes_arguments(&function, role.inputs.len())? => 2,
+            _ => role.inputs.len(),
+        };
+        let skip = method(&object, if role.name == "distance" { "after_alarm" } else { "skip" })?.map(Bound::unbind);
+        Ok(Self { skip, taken, ..part(Function::Python(function.unbind())) })
     }
 
     /// Calls the function. After an exception the outputs are 0, and the run ends.
@@ -174,12 +198,15 @@ impl Part {
         match &mut self.function {
             Function::Python(function) => {
                 let called = Python::attach(|py| {
-                    call_python(self.role, function.bind(py), &inputs)
+                    call_python(self.role, function.bind(py), &inputs[..self.taken])
                         .and_then(|returned| read_outputs(self.role, &returned, &mut outputs))
                 });
-                if let Err(error) = called {
-                    self.failure.set(error);
-                    return [0.0; OUTPUTS];
+                match called {
+                    Ok(returned) => self.returned = returned,
+                    Err(error) => {
+                        self.failure.set(error);
+                        return [0.0; OUTPUTS];
+                    }
                 }
             }
             Function::Compiled { function, state } => {
@@ -189,9 +216,19 @@ impl Part {
                 unsafe {
                     function(inputs.as_ptr(), outputs.as_mut_ptr(), state.as_mut_ptr());
                 }
+                self.returned = OUTPUTS;
             }
         }
         if outputs.iter().all(|value| value.is_finite()) { outputs } else { self.refuse(outputs) }
+    }
+
+    /// Calls the method for a gap in the samples, or after an alarm.
+    fn skip(&self) {
+        if let Some(skip) = &self.skip
+            && let Err(error) = Python::attach(|py| skip.call0(py))
+        {
+            self.failure.set(error);
+        }
     }
 
     #[cold]
@@ -204,27 +241,57 @@ impl Part {
     }
 }
 
-fn call_python<'py, const INPUTS: usize>(
-    role: &Role,
-    function: &Bound<'py, PyAny>,
-    inputs: &[f64; INPUTS],
-) -> PyResult<Bound<'py, PyAny>> {
+fn method<'py>(object: &Bound<'py, PyAny>, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
+    Ok(object.getattr_opt(name)?.filter(|method| method.is_callable()))
+}
+
+/// The object of a part at the beginning of a run: a new one of a class, or the given one after its `reset`. An object
+/// with the method `needed` and without `reset` is refused, as a second run would begin in the state of the first.
+pub(crate) fn begun<'py>(role: &str, given: &Bound<'py, PyAny>, needed: &str) -> PyResult<Bound<'py, PyAny>> {
+    if let Ok(class) = given.cast::<PyType>()
+        && class.hasattr(needed)?
+    {
+        return class.call0();
+    }
+    match method(given, "reset")? {
+        Some(reset) => drop(reset.call0()?),
+        None if method(given, needed)?.is_some() => {
+            let kind = given.get_type().qualname()?;
+            return Err(PyTypeError::new_err(format!(
+                "the {role} has a method {needed} and no method reset, so a second run would begin in the state of the \
+                 first: add a method reset, or pass the class {kind} itself, of which every run makes a new object"
+            )));
+        }
+        None => {}
+    }
+    Ok(given.clone())
+}
+
+/// True if a Python function can be called with this number of positional arguments.
+fn takes_arguments(function: &Bound<'_, PyAny>, count: usize) -> PyResult<bool> {
+    let module = function.py().import("trocar._parts")?;
+    module.getattr("takes_arguments")?.call1((function, count))?.extract()
+}
+
+fn call_python<'py>(role: &Role, function: &Bound<'py, PyAny>, inputs: &[f64]) -> PyResult<Bound<'py, PyAny>> {
     let py = function.py();
-    let objects: [Bound<'py, PyAny>; INPUTS] = std::array::from_fn(|index| match role.inputs[index] {
+    let object = |index: usize| match role.inputs[index] {
         Number => PyFloat::new(py, inputs[index]).into_any(),
         Whole => PyInt::new(py, inputs[index] as u64).into_any(),
         Flag => PyBool::new(py, inputs[index] != 0.0).to_owned().into_any(),
-    });
+    };
     // Calling with a Rust tuple avoids a Python tuple.
-    match objects.each_ref().as_slice() {
-        [a, b] => function.call1((a, b)),
-        [a, b, c] => function.call1((a, b, c)),
-        [a, b, c, d, e, f] => function.call1((a, b, c, d, e, f)),
-        all => function.call1(PyTuple::new(py, all)?),
+    match inputs.len() {
+        2 => function.call1((object(0), object(1))),
+        3 => function.call1((object(0), object(1), object(2))),
+        4 => function.call1((object(0), object(1), object(2), object(3))),
+        6 => function.call1((object(0), object(1), object(2), object(3), object(4), object(5))),
+        count => function.call1(PyTuple::new(py, (0..count).map(object))?),
     }
 }
 
-fn read_outputs(role: &Role, returned: &Bound<'_, PyAny>, outputs: &mut [f64]) -> PyResult<()> {
+/// Reads the outputs of a call. Returns their number.
+fn read_outputs(role: &Role, returned: &Bound<'_, PyAny>, outputs: &mut [f64]) -> PyResult<usize> {
     let refuse = || {
         let names = |names: &[&str]| names.join(", ");
         let shorter = if role.needed == 1 { format!("{} alone or ", role.outputs[0]) } else { String::new() };
@@ -240,15 +307,16 @@ fn read_outputs(role: &Role, returned: &Bound<'_, PyAny>, outputs: &mut [f64]) -
             return Err(refuse());
         }
         outputs[0] = returned.extract().map_err(|_| refuse())?;
-        return Ok(());
+        return Ok(1);
     };
     if !(role.needed..=outputs.len()).contains(&given.len()) {
         return Err(refuse());
     }
+    let count = given.len();
     for (output, value) in outputs.iter_mut().zip(given) {
         *output = value.extract().map_err(|_| refuse())?;
     }
-    Ok(())
+    Ok(count)
 }
 
 fn flag(output: f64) -> bool {
@@ -262,10 +330,48 @@ impl Tissue<f64> for Part {
     }
 }
 
-impl Operator<f64> for Part {
+/// An operator, who sees the position of their own hand, and may notice changes and intend another position than the
+/// desired one.
+struct UserDefinedOperator {
+    part: Part,
+    /// The position of the master at the last tick in m; NaN before the first.
+    master_m: f64,
+    has_cue: bool,
+    notices: bool,
+    intended_m: Option<f64>,
+}
+
+impl UserDefinedOperator {
+    fn new(part: Part) -> Self {
+        Self { part, master_m: f64::NAN, has_cue: false, notices: false, intended_m: None }
+    }
+}
+
+impl Operator<f64> for UserDefinedOperator {
     fn desired_position_m(&mut self, tick: u64, felt_n: f64) -> f64 {
-        let [desired_m] = self.call([tick as f64, felt_n]);
+        let has_cue = f64::from(u8::from(self.has_cue));
+        let [desired_m, notices, intended_m] = self.part.call([tick as f64, felt_n, self.master_m, has_cue]);
+        self.notices = flag(notices);
+        // The outputs of a compiled function are always three numbers, and it leaves those at 0 that it does not write.
+        let gives_intended = self.part.returned > 2 && matches!(self.part.function, Function::Python(_));
+        self.intended_m = gives_intended.then_some(intended_m);
         desired_m
+    }
+
+    fn intended_position_m(&self, desired_m: f64) -> f64 {
+        self.intended_m.unwrap_or(desired_m)
+    }
+
+    fn master(&mut self, position_m: f64) {
+        self.master_m = position_m;
+    }
+
+    fn cue(&mut self, is_on: bool) {
+        self.has_cue = is_on;
+    }
+
+    fn notices(&self) -> bool {
+        self.notices
     }
 }
 
@@ -291,19 +397,31 @@ impl Estimator<f64> for UserDefinedEstimator {
     }
 
     fn skip(&mut self) {
-        if let Some(skip) = &self.part.skip
-            && let Err(error) = Python::attach(|py| skip.call0(py))
-        {
-            self.part.failure.set(error);
+        self.part.skip();
+    }
+}
+
+impl Distance<f64> for Part {
+    fn update(&mut self, now: &DetectorInput<f64>) -> f64 {
+        let [distance] = self.call(detector_inputs(now));
+        distance
+    }
+
+    fn reset(&mut self, mask: bool) {
+        if mask {
+            self.skip();
         }
     }
 }
 
+fn detector_inputs(now: &DetectorInput<f64>) -> [f64; 6] {
+    let in_contact = f64::from(u8::from(now.in_contact));
+    [now.force_n, now.predicted_force_n, now.residual_n, now.depth_m, now.velocity_m_per_s, in_contact]
+}
+
 impl Detector<f64> for Part {
     fn update(&mut self, now: &DetectorInput<f64>) -> Decision<f64> {
-        let in_contact = f64::from(u8::from(now.in_contact));
-        let input = [now.force_n, now.predicted_force_n, now.residual_n, now.depth_m, now.velocity_m_per_s, in_contact];
-        let [alarm, decision, distance] = self.call(input);
+        let [alarm, decision, distance] = self.call(detector_inputs(now));
         Decision { distance, decision, alarm: flag(alarm) }
     }
 }
@@ -373,7 +491,8 @@ impl CompiledPart {
 
     pub(crate) fn begin(&self, failure: &Failure) -> Part {
         let function = Function::Compiled { function: self.function, state: self.state.clone() };
-        Part { role: self.role, function, skip: None, failure: failure.clone() }
+        let taken = self.role.inputs.len();
+        Part { role: self.role, function, taken, returned: 0, skip: None, failure: failure.clone() }
     }
 }
 
@@ -382,7 +501,8 @@ pub(crate) struct CompiledParts(Vec<CompiledPart>);
 impl CompiledParts {
     pub(crate) fn of(given: &Bound<'_, PyDict>) -> PyResult<Option<Self>> {
         let part = |(name, object): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
-            CompiledPart::of(&name.extract::<String>()?, &object)
+            let name: String = name.extract()?;
+            if ROLES_OF_METHODS.contains(&name.as_str()) { Ok(None) } else { CompiledPart::of(&name, &object) }
         };
         Ok(given.iter().map(part).collect::<PyResult<Option<Vec<_>>>>()?.map(Self))
     }
@@ -405,7 +525,13 @@ impl UserDefined {
     pub(crate) fn of(given: &Bound<'_, PyDict>) -> PyResult<Self> {
         let (mut parts, failure, mut are_compiled) = (UserDefinedParts::default(), Failure::default(), true);
         for (name, object) in given {
-            let role = Role::named(&name.extract::<String>()?)?;
+            let name: String = name.extract()?;
+            if ROLES_OF_METHODS.contains(&name.as_str()) {
+                parts = set_methods(parts, &name, &object, &failure)?;
+                are_compiled = false;
+                continue;
+            }
+            let role = Role::named(&name)?;
             let part = Part::of(role, &object, &failure)?;
             are_compiled &= matches!(part.function, Function::Compiled { .. });
             parts = (role.set)(parts, part);

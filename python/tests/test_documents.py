@@ -71,7 +71,7 @@ def test_a_sweep_has_the_document_of_the_command_line(cli, tmp_path):
 def test_every_result_has_a_document(kind, results):
     document = results[kind].document
     assert document.title in repr(document) and document.tables
-    assert all(isinstance(warning, trocar.TrocarWarning) for warning in document.warnings)
+    assert all(isinstance(warning, trocar.warnings.TrocarWarning) for warning in document.warnings)
     for key, table in document.tables.items():
         assert table.key == key and table.caption in html.unescape(table._repr_html_())
         assert {len(row) for row in table.rows + table.texts} <= {len(table.columns)}
@@ -157,7 +157,7 @@ def test_a_pickled_result_is_not_larger_for_its_figures(results):
 
 def test_the_document_has_the_issued_warnings():
     scenario = trocar.Scenario.load("paper/classical", **{"detector.threshold": 1e3})
-    with pytest.warns(trocar.MissedRuptureWarning) as issued:
+    with pytest.warns(trocar.warnings.MissedRuptureWarning) as issued:
         run = trocar.run(scenario)
     assert [str(warning.message) for warning in issued] == [str(warning) for warning in run.document.warnings]
 
@@ -177,9 +177,9 @@ def test_user_defined_detectors_have_a_document(results):
 
 def test_parts_of_a_sweep_have_a_document_when_merged():
     axes = {"scaling.force": trocar.Range(0.5, 1.0, 16)}
-    parts = [trocar.shard(f"{part}/2", "layers/skin-augmented", axes) for part in (1, 2)]
+    parts = [trocar.sweep("layers/skin-augmented", axes, shard=f"{part}/2") for part in (1, 2)]
     with pytest.raises(ValueError, match="8 of 16 cases have no document; merge the parts"):
         parts[0].document
     assert parts[0]._repr_html_() is None and str(parts[0]) == repr(parts[0])
     whole = trocar.sweep("layers/skin-augmented", axes)
-    assert str(trocar.merge(parts)) == str(whole) and described(trocar.merge(parts).document) == described(whole.document)
+    assert str(trocar.Sweep.merge(parts)) == str(whole) and described(trocar.Sweep.merge(parts).document) == described(whole.document)

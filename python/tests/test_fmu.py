@@ -336,7 +336,7 @@ def test_without_a_library_the_remedy_is_named(cli: object, tmp_path: Path) -> N
 @pytest.mark.parametrize(("kind", "version"), KINDS)
 def test_python_exports_the_unit_of_the_command(export, library, tmp_path, kind, version):
     scenario = "layers/skin-augmented" if kind == "tissue" else "paper/augmented"
-    unit = trocar.export_fmu(scenario, tmp_path / "unit.fmu", model=kind, fmi=version, library=library)
+    unit = trocar.export(scenario, tmp_path / "unit.fmu", model=kind, fmi=version, library=library)
     with zipfile.ZipFile(unit) as found, zipfile.ZipFile(export(scenario, kind, version)) as expected:
         assert sorted(found.namelist()) == sorted(expected.namelist())
         for name in found.namelist():
@@ -346,7 +346,7 @@ def test_python_exports_the_unit_of_the_command(export, library, tmp_path, kind,
 
 def test_python_exports_the_changes_of_a_scenario(library, tmp_path):
     scenario = trocar.Scenario.load("paper/augmented").replace(scaling={"force": 0.75})
-    unit = trocar.export_fmu(scenario, tmp_path / "unit.fmu", model="rig", library=library)
+    unit = trocar.export(scenario, tmp_path / "unit.fmu", model="rig", library=library)
     description = fmpy.read_model_description(str(unit))
     starts = {variable.name: variable.start for variable in description.modelVariables}
     assert float(starts["scaling.force"]) == 0.75
@@ -355,21 +355,21 @@ def test_python_exports_the_changes_of_a_scenario(library, tmp_path):
 def test_invalid_exports_are_refused(library, tmp_path, monkeypatch):
     unit = tmp_path / "unit.fmu"
     with pytest.raises(ValueError, match='model is "robot", must be "simulation", "rig" or "tissue"'):
-        trocar.export_fmu("paper/augmented", unit, model="robot", library=library)
+        trocar.export("paper/augmented", unit, model="robot", library=library)
     with pytest.raises(ValueError, match="fmi is 4, must be 2 or 3"):
-        trocar.export_fmu("paper/augmented", unit, fmi=4, library=library)
+        trocar.export("paper/augmented", unit, fmi=4, library=library)
     with pytest.raises(trocar.ScenarioError):
-        trocar.export_fmu({"base": "paper/augmented", "scaling.force": -1.0}, unit, library=library)
+        trocar.export({"base": "paper/augmented", "scaling.force": -1.0}, unit, library=library)
     recorded = trocar.Scenario.load("paper/augmented").replace(**{"recording.file": trocar.record(2)})
     with pytest.raises(ValueError, match="cannot contain a recording from memory"):
-        trocar.export_fmu(recorded, unit, library=library)
+        trocar.export(recorded, unit, library=library)
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(FileNotFoundError, match="beside the program trocar"):
-        trocar.export_fmu("paper/augmented", unit)
+        trocar.export("paper/augmented", unit)
     assert not unit.exists()
     unit.write_text("kept")
     with pytest.raises(FileExistsError, match="force=True"):
-        trocar.export_fmu("paper/augmented", unit, library=library)
+        trocar.export("paper/augmented", unit, library=library)
     assert unit.read_text() == "kept"
-    trocar.export_fmu("paper/augmented", unit, model="rig", library=library, force=True)
+    trocar.export("paper/augmented", unit, model="rig", library=library, force=True)
     assert zipfile.is_zipfile(unit)

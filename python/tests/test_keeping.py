@@ -167,7 +167,7 @@ def test_every_result_is_saved_and_loaded_again(tmp_path):
     calibration = trocar.calibrate(given, contact_m=0.012)
     found = kept(calibration)
     assert found.settings == calibration.settings and found.toml == calibration.toml
-    for kind in (trocar.Roc, trocar.Stability, trocar.Comparison, trocar.Detection, trocar.Sweep):
+    for kind in (trocar.results.Roc, trocar.results.Stability, trocar.results.Comparison, trocar.results.Detection, trocar.Sweep):
         with pytest.raises(ValueError, match=f"kept.npz is not a {kind.__name__.lower()} that {kind.__name__}.save wrote"):
             kind.load(tmp_path / "kept.npz")
 
@@ -184,7 +184,7 @@ def test_a_detection_and_a_sweep_have_units_and_can_be_saved(tmp_path):
     found = trocar.detect(trocar.record(), contact_m=0.012)
     assert found.to_xarray()["residual_n"].attrs["units"] == "N" and found.to_xarray()["position_m"].attrs["units"] == "m"
     found.save(tmp_path / "found.npz")
-    again = trocar.Detection.load(tmp_path / "found.npz")
+    again = trocar.results.Detection.load(tmp_path / "found.npz")
     assert again.report == found.report and str(again) == str(found) and list(again) == list(found)
     assert np.array_equal(again.alarms, found.alarms) and np.array_equal(again["decision"], found["decision"])
     sweep = trocar.sweep("paper/augmented", {"scaling.force": [0.5, 1.0]}, set=SHORT)

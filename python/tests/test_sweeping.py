@@ -72,15 +72,15 @@ def test_invalid_sweeps_are_reported(arguments, exception, text):
 
 
 def test_shards_join_in_any_order():
-    parts = [trocar.shard(f"{part}/3", "layers/skin-augmented", AXES, seeds=4, metrics=METRICS) for part in (2, 3, 1)]
-    same(trocar.merge(parts), sweep())
+    parts = [trocar.sweep("layers/skin-augmented", AXES, seeds=4, metrics=METRICS, shard=f"{part}/3") for part in (2, 3, 1)]
+    same(trocar.Sweep.merge(parts), sweep())
     with pytest.raises(ValueError, match="have .* of 80 cases, and 0 of them more than once; give each part once"):
-        trocar.merge(parts[:2])
-    other = trocar.shard("1/3", "layers/skin-augmented", AXES, seeds=5, metrics=METRICS)
+        trocar.Sweep.merge(parts[:2])
+    other = trocar.sweep("layers/skin-augmented", AXES, seeds=5, metrics=METRICS, shard="1/3")
     with pytest.raises(ValueError, match="not of the same sweep"):
-        trocar.merge([*parts[:2], other])
+        trocar.Sweep.merge([*parts[:2], other])
     with pytest.raises(ValueError, match="no part to merge"):
-        trocar.merge([])
+        trocar.Sweep.merge([])
 
 
 def spawning(workers):
@@ -145,7 +145,7 @@ def test_a_sweep_in_a_folder_continues_after_an_interruption(tmp_path):
     kept = (folder / "shard-1-of-4.npz").stat().st_mtime_ns
     same(sweep(folder=folder), expected)
     assert sorted(path.name for path in folder.iterdir()) == names and (folder / "shard-1-of-4.npz").stat().st_mtime_ns == kept
-    same(trocar.merge(trocar.Sweep.load(path) for path in folder.iterdir()), expected)
+    same(trocar.Sweep.merge(trocar.Sweep.load(path) for path in folder.iterdir()), expected)
     with pytest.raises(ValueError, match="shards of another sweep"):
         sweep(folder=folder, seeds=5)
     with pytest.raises(ValueError, match="has 4 shards, not 5"):

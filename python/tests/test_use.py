@@ -244,7 +244,7 @@ def test_a_forked_process_computes_too():
 def test_keys_and_metrics_are_listed():
     kind, default, meaning = trocar.keys()["scaling.force"]
     assert default == "1.0" and "number" in kind and meaning
-    assert "false_alarms" in trocar.metric_names()
+    assert "false_alarms" in list(trocar.metrics())
     scope, label, unit, better, meaning = trocar.metrics()["rupture_1_detection_delay_s"]
     assert (scope, label, unit, better) == ("rupture", "rupture 1: detection delay", "s", "lower") and meaning.endswith(".")
     assert trocar.__version__

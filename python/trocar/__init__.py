@@ -5,7 +5,8 @@
 >>> run["slave_position_m"].shape, len(run.events)
 ((17000,), 2)
 
-All quantities are in SI units (m, m/s, N, s); names end with the unit. Positions increase into the tissue. Forces are
+The results' classes, for annotations, are in :mod:`trocar.results`, the warnings in :mod:`trocar.warnings`, and the roles
+of user-defined parts in :mod:`trocar.parts`. All quantities are in SI units (m, m/s, N, s); names end with the unit. Positions increase into the tissue. Forces are
 positive when they resist insertion. Computations release the global interpreter lock, and Ctrl-C ends them.
 """
 
@@ -18,162 +19,96 @@ if _util.find_spec(f"{__name__}._core") is None:
     )
 
 from . import _core
-from ._core import Step, __version__
+from . import results, warnings
+from ._core import Command, Step, __version__
 from ._errors import ScenarioError
-from ._warnings import (
-    ActiveLoopWarning,
-    ColumnsSwappedWarning,
-    ConstantForceWarning,
-    DelayBeyondRunWarning,
-    DelayRoundedWarning,
-    ForceMagnitudeWarning,
-    ForceNotBoundedWarning,
-    ForceOffsetWarning,
-    ForceOutOfContactWarning,
-    ForceSignWarning,
-    GuessedColumnsWarning,
-    HandEnergyImpossibleWarning,
-    HarmlessAlarmsWarning,
-    HighSamplingRateWarning,
-    KeyWithoutEffectWarning,
-    LayerNotRupturedWarning,
-    LimitActsWarning,
-    LowSamplingRateWarning,
-    MissedRuptureWarning,
-    MissingSectionWarning,
-    MotionBeyondRunWarning,
-    NoContactWarning,
-    NoRupturesWarning,
-    OscillatingWarning,
-    OutsideMeasuredWarning,
-    PeerRestartedWarning,
-    PeerSilentWarning,
-    PositionMagnitudeWarning,
-    PromiseBrokenWarning,
-    PromiseNotCoveredWarning,
-    RarelyArmedWarning,
-    SeedsWithoutEffectWarning,
-    SlowRupturesMissedWarning,
-    StrayAlarmWarning,
-    TissueNotCoveredWarning,
-    TissueNotTouchedWarning,
-    TrocarWarning,
-    UnchangedMetricsWarning,
-    UnfinishedFileWarning,
-    UnitIgnoredWarning,
-    UnmodelledWarning,
-    VelocityMagnitudeWarning,
-)
-from .comparing import Comparison, compare
-from .detection import Calibration, Detection, Detector, calibrate, detect, record, score
-from .documents import Document, Figure, Table
-from .exporting import export_fmu
-from .judging import Roc, Trial, roc, trials
-from .linear import Stability, StateSpace, stability, state_space, verify_certificate
+from .analysing import margins, stability, verify_certificate
+from .comparing import compare
+from .detection import Detector, calibrate, detect, record, score
+from .exporting import export
+from .identifying import identify
+from .judging import roc, trials
+from .linear import state_space
 from .parts import Compiled, Simulation
+from .people import patients
 from .recordings import list_signals, read_recording
 from .rig import HapticController
 from .running import Run, load, run
 from .scenario import Scenario
-from .sweeping import Range, Sweep, merge, shard, sweep
+from .studying import paper, strategies
+from .sweeping import Range, Sweep, sweep
 
 __all__ = [
-    "ActiveLoopWarning",
-    "ColumnsSwappedWarning",
-    "ConstantForceWarning",
-    "Calibration",
-    "Comparison",
+    "Command",
     "Compiled",
-    "DelayBeyondRunWarning",
-    "DelayRoundedWarning",
-    "Detection",
     "Detector",
-    "Document",
-    "Figure",
-    "ForceMagnitudeWarning",
-    "ForceNotBoundedWarning",
-    "ForceOffsetWarning",
-    "ForceOutOfContactWarning",
-    "ForceSignWarning",
-    "HandEnergyImpossibleWarning",
     "HapticController",
-    "GuessedColumnsWarning",
-    "HarmlessAlarmsWarning",
-    "HighSamplingRateWarning",
-    "KeyWithoutEffectWarning",
-    "LayerNotRupturedWarning",
-    "LimitActsWarning",
-    "LowSamplingRateWarning",
-    "MissedRuptureWarning",
-    "MissingSectionWarning",
-    "MotionBeyondRunWarning",
-    "NoContactWarning",
-    "NoRupturesWarning",
-    "OscillatingWarning",
-    "OutsideMeasuredWarning",
-    "PeerRestartedWarning",
-    "PeerSilentWarning",
-    "PositionMagnitudeWarning",
-    "PromiseBrokenWarning",
-    "PromiseNotCoveredWarning",
     "Range",
-    "RarelyArmedWarning",
-    "Roc",
     "Run",
     "Scenario",
     "ScenarioError",
-    "SeedsWithoutEffectWarning",
     "Simulation",
-    "SlowRupturesMissedWarning",
-    "Stability",
-    "StateSpace",
     "Step",
-    "StrayAlarmWarning",
     "Sweep",
-    "Table",
-    "TissueNotCoveredWarning",
-    "TissueNotTouchedWarning",
-    "Trial",
-    "TrocarWarning",
-    "UnchangedMetricsWarning",
-    "UnfinishedFileWarning",
-    "UnitIgnoredWarning",
-    "UnmodelledWarning",
-    "VelocityMagnitudeWarning",
     "__version__",
     "calibrate",
     "compare",
     "detect",
-    "export_fmu",
+    "export",
+    "identify",
     "keys",
     "list_signals",
     "load",
-    "merge",
-    "metric_names",
+    "margins",
     "metrics",
+    "paper",
+    "patients",
     "read_recording",
     "record",
     "roc",
     "run",
     "score",
-    "shard",
     "shipped",
     "stability",
     "state_space",
+    "strategies",
     "sweep",
     "trace_columns",
     "trials",
     "verify_certificate",
 ]
 
+# The former names, each with the present one.
+_MOVED = {
+    "export_fmu": "export",
+    "merge": "Sweep.merge",
+    "metric_names": "metrics",
+    "shard": "sweep(..., shard=...)",
+    **{name: f"results.{name}" for name in results.__all__},
+    **{kind.__name__: f"warnings.{kind.__name__}" for kind in warnings.TrocarWarning.__subclasses__()},
+    "TrocarWarning": "warnings.TrocarWarning",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name in _MOVED:
+        raise AttributeError(f"trocar.{name} is trocar.{_MOVED[name]} now")
+    raise AttributeError(f"module 'trocar' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    # `from trocar import *` leaves out the modules, one of which would hide the standard `warnings`.
+    return [*__all__, "parts", "results", "warnings"]
+
 
 def shipped() -> dict[str, str]:
-    """Returns the shipped scenarios with the question that each answers. Load one with :meth:`Scenario.load`.
+    """Returns the shipped scenarios and sweep files with the question that each answers. Load a scenario with
+    :meth:`Scenario.load`, and run a sweep file with :func:`sweep`.
 
     Returns
     -------
     dict of str to str
-        The name of each scenario, which begins with ``builtin:``, and its question.
+        The name of each file, which begins with ``builtin:`` (a sweep file with ``builtin:sweeps/``), and its question.
 
     >>> import trocar
     >>> "builtin:paper/classical.toml" in trocar.shipped()
@@ -181,7 +116,7 @@ def shipped() -> dict[str, str]:
     >>> trocar.Scenario.load("builtin:paper/classical.toml").name
     'classical'
     """
-    return dict(_core.shipped())
+    return dict([*_core.shipped(), *_core.shipped_sweeps()])
 
 
 def keys() -> dict[str, tuple[str, str | None, str]]:
@@ -217,16 +152,6 @@ def metrics() -> dict[str, tuple[str, str, str, str, str]]:
     return {
         name: (scope, label, unit, better, meaning) for name, scope, label, unit, better, meaning in _core.metrics()
     }
-
-
-def metric_names() -> list[str]:
-    """Returns the metric names that :func:`sweep` accepts; :func:`metrics` describes them.
-
-    >>> import trocar
-    >>> "detected_ruptures" in trocar.metric_names()
-    True
-    """
-    return list(metrics())
 
 
 def trace_columns() -> dict[str, tuple[str, str]]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Union
+from typing import TYPE_CHECKING, Any, Protocol, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from ._frames import columns_of_frame, is_frame
 
 if TYPE_CHECKING:
     import pandas
@@ -63,8 +64,14 @@ def whole(name: str, value: Any, low: int = 0) -> int:
     return count
 
 
-Recorded = Union["pandas.DataFrame", Mapping[str, Any]]
-"""Named samples: a DataFrame or a dictionary with the columns ``time_s``, ``position_m``, ``force_n`` and, if measured,
+class Readable(Protocol):
+    """A table that another library exports through Arrow, such as a DataFrame of polars."""
+
+    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
+
+
+Recorded = Union["pandas.DataFrame", Readable, Mapping[str, Any]]
+"""Named samples: a table (of pandas, polars, pyarrow or DuckDB) or a dictionary with the columns ``time_s``, ``position_m``, ``force_n`` and, if measured,
 ``velocity_m_per_s``; or with the names of :func:`trocar.read_recording`, which have no units."""
 
 _NAMES = ("time_s", "position_m", "velocity_m_per_s", "force_n")
@@ -72,8 +79,10 @@ _NAMES = ("time_s", "position_m", "velocity_m_per_s", "force_n")
 
 def columns_of(recorded: Any) -> tuple[ArrayLike, ArrayLike, ArrayLike | None, ArrayLike]:
     """Returns the time, position, velocity (``None`` if missing) and force of named samples."""
+    if not hasattr(recorded, "keys") and is_frame(recorded):
+        recorded = columns_of_frame(recorded)
     if not hasattr(recorded, "keys") or not hasattr(recorded, "__getitem__"):
-        raise TypeError(f"a recording is a DataFrame or a dictionary of arrays, not {type(recorded).__qualname__}")
+        raise TypeError(f"a recording is a table or a dictionary of arrays, not {type(recorded).__qualname__}")
     names = [str(name) for name in recorded.keys()]
     index = getattr(getattr(recorded, "index", None), "name", None)
     found: list[Any] = []

@@ -7,14 +7,29 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
+from . import _core
+from ._frames import stream
+
 if TYPE_CHECKING:
     import xarray
 
 
 class Columns:
-    """A result that is a mapping of its columns: ``result["time_s"]``, ``"time_s" in result``, ``result.keys()``."""
+    """A result that is a mapping of its columns: ``result["time_s"]``, ``"time_s" in result``, ``result.keys()``.
+
+    polars, pyarrow, pandas and DuckDB read it as a table: ``polars.DataFrame(result)``, ``pyarrow.table(result)``.
+    """
 
     _columns: dict[str, NDArray[Any]]
+
+    def __arrow_c_stream__(self, requested_schema: object = None) -> Any:
+        """Returns the columns for a library that reads Arrow, with units and meanings as metadata. Columns of numbers
+        are not copied."""
+        return stream(self._columns, self._units())
+
+    def _units(self) -> dict[str, tuple[str, str]]:
+        """Returns the units and the meanings of columns."""
+        return {name: (unit, meaning) for name, unit, meaning in _core.trace_columns()}
 
     def __getitem__(self, column: str) -> NDArray[Any]:
         try:

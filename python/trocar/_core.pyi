@@ -18,19 +18,29 @@ __all__ = [
     "StateSpace",
     "Step",
     "__version__",
+    "arm_stiffness",
+    "arrow_stream",
     "calibrate",
     "compare",
+    "compare_schemes",
     "comparison_figures",
     "detect",
     "detection_figures",
     "detectors",
     "figure_names",
     "fmu_files",
+    "identify",
     "in_python",
+    "is_sweep",
     "keys",
     "licences",
+    "limited_keys",
     "list_signals",
+    "margins",
     "metrics",
+    "paper",
+    "persons",
+    "population",
     "read_recording",
     "record",
     "roc",
@@ -41,11 +51,14 @@ __all__ = [
     "score",
     "seconds_of_run",
     "shipped",
+    "shipped_sweeps",
     "stability",
     "state_space",
+    "strategies",
     "sweep",
     "sweep_document",
     "sweep_plan",
+    "sweep_points",
     "sweep_with",
     "toml_value",
     "trace_columns",
@@ -115,8 +128,8 @@ class Run:
 @final
 class Simulation:
     def __new__(cls, scenario: Scenario, parts: dict[str, Any]) -> Simulation: ...
-    @staticmethod
-    def repeated(scenario: Scenario, led_m: NDArray[np.float64]) -> Simulation: ...
+    def repeat(self, led_m: NDArray[np.float64]) -> None: ...
+    def change(self, changed: Scenario, sections: list[str]) -> None: ...
     def led_m(self) -> NDArray[np.float64]: ...
     def step(self, desired_position_m: float | None) -> bool: ...
     def signals(self) -> dict[str, float]: ...
@@ -278,6 +291,10 @@ def run(scenario: Scenario) -> tuple[Run, _Traces]: ...
 def run_with(scenario: Scenario, parts: dict[str, Any]) -> tuple[Run, _Traces]: ...
 def score(alarms_s: _Floats, ruptures_s: _Floats, within_s: float, recorded_s: float) -> tuple[dict[str, Any], list[tuple[int, int]]]: ...
 def seconds_of_run(scenario: Scenario, times: int) -> float: ...
+_Compared = tuple[
+    dict[str, Any], dict[str, Any], list[tuple[str, str, list[float | None]]], list[tuple[Run, _Traces]]
+]
+
 def compare(
     scenarios: list[Scenario],
     seeds: int | None,
@@ -285,7 +302,37 @@ def compare(
     threads: int,
     parts: dict[str, Any],
     tell: Callable[[int, int], None] | None,
-) -> tuple[dict[str, Any], dict[str, Any], list[tuple[str, str, list[float | None]]], list[tuple[Run, _Traces]]]: ...
+) -> _Compared: ...
+def compare_schemes(
+    scenario: Scenario, seeds: int | None, threads: int, tell: Callable[[int], None] | None
+) -> tuple[_Compared, list[str]]: ...
+def strategies(
+    studied: Scenario | str,
+    settings: list[str],
+    persons: list[str],
+    patients: int,
+    seeds: int,
+    threads: int,
+    tell: Callable[[int], None] | None,
+) -> tuple[dict[str, Any], dict[str, Any]]: ...
+def persons() -> list[tuple[str, str]]: ...
+def paper(threads: int) -> tuple[dict[str, Any], dict[str, Any]]: ...
+def identify(
+    machine: str,
+    recordings: list[str],
+    predict: list[str],
+    columns: dict[str, str | None],
+    max_memory_mib: int,
+    tell: Callable[[int, int], None] | None,
+) -> tuple[dict[str, Any], dict[str, Any], list[tuple[str, str]], dict[str, dict[str, Any]]]: ...
+def margins(scenario: Scenario, limits: list[str]) -> dict[str, Any]: ...
+def limited_keys() -> list[str]: ...
+def sweep_points(path: str, count: int | None) -> tuple[str, list[tuple[str, str]], dict[str, Any]]: ...
+def population(scenario: Scenario, count: int) -> dict[str, NDArray[np.float64]]: ...
+def shipped_sweeps() -> list[tuple[str, str]]: ...
+def is_sweep(path: str) -> bool: ...
+def arm_stiffness(scenario: Scenario) -> float: ...
+def arrow_stream(columns: list[tuple[str, Any, list[tuple[str, str]]]]) -> Any: ...
 def detect(
     name: str,
     time_s: _Floats,
@@ -321,12 +368,12 @@ def stability(
     scenario: Scenario,
     x: str,
     y: str,
-    tissue: tuple[float, float] | None,
-    simulate: bool,
-    event_limits: bool,
+    options: dict[str, Any],
     threads: int,
     tell: Callable[[int, int], None] | None,
-) -> tuple[dict[str, Any], dict[str, Any], dict[str, NDArray[Any]]]: ...
+) -> tuple[
+    dict[str, Any], dict[str, Any], dict[str, NDArray[Any]], list[tuple[str, str]], dict[str, dict[str, Any]]
+]: ...
 def verify_certificate(text: str) -> list[tuple[str, int]]: ...
 def state_space(scenario: Scenario, side: str) -> StateSpace: ...
 def shipped() -> list[tuple[str, str]]: ...
@@ -358,6 +405,7 @@ def sweep_with(
     base: Scenario | None,
     settings: list[str],
     parts: dict[str, Any],
+    shard: str,
     threads: int,
     memory_bytes: int,
     tell: Callable[[int, int], None] | None,

@@ -6,7 +6,7 @@ from __future__ import annotations
 class ScenarioError(ValueError):
     """An invalid scenario or setting.
 
-    The text is that of the command line: the message, the underlined line and the remedy.
+    The text has the message, the underlined line and the remedy.
 
     Attributes
     ----------
@@ -15,7 +15,7 @@ class ScenarioError(ValueError):
     remedy : str or None
         The remedy.
     file : str or None
-        The source: a path, ``builtin:`` and a name, ``--set`` for a changed key, or the name of a text.
+        The source: a path, ``builtin:`` and a name, ``changes`` for a changed key, or the name of a text.
     line, column : int or None
         The position in the source, counted from 1.
 

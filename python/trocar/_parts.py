@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import inspect
 from collections.abc import Callable
 from typing import Any, Protocol, TypedDict, Union
 
@@ -76,8 +77,29 @@ class _Stepped(Protocol):
     def step(self) -> Callable[..., Any]: ...
 
 
+class _Architecture(Protocol):
+    @property
+    def slave_target(self) -> Callable[..., float]: ...
+    @property
+    def master_force(self) -> Callable[..., float]: ...
+
+
 Part = Union[Callable[..., Any], _Stepped, Compiled]
-"""A user-defined part: a function, an object with a method ``step``, or a :class:`Compiled` function."""
+"""A user-defined part: a function, an object with the methods ``step`` and ``reset``, a class of objects with a method
+``step``, or a :class:`Compiled` function."""
+
+
+def takes_arguments(function: Callable[..., Any], count: int) -> bool:
+    """Returns true if a function can be called with a number of positional arguments, or if its signature is unknown."""
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):
+        return True
+    try:
+        signature.bind(*range(count))
+    except TypeError:
+        return False
+    return True
 
 
 class Parts(TypedDict, total=False):
@@ -87,6 +109,9 @@ class Parts(TypedDict, total=False):
     operator: Part | None
     estimator: Part | None
     detector: Part | None
+    distance: Part | None
+    architecture: _Architecture | type[_Architecture] | None
+    passivity: object | None
     force_law: Part | None
     motion_law: Part | None
 

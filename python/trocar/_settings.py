@@ -24,8 +24,7 @@ def value(key: str, given: Any) -> str:
 
 
 def settings(changes: Mapping[str, Any]) -> tuple[list[str], list[_core.Recording]]:
-    """Returns nested or dotted changes in the form of the command line's ``--set``, and the recordings in memory
-    among them."""
+    """Returns nested or dotted changes in the form of the core, and the recordings in memory among them."""
     flat, recordings = _named(changes)
     return [f"{key}={value(key, given)}" for key, given in flat], recordings
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from ._arrays import whole
 from ._parts import Parts, core_parts
 from ._progress import Progress
 from ._stored import Stored
-from ._warnings import warn
+from .warnings import warn
 from .documents import Documented
 from .running import Run
 from .scenario import Scenario, scenario_of
@@ -101,8 +102,9 @@ class Comparison(Documented, Stored):
 
 
 def compare(
-    *scenarios: Scenario | str | os.PathLike[str],
+    *scenarios: Scenario | str | os.PathLike[str] | Iterable[Scenario | str | os.PathLike[str]],
     seeds: int | None = None,
+    schemes: bool = False,
     threads: int = 0,
     progress: bool = False,
     **parts: Unpack[Parts],
@@ -112,7 +114,9 @@ def compare(
     Parameters
     ----------
     *scenarios
-        Scenarios or paths.
+        Scenarios or paths, one by one or in a list.
+    schemes
+        True to compare one scenario with every passivity scheme that its architecture allows, and without one.
     seeds
         Number of seeds with which each scenario also runs, from 2 to 100000, to get medians and central 95 %
         intervals.
@@ -134,7 +138,8 @@ def compare(
     ScenarioError
         For a scenario that cannot be read or is invalid. It is a ``ValueError``.
     ValueError
-        If ``seeds`` or ``threads`` is out of range, and for parts as in :func:`trocar.run`.
+        If ``seeds`` or ``threads`` is out of range, for ``schemes`` with another number of scenarios than one or with
+        parts, and for parts as in :func:`trocar.run`.
     TypeError
         If a scenario is neither a ``Scenario`` nor a path, if ``seeds`` or ``threads`` is not an integer, and for
         parts as in :func:`trocar.run`.
@@ -148,7 +153,19 @@ def compare(
     """
     seeds = None if seeds is None else whole("seeds", seeds, 2)
     threads = whole("threads", threads)
-    all_of_them = [scenario_of(scenario) for scenario in scenarios or _PAPER_PAIR]
+    given: list[Scenario | str | os.PathLike[str]] = []
+    for one in scenarios:
+        if isinstance(one, (Scenario, str, os.PathLike)):
+            given.append(one)
+        elif isinstance(one, Iterable):
+            given += one
+        else:
+            raise TypeError(f"a scenario is {one!r}, must be a Scenario, a path or a list of them")
+    if scenarios and not given:
+        raise ValueError("there is no scenario to compare")
+    all_of_them = [scenario_of(scenario) for scenario in given or _PAPER_PAIR]
+    if schemes:
+        return _of_schemes(given, all_of_them, seeds, threads, progress, parts)
     with Progress("runs", progress and seeds is not None) as bar:
         report, contents, rows, runs = _core.compare(
             [scenario._core for scenario in all_of_them], seeds, not scenarios, threads, core_parts(parts), bar.tell
@@ -157,3 +174,18 @@ def compare(
     return Comparison(
         report, contents, rows, [Run(scenario, core, traces) for scenario, (core, traces) in zip(all_of_them, runs)]
     )
+
+
+def _of_schemes(
+    given: list[Any], scenarios: list[Scenario], seeds: int | None, threads: int, progress: bool, parts: Parts
+) -> Comparison:
+    if len(given) != 1 or core_parts(parts):
+        raise ValueError("schemes=True compares the passivity schemes of one scenario, without user-defined parts")
+    with Progress("runs", progress and seeds is not None) as bar:
+        (report, contents, rows, runs), toml = _core.compare_schemes(
+            scenarios[0]._core, seeds, threads, lambda done: bar.tell(done, max(done, 1))
+        )
+    warn(report["warnings"])
+    changed = [Scenario.from_toml(text) for text in toml]
+    return Comparison(report, contents, rows, [Run(scenario, core, traces) for scenario, (core, traces) in zip(changed, runs)])
+

@@ -12,10 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from ._arrays import Recorded, Samples, columns_of, number, samples, velocities, whole
 from ._columns import Columns
+from ._frames import freeze
+from ._html import table
 from ._progress import Progress
 from ._settings import settings as lines
 from ._stored import Stored
-from ._warnings import warn
+from .warnings import warn
 from .documents import Documented
 
 if TYPE_CHECKING:
@@ -67,6 +69,7 @@ class Detection(Columns, Documented, Stored):
         contents: dict[str, Any],
     ) -> None:
         self.name = name
+        freeze(columns)
         self.columns = self._columns = columns
         self.alarms = alarms
         self.alarm_rows = alarm_rows
@@ -95,9 +98,12 @@ class Detection(Columns, Documented, Stored):
     def to_xarray(self) -> xarray.Dataset:
         """Returns the columns as an xarray Dataset over ``time_s``. Every variable has ``units`` and a
         ``long_name``."""
-        about = {name: (unit, meaning) for name, unit, meaning in _core.trace_columns()}
+        return self._to_xarray("time_s", self._units())
+
+    def _units(self) -> dict[str, tuple[str, str]]:
+        about = super()._units()
         about["position_m"], about["velocity_m_per_s"] = ("m", "Position of the needle."), ("m/s", "Velocity of the needle.")
-        return self._to_xarray("time_s", about)
+        return about
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Returns the columns and ``alarm`` as a pandas DataFrame, indexed by ``time_s``."""
@@ -149,8 +155,8 @@ def detect(
     Parameters
     ----------
     time : array, shape (samples,)
-        Times in s, strictly increasing, from any start. Or a whole recording in place of the four arrays: a DataFrame
-        or a dictionary with the columns ``time_s``, ``position_m``, ``force_n`` and, if measured,
+        Times in s, strictly increasing, from any start. Or a whole recording in place of the four arrays: a table (of
+        pandas, polars, pyarrow or DuckDB) or a dictionary with the columns ``time_s``, ``position_m``, ``force_n`` and, if measured,
         ``velocity_m_per_s``.
     position : array, shape (samples,)
         Position of the needle, in m, increasing into the tissue.
@@ -373,6 +379,13 @@ class Detector:
 
     def __repr__(self) -> str:
         return f"Detector({self.samples} samples)"
+
+    def _repr_html_(self) -> str:
+        interval_s, is_filtered, changes, file = self._arguments
+        rows = [["samples", str(self.samples)], ["interval", f"{interval_s} s"], ["velocity", "filtered" if is_filtered else "measured"]]
+        rows += [["settings file", file]] if file else []
+        rows += [list(change.split("=", 1)) for change in changes]
+        return table(["detector", ""], rows)
 
 
 def _detector(arguments: tuple[float, bool, list[str], str | None], count: int, state: NDArray[np.uint64]) -> Detector:

@@ -7,8 +7,9 @@ from functools import cached_property
 from html import escape
 from typing import TYPE_CHECKING, Any
 
+from ._frames import stream
 from ._html import table
-from ._warnings import TrocarWarning, warning_of
+from .warnings import TrocarWarning, warning_of
 
 if TYPE_CHECKING:
     import matplotlib.figure
@@ -103,6 +104,13 @@ class Table:
         if len({*self.columns}) < len(self.columns):
             raise ValueError(f"the columns are {', '.join(self.columns)}, and polars needs different names")
         return polars.DataFrame({key: self._column(at) for at, key in enumerate(self.columns)})
+
+    def __arrow_c_stream__(self, requested_schema: object = None) -> Any:
+        """Returns the columns as in :meth:`to_polars` for a library that reads Arrow. A repeated name gets a number."""
+        names: list[str] = []
+        for key in self.columns:
+            names.append(key if key not in names else f"{key} ({self.columns[: len(names)].count(key) + 1})")
+        return stream({name: self._column(at) for at, name in enumerate(names)})
 
     def __len__(self) -> int:
         return len(self.rows)

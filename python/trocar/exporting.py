@@ -14,7 +14,7 @@ from . import _core
 from .scenario import Scenario
 
 
-def export_fmu(
+def export(
     scenario: Scenario | Mapping[str, Any] | str | os.PathLike[str],
     path: str | os.PathLike[str],
     *,
@@ -23,7 +23,7 @@ def export_fmu(
     library: str | os.PathLike[str] | None = None,
     force: bool = False,
 ) -> Path:
-    """Writes a scenario as a functional mock-up unit (FMU) for co-simulation, like ``trocar export fmu``.
+    """Writes a scenario as a functional mock-up unit (FMU) for co-simulation in other programs.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def export_fmu(
         For another model or version, settings that a rig does not support, and a recording from memory.
 
     >>> import trocar
-    >>> trocar.export_fmu("paper/augmented", "augmented.fmu", model="rig")  # doctest: +SKIP
+    >>> trocar.export("paper/augmented", "augmented.fmu", model="rig")  # doctest: +SKIP
     PosixPath('augmented.fmu')
     """
     out = Path(path)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _core, _warnings
+from . import _core, warnings
 from ._arrays import Recorded, number, recording_of, whole
 from ._columns import Columns
 from ._parts import Part, core_parts
@@ -62,7 +62,7 @@ class Trial(Columns):
         If ``number`` is not an integer.
 
     >>> import trocar
-    >>> trial = trocar.Trial(6)
+    >>> trial = trocar.results.Trial(6)
     >>> trial
     Trial(6, 6340 samples, membranes, 2 ruptures)
     >>> trial.ruptures_s.round(2)
@@ -299,7 +299,7 @@ def roc(
             threads,
             bar.tell,
         )
-    _warnings.warn(report["warnings"])
+    warnings.warn(report["warnings"])
     return Roc(report, contents)
 
 

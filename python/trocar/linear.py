@@ -1,4 +1,4 @@
-"""The linear loop: stability analysis, and state-space matrices of the loop and its sides."""
+"""State-space matrices of the loop and of its sides."""
 
 from __future__ import annotations
 
@@ -10,178 +10,15 @@ from numpy.typing import NDArray
 
 from . import _core
 from ._arrays import whole
-from ._progress import Progress
-from ._stored import Stored
-from ._warnings import warn
-from .documents import Documented
+from ._html import table
 from .scenario import Scenario, scenario_of
 
 if TYPE_CHECKING:
     import control
-    from matplotlib.figure import Figure
+    from scipy import signal
 
 
 Side = Literal["master", "slave", "loop-gain", "closed-loop"]
-
-
-class Stability(Documented, Stored):
-    """The stability analysis of a loop, returned by :func:`stability`. ``print`` shows its tables.
-
-    Attributes
-    ----------
-    report : dict
-        The content of the command line's ``stability.json``: mode, margins, limits, sensitivities, ports, switching.
-    x, y : array, float64, shapes (columns,) and (rows,)
-        The axes of the map.
-    stable : array, bool, shape (rows, columns)
-        True where the loop is stable on the map.
-    boundary : array, float64, shape (pieces, 2, 2)
-        Segments of the boundary, each with two points ``(x, y)``.
-    simulated : array, int8, shape (rows, columns), or None
-        The results of simulated runs: 1 decays, 0 grows, -1 undecided.
-
-    >>> import trocar
-    >>> classical = trocar.Scenario.load("paper/classical", **{"tissue.stiffness_n_per_m": 200.0})
-    >>> stability = trocar.stability(classical, "scaling.force=5:20:3", "tissue.stiffness_n_per_m=500:2000:2")
-    >>> stability
-    Stability('classical', stable)
-    >>> stability.stable
-    array([[ True, False, False],
-           [False, False, False]])
-    >>> round(stability.largest_stable["scaling.force"] or 0.0, 1)
-    15.8
-    """
-
-    def __init__(self, report: dict[str, Any], contents: dict[str, Any], columns: dict[str, NDArray[Any]]) -> None:
-        self.report = report
-        self._contents = contents
-        self.x: NDArray[np.float64] = columns["x"]
-        self.y: NDArray[np.float64] = columns["y"]
-        shape = (len(self.y), len(self.x))
-        self.stable: NDArray[np.bool_] = columns["stable"].reshape(shape)
-        self.boundary: NDArray[np.float64] = columns["boundary"].reshape(-1, 2, 2)
-        simulated = columns.get("simulated")
-        self.simulated: NDArray[np.int8] | None = None if simulated is None else simulated.reshape(shape)
-
-    _keys = {"stability", "document"}
-
-    def _kept(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-        arrays: dict[str, NDArray[Any]] = {"x": self.x, "y": self.y, "stable": self.stable, "boundary": self.boundary}
-        simulated = {} if self.simulated is None else {"simulated": self.simulated}
-        return arrays | simulated, {"stability": self.report, "document": self._contents}
-
-    @classmethod
-    def _of_kept(cls, arrays: dict[str, NDArray[Any]], about: dict[str, Any]) -> Stability:
-        return cls(about["stability"], about["document"], arrays)
-
-    @property
-    def is_stable(self) -> bool | None:
-        """True if the loop of the scenario is stable; ``None`` if the analysis leaves out a part of the scenario."""
-        return None if self.report["is_stable"] is None else bool(self.report["is_stable"])
-
-    @property
-    def largest_stable(self) -> dict[str, float | None]:
-        """The maximum stable value of each parameter, in SI units; ``None`` without a limit in the search range."""
-        return {limit["parameter"]: limit["largest_stable"] for limit in self.report["limits"]}
-
-    def plot(self, **options: Any) -> Figure:
-        """Draws the map and its boundary with matplotlib. Options and errors as for :meth:`Run.plot`."""
-        return self.document.figures["stability"].plot(**options)
-
-    def __repr__(self) -> str:
-        verdict = {True: "stable", False: "unstable", None: "unknown"}[self.is_stable]
-        return f"Stability({self.report['scenario']!r}, {verdict})"
-
-
-def stability(
-    scenario: Scenario | str | os.PathLike[str] = "paper/depth-classical",
-    x: str = "scaling.force=0.1:10:200",
-    y: str = "tissue.stiffness_n_per_m=10:2000:200",
-    *,
-    tissue: tuple[float, float] | None = None,
-    simulate: bool = False,
-    event_limits: bool = False,
-    threads: int = 0,
-    progress: bool = False,
-) -> Stability:
-    """Analyses the stability of the loop from its matrices: dominant mode, margins, limits, and a map over two parameters.
-
-    Parameters
-    ----------
-    scenario
-        A scenario or a path.
-    x, y
-        The axes of the map, ``KEY=LOW:HIGH:COUNT``, with a count from 2 to 2000. Append ``:log`` or ``:linear`` to
-        choose the spacing.
-    tissue
-        Range of the tissue stiffness, in N/m, for the analysis of events and of bounded hands; the stiffness can
-        change within it at any tick. The default is the range of the scenario's tissue.
-    simulate
-        True to simulate every point of the map, too.
-    event_limits
-        True to search for the limits of the certificate of events, such as the largest certified amplification, which
-        takes minutes. They are in ``report["event_limits"]``.
-    threads
-        Number of threads, up to 1024; 0 is one per processor.
-    progress
-        True to show the number of simulated points.
-
-    Returns
-    -------
-    Stability
-        The verdict for the scenario, the limits of its parameters, and the map.
-
-    Raises
-    ------
-    ScenarioError
-        For a scenario that cannot be read or is invalid. It is a ``ValueError``.
-    ValueError
-        For an axis with another form, an unknown key or a value out of range, for two axes of the same parameter, for
-        a ``tissue`` that does not ascend or is out of range, and for ``threads`` out of range.
-    TypeError
-        If an argument does not have the type above.
-
-    >>> import trocar
-    >>> stability = trocar.stability("paper/classical", "scaling.force=1:10:4", "tissue.stiffness_n_per_m=100:1000:3")
-    >>> stability.is_stable, stability.stable.shape
-    (True, (3, 4))
-    """
-    threads = whole("threads", threads)
-    with Progress("points", progress) as bar:
-        report, contents, columns = _core.stability(
-            scenario_of(scenario)._core, x, y, tissue, simulate, event_limits, threads, bar.tell
-        )
-    warn(report["warnings"])
-    return Stability(report, contents, columns)
-
-
-def verify_certificate(path: str | os.PathLike[str]) -> dict[str, int]:
-    """Verifies a file ``certificate.json`` in interval arithmetic, without the search that found it.
-
-    Parameters
-    ----------
-    path
-        The file, which ``trocar stability`` writes.
-
-    Returns
-    -------
-    dict of int
-        The number of verified conditions of each certificate, by name.
-
-    Raises
-    ------
-    OSError
-        For a file that cannot be read.
-    ValueError
-        For a file without a certificate, for one that was changed, and for an inequality that does not hold.
-
-    >>> import trocar
-    >>> trocar.verify_certificate("certificate.json")
-    Traceback (most recent call last):
-    FileNotFoundError: [Errno 2] No such file or directory: 'certificate.json'
-    """
-    with open(path, encoding="utf-8", newline="") as file:
-        return dict(_core.verify_certificate(file.read()))
 
 
 class StateSpace:
@@ -262,7 +99,11 @@ class StateSpace:
         return np.array([complex(real, imaginary) for real, imaginary in pairs], dtype=np.complex128)
 
     def to_control(self) -> control.StateSpace:
-        """Returns the system as a ``control.StateSpace`` with signal names."""
+        """Returns the system as a ``control.StateSpace`` with signal names.
+
+        ``control.stability_margins`` assumes negative feedback, so change the sign of ``"loop-gain"``; it leaves out 0 Hz
+        and can miss margins of loops with long delays. :func:`trocar.margins` has the margins of the loop.
+        """
         import control
 
         time = [] if self.tick_s is None else [self.tick_s]
@@ -270,8 +111,25 @@ class StateSpace:
             self.A, self.B, self.C, self.D, *time, inputs=self.inputs, outputs=self.outputs, states=self.states, name=self.name
         )
 
+    def to_scipy(self) -> signal.StateSpace:
+        """Returns the system as a ``scipy.signal.StateSpace``: continuous for a side, discrete for the loop.
+
+        >>> import trocar
+        >>> trocar.state_space("paper/classical", "closed-loop").to_scipy().dt
+        0.001
+        """
+        from scipy import signal
+
+        time = {} if self.tick_s is None else {"dt": self.tick_s}
+        return signal.StateSpace(self.A, self.B, self.C, self.D, **time)
+
     def __reduce__(self) -> tuple[object, ...]:
         return state_space, self._of
+
+    def _repr_html_(self) -> str:
+        rows = [["inputs", ", ".join(self.inputs)], ["outputs", ", ".join(self.outputs)], ["states", ", ".join(self.states)]]
+        rows.append(["time", "continuous" if self.tick_s is None else f"tick {self.tick_s} s"])
+        return table(["state space", self.name], rows)
 
     def __repr__(self) -> str:
         return f"StateSpace({self.name}: {', '.join(self.inputs)} -> {', '.join(self.outputs)}; {len(self.states)} states)"

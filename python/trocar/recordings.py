@@ -3,30 +3,60 @@
 from __future__ import annotations
 
 import os
-from typing import Any, TypedDict, cast
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any
 
 from . import _core
+from ._columns import Columns
+from ._frames import freeze, stream
+
+if TYPE_CHECKING:
+    import pandas
 
 
-class Recording(TypedDict):
-    """Samples in SI units, float64 with the shape ``(samples,)``, for the first arguments of
-    :func:`trocar.detect`."""
+class Recording(Columns):
+    """Samples of a recording, returned by :func:`read_recording`: a mapping for the first arguments of
+    :func:`trocar.detect`, and a table for polars, pyarrow, pandas and DuckDB.
 
-    time: NDArray[np.float64]
-    position: NDArray[np.float64]
-    velocity: NDArray[np.float64] | None
-    force: NDArray[np.float64]
+    The columns are ``time`` (s), ``position`` (m), ``velocity`` (m/s, or ``None`` if not measured) and ``force`` (N),
+    each float64 with the shape ``(samples,)``.
+
+    >>> import trocar
+    >>> import os, tempfile
+    >>> path = os.path.join(tempfile.mkdtemp(), "mine.csv")
+    >>> trocar.run("layers/skin-augmented").to_dataframe().to_csv(path)
+    >>> trocar.read_recording(path, position="slave_position_m", force="measured_force_n")
+    Recording(9000 samples, time, position, force)
+    """
+
+    def __init__(self, columns: dict[str, Any]) -> None:
+        freeze({name: column for name, column in columns.items() if column is not None})
+        self._columns = columns
+
+    def __arrow_c_stream__(self, requested_schema: object = None) -> Any:
+        """Returns the columns, with their units in the names, for a library that reads Arrow."""
+        units = {"time": "time_s", "position": "position_m", "velocity": "velocity_m_per_s", "force": "force_n"}
+        return stream({units[name]: column for name, column in self._columns.items() if column is not None})
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Returns the samples as a pandas DataFrame, indexed by ``time_s``."""
+        import pandas
+
+        units = {"time": "time_s", "position": "position_m", "velocity": "velocity_m_per_s", "force": "force_n"}
+        columns = {units[name]: column for name, column in self._columns.items() if column is not None}
+        return pandas.DataFrame(columns).set_index("time_s")
+
+    def __repr__(self) -> str:
+        return f"Recording({len(self['time'])} samples, {', '.join(name for name, column in self.items() if column is not None)})"
 
 
 def list_signals(path: str | os.PathLike[str], *, skip_lines: int = 0, max_memory: int = 512) -> dict[str, Any]:
-    """Lists the signals of a file, in the form of ``trocar detect FILE --list --json``.
+    """Lists the signals of a file.
 
     ``signals`` is a list with the ``name``, ``unit``, ``shape``, ``samples``, ``rate_hz``, ``min``, ``max`` and
-    ``role`` of each signal; its name and unit suggest the role. ``command`` is a command line that detects in the
-    file.
+    ``role`` of each signal; its name and unit suggest the role. ``command`` is a command line of the shell that detects in the file.
 
     Parameters
     ----------
@@ -90,9 +120,9 @@ def read_recording(
 
     Returns
     -------
-    dict
-        ``time`` (s), ``position`` (m), ``velocity`` (m/s, or ``None``) and ``force`` (N), each float64 with the shape
-        ``(samples,)``.
+    Recording
+        A mapping of ``time`` (s), ``position`` (m), ``velocity`` (m/s, or ``None``) and ``force`` (N), each float64 with
+        the shape ``(samples,)``; also a table.
 
     Raises
     ------
@@ -111,4 +141,4 @@ def read_recording(
     array([0.0015, 0.0016])
     """
     options = (rate_hz, skip_lines, zero_at_start, max_memory)
-    return cast(Recording, _core.read_recording(os.fspath(path), time, position, velocity, force, *options))
+    return Recording(_core.read_recording(os.fspath(path), time, position, velocity, force, *options))

@@ -7,7 +7,7 @@ import os
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 from . import _core
 from ._arrays import recording_of
 from ._columns import Columns
+from ._frames import freeze
 from ._parts import Parts, core_parts
 from ._stored import Stored
-from ._warnings import warn
+from ._typed import Event, Metrics, Rupture
+from .warnings import warn
 from .documents import Documented
 from .scenario import Scenario, scenario_of
 
@@ -32,7 +34,8 @@ class Run(Columns, Documented, Stored):
     """The result of a run, returned by :func:`run`. ``print`` shows its tables.
 
     ``run["slave_position_m"]`` is a column of the trace, and the run is a mapping of its columns. Every column has
-    the shape ``(ticks,)`` and is float64, except ``mode`` and ``estimate_flags``, which are uint8.
+    the shape ``(ticks,)`` and is float64, except ``mode`` and ``estimate_flags``, which are uint8. The arrays are
+    read-only, so that columns and metrics always belong together; ``run["slave_position_m"].copy()`` can be changed.
     :func:`trocar.trace_columns` lists the columns with units and meanings. An unknown column raises a ``KeyError``.
 
     Some estimators add a column, ``friction_n`` (N) or ``power``. A diverged run ends early;
@@ -54,6 +57,7 @@ class Run(Columns, Documented, Stored):
     """
 
     def __init__(self, scenario: Scenario, core: _core.Run, traces: dict[str, NDArray[Any]]) -> None:
+        freeze(traces)
         self.scenario = scenario
         self._recorded = traces
         self._core: _core.Run | _Kept = core
@@ -63,7 +67,11 @@ class Run(Columns, Documented, Stored):
         """All columns of the trace."""
         # Compute the trust in the estimates only when one or all of its columns are read.
         core = self._core
-        return self._recorded if isinstance(core, _Kept) else {**self._recorded, **core.trust(self._recorded)}
+        if isinstance(core, _Kept):
+            return self._recorded
+        trust = core.trust(self._recorded)
+        freeze(trust)
+        return {**self._recorded, **trust}
 
     @property
     def _columns(self) -> dict[str, NDArray[Any]]:  # type: ignore[override]
@@ -81,6 +89,7 @@ class Run(Columns, Documented, Stored):
 
     def __setstate__(self, state: tuple[Scenario, dict[str, NDArray[Any]], _Kept]) -> None:
         self.scenario, self._recorded, self._core = state
+        freeze(self._recorded)
 
     _keys = {"name", "toml", "summary", "document"}
 
@@ -102,17 +111,17 @@ class Run(Columns, Documented, Stored):
         return self._core.summary()
 
     @property
-    def metrics(self) -> dict[str, Any]:
+    def metrics(self) -> Metrics:
         """All metrics, in SI units; names end with the unit. Undefined values are ``None``."""
-        return dict(self.summary["metrics"])
+        return cast(Metrics, dict(self.summary["metrics"]))
 
     @property
-    def events(self) -> list[dict[str, Any]]:
+    def events(self) -> list[Event]:
         """The events, in order of time."""
         return list(self.summary["metrics"]["events"])
 
     @property
-    def ruptures(self) -> list[dict[str, Any]]:
+    def ruptures(self) -> list[Rupture]:
         """The ruptures with their metrics, in order of time."""
         return list(self.summary["metrics"]["ruptures"])
 
@@ -130,8 +139,7 @@ class Run(Columns, Documented, Stored):
     def to_xarray(self) -> xarray.Dataset:
         """Returns the trace as an xarray Dataset over ``time_s``. Every variable has ``units`` and a
         ``long_name``."""
-        about = {name: (unit, meaning) for name, unit, meaning in _core.trace_columns()}
-        return self._to_xarray("time_s", about).assign_attrs(scenario=self.scenario.name)
+        return self._to_xarray("time_s", self._units()).assign_attrs(scenario=self.scenario.name)
 
     def plot(self, figure: str = "comparison", *, window: tuple[float, float] | None = None, **options: Any) -> Figure:
         """Draws a figure of the command line with matplotlib.
@@ -165,7 +173,8 @@ class Run(Columns, Documented, Stored):
     def _drawn(self) -> _core._Drawn:
         """Returns the data of the run for a figure."""
         ruptures_s = [rupture["time_s"] for rupture in self.ruptures]
-        promised_energy_j = (self.metrics["link"] or {}).get("promised_energy_j")
+        link = self.metrics["link"]
+        promised_energy_j = None if link is None else link["promised_energy_j"]
         return self.scenario._core, self._recorded, ruptures_s, self.alarms_s.tolist(), promised_energy_j
 
     @property

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import copy
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from . import _core
 from ._core import Scenario as CoreScenario
+from ._html import table
 from ._settings import document, settings
 
 
@@ -41,8 +43,10 @@ class Scenario:
     0.9
     """
 
-    __slots__ = ("_core",)
+    __slots__ = ("_core", "_values")
     _core: CoreScenario
+    # The values, once they have been read; a scenario does not change.
+    _values: dict[str, Any]
 
     def __init__(self, values: Mapping[str, Any], name: str = "scenario") -> None:
         if not isinstance(values, Mapping):
@@ -116,7 +120,7 @@ class Scenario:
         return cls._of(_core.Scenario.from_text(name, text, [], []))
 
     def replace(self, **changes: Any) -> Scenario:
-        """Returns the scenario with changed keys, like ``--set``. Defaults that depend on them change, too.
+        """Returns the scenario with changed keys. Defaults that depend on them change, too.
 
         >>> import trocar
         >>> scenario = trocar.Scenario.load("paper/classical")
@@ -156,12 +160,16 @@ class Scenario:
         KeyError
             If the scenario does not have the key.
         """
-        found: Any = self.to_dict()
+        try:
+            found: Any = self._values
+        except AttributeError:
+            found = self._core.to_dict()
+            object.__setattr__(self, "_values", found)
         for part in str(key).split("."):
             if not isinstance(found, dict) or part not in found:
                 raise KeyError(key)
             found = found[part]
-        return found
+        return copy.deepcopy(found) if isinstance(found, (dict, list)) else found
 
     def __contains__(self, key: object) -> bool:
         """Returns true if the scenario has a dotted key or a section, as in ``"scaling.force" in scenario``."""
@@ -215,6 +223,15 @@ class Scenario:
     def __repr__(self) -> str:
         return f"Scenario({self.name!r}, {self.ticks} ticks of {self.tick_s} s)"
 
+    def _repr_html_(self) -> str:
+        """Returns the changed keys as a table; the others have their defaults."""
+        defaults = {path: default for path, _, default, _ in _core.keys()}
+        rows = []
+        for key, shown in flat_text(self._core.to_dict()):
+            if defaults.get(key) != shown:
+                rows.append([key, shown])
+        return table(["key", "value"], rows, f"{self.name}: {self.ticks} ticks of {self.tick_s} s; keys with other values than their defaults")
+
     # A scenario is immutable.
     def __copy__(self) -> Scenario:
         return self
@@ -225,6 +242,15 @@ class Scenario:
     def __reduce__(self) -> tuple[object, ...]:
         # Include the content of the files, so that they are not read again.
         return (_restored, self._core.origin())
+
+
+def flat_text(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, str]]:
+    """Yields the dotted keys of nested values, each with its value in TOML."""
+    for key, value in values.items():
+        if isinstance(value, Mapping):
+            yield from flat_text(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", _core.toml_value(value)
 
 
 def _restored(*origin: Any) -> Scenario:

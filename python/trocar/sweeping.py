@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import os
+import pickle
 import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Union
 
@@ -14,14 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from ._arrays import recording_of, whole
+from ._arrays import Readable, recording_of, whole
 from ._columns import Columns
-from ._parts import Parts, core_parts
+from ._frames import as_list, columns_of_frame, freeze, is_frame
+from ._grid import grid_of, is_label
+from ._parts import Compiled, Parts, core_parts
 from ._progress import Progress
 from ._settings import RECORDING, dotted, key_of, value
 from ._stored import PARTIAL, Stored
 from ._workers import Workers, workers_of
 from .documents import Documented
+from .people import Patients
 from .running import samples_of, scenario_from
 from .scenario import Scenario, scenario_of
 
@@ -59,6 +64,21 @@ class Range:
     points: int | None = None
     log: bool = False
 
+    def values(self) -> list[float]:
+        """Returns the values, which need a number of ``points``.
+
+        Raises
+        ------
+        ValueError
+            Without a number of points, and for a logarithmic range that does not begin above 0.
+        """
+        if self.points is None or self.points < 2:
+            raise ValueError(f"{self} needs at least 2 points here")
+        if self.log and not 0.0 < min(self.start, self.stop):
+            raise ValueError(f"{self} is logarithmic, and must begin and end above 0")
+        spaced = np.geomspace if self.log else np.linspace
+        return [float(value) for value in spaced(self.start, self.stop, self.points)]
+
     def _table(self) -> dict[str, Any]:
         table: dict[str, Any] = {"from": self.start, "to": self.stop}
         if self.points is not None:
@@ -76,13 +96,13 @@ class Sweep(Columns, Documented, Stored):
     Attributes
     ----------
     columns : dict of str to array
-        Columns with the shape ``(cases,)``: ``case`` (int64), a column per axis, named by its key, ``seed`` (int64),
-        ``outcome`` (``"completed"``, ``"diverged"`` or ``"failed"``), and the metrics, float64 in SI units, NaN if
+        Columns with the shape ``(cases,)``: ``case`` (int64), the labels of the points, such as ``patient``, a column per
+        axis, named by its key, ``seed`` (int64), ``outcome`` (``"completed"``, ``"diverged"`` or ``"failed"``), and the metrics, float64 in SI units, NaN if
         undefined.
     hash : str
         The SHA-256 of all inputs of the sweep, as in the command line's ``manifest.json``.
     cases : int
-        The number of cases of the whole sweep. A :func:`shard` contains some of them.
+        The number of cases of the whole sweep. A shard contains some of them.
     scenario : Scenario or None
         The varied scenario; ``None`` if a sweep file names it.
 
@@ -95,6 +115,7 @@ class Sweep(Columns, Documented, Stored):
     def __init__(
         self, columns: dict[str, NDArray[Any]], hash: str, cases: int, inputs: str, scenario: Scenario | None = None
     ) -> None:
+        freeze(columns)
         self.columns = self._columns = columns
         self.hash = hash
         self.cases = cases
@@ -120,10 +141,76 @@ class Sweep(Columns, Documented, Stored):
     def __len__(self) -> int:
         return len(self.columns["case"])
 
+    @property
+    def labels(self) -> list[str]:
+        """The columns of the points that are no keys, such as ``patient``."""
+        varied = list(self.columns)[1 : list(self.columns).index("seed")]
+        return [name for name in varied if is_label(name)]
+
+    @property
+    def axes(self) -> list[str]:
+        """The varied keys."""
+        varied = list(self.columns)[1 : list(self.columns).index("seed")]
+        return [name for name in varied if not is_label(name)]
+
+    def _units(self) -> dict[str, tuple[str, str]]:
+        return {name: (unit, meaning) for name, _, _, unit, _, meaning in _core.metrics()}
+
     def to_xarray(self) -> xarray.Dataset:
-        """Returns the columns as an xarray Dataset over ``case``. Metrics have ``units`` and a ``long_name``."""
-        about = {name: (unit, meaning) for name, _, _, unit, _, meaning in _core.metrics()}
-        return self._to_xarray("case", about)
+        """Returns the columns as an xarray Dataset. Metrics have ``units`` and a ``long_name``.
+
+        A grid has a dimension per axis, named by its key, and the dimension ``seed`` if there are several. Labels with
+        a grid, such as patients, are a dimension with their keys as coordinates. Other designs have the dimension
+        ``case``.
+
+        >>> import trocar
+        >>> axes = {"scaling.force": [0.5, 1.0], "detector.threshold": [0.01, 0.02, 0.05]}
+        >>> dict(trocar.sweep("layers/skin-augmented", axes, seeds=2).to_xarray().sizes)
+        {'scaling.force': 2, 'detector.threshold': 3, 'seed': 2}
+        """
+        varied = list(self.columns)[1 : list(self.columns).index("seed") + 1]
+        return grid_of(self.columns, varied, self._units()) or self._to_xarray("case", self._units())
+
+    @staticmethod
+    def merge(parts: Iterable[Sweep]) -> Sweep:
+        """Joins the parts of a sweep that :func:`sweep` returned for its ``shard``, in any order. The result equals that
+        of the whole sweep.
+
+        Parameters
+        ----------
+        parts
+            All parts, each once; empty parts may be missing.
+
+        Raises
+        ------
+        ValueError
+            For no part, parts of different sweeps, and missing or repeated cases.
+        TypeError
+            If a part is not a :class:`Sweep`.
+
+        >>> import trocar
+        >>> axes = {"scaling.force": [0.5, 0.75, 1.0]}
+        >>> parts = [trocar.sweep("layers/skin-augmented", axes, shard=f"{part}/3") for part in (3, 1, 2)]
+        >>> trocar.Sweep.merge(parts)["scaling.force"]
+        array([0.5 , 0.75, 1.  ])
+        """
+        given = list(parts)
+        if not all(isinstance(part, Sweep) for part in given):
+            raise TypeError("parts are the results of sweep(..., shard=...), in a list")
+        by_case = sorted((part for part in given if len(part)), key=lambda part: int(part["case"][0]))
+        if not by_case:
+            raise ValueError("there is no part to merge")
+        first = by_case[0]
+        if any(part.hash != first.hash or list(part) != list(first) for part in given if len(part)):
+            raise ValueError(
+                "the parts are not of the same sweep: their arguments, their versions of trocar or the contents of the scenario's files differ"
+            )
+        columns = {name: np.concatenate([part[name] for part in by_case]) for name in first}
+        if not np.array_equal(columns["case"], np.arange(first.cases)):
+            found = len(np.unique(columns["case"]))
+            repeated = len(columns["case"]) - found
+            raise ValueError(f"the parts have {found} of {first.cases} cases, and {repeated} of them more than once; give each part once")
+        return Sweep(columns, first.hash, first.cases, first._inputs, first.scenario)
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Returns the columns as a pandas DataFrame, indexed by ``case``."""
@@ -151,12 +238,13 @@ class Sweep(Columns, Documented, Stored):
         return _core.sweep_document(self._inputs, self.hash, outcomes, metrics)
 
 
-Points = Union["pandas.DataFrame", Mapping[str, Any], Sequence[Mapping[str, Any]]]
-"""Points of a sweep: a DataFrame or a dictionary with a column per key, or a list of dictionaries, one per point."""
+Points = Union["pandas.DataFrame", Readable, Mapping[str, Any], Sequence[Mapping[str, Any]]]
+"""Points of a sweep: a table (of pandas, polars, pyarrow or DuckDB) or a dictionary with a column per key, or a list of
+dictionaries, one per point. Columns whose names have no dot and are no keys are labels, which the result has, too."""
 
 
 def sweep(
-    base: Scenario | str | os.PathLike[str],
+    base: Scenario | Patients | str | os.PathLike[str],
     axes: Mapping[str, Range | Sequence[Any] | NDArray[Any]] | None = None,
     *,
     set: Mapping[str, Any] | None = None,
@@ -164,7 +252,7 @@ def sweep(
     first_seed: int | None = None,
     metrics: Sequence[str] | None = None,
     design: str = "grid",
-    points: int | Points | None = None,
+    points: int | Points | Patients | None = None,
     design_seed: int | None = None,
     threads: int = 0,
     folder: str | os.PathLike[str] | None = None,
@@ -172,6 +260,7 @@ def sweep(
     executor: Any = None,
     client: Any = None,
     shards: int | None = None,
+    shard: str | None = None,
     **parts: Unpack[Parts],
 ) -> Sweep:
     """Runs a scenario many times with varied keys. The results do not depend on the number of threads or machines.
@@ -179,7 +268,8 @@ def sweep(
     Parameters
     ----------
     base
-        The scenario; without ``axes`` and ``points``, the path of a sweep file.
+        The scenario, or :func:`trocar.patients`, each of whom is combined with every point of the axes; without
+        ``axes`` and ``points``, the path of a sweep file, such as ``"builtin:sweeps/small.toml"``.
     axes
         The varied keys, each with a list of values or a :class:`Range`.
     set
@@ -188,12 +278,13 @@ def sweep(
         Number of noise seeds per point, and the first seed; the defaults are 1 and the seed of the scenario.
         ``seeds`` can also be a list of seeds.
     metrics
-        Metrics of each case, named as in ``trocar.metric_names()``; the default is a selection.
+        Metrics of each case, named as in ``list(trocar.metrics())``; the default is a selection.
     design, points, design_seed
         The design of axes: ``"grid"`` (every combination), ``"random"``, ``"latin-hypercube"`` or ``"sobol"``. All
         except the grid need a number of ``points`` and can have a ``design_seed``. Without axes, ``points`` contains
-        the points: a pandas DataFrame or a dictionary with a column per key, or a list of dictionaries, one per
-        point.
+        the points: a table (of pandas, polars, pyarrow or DuckDB) or a dictionary with a column per key, or a list of
+        dictionaries, one per point. Columns without a dot that are no keys, such as ``patient``, are labels: the
+        result has them, too.
     threads
         Number of threads on one machine, up to 1024; 0 is one per processor. With an executor, the number of threads
         per shard; 0 is one.
@@ -210,9 +301,13 @@ def sweep(
         The same as ``executor``.
     shards
         Number of shards; the default is eight per worker.
+    shard
+        Runs only one of several parts of the sweep, such as ``"3/8"``; :meth:`Sweep.merge` joins them. If there are
+        few cases, a part can be empty.
     **parts
-        User-defined parts in place of the scenario's, as for :func:`trocar.run`. The cases then run in this process,
-        one after the other unless all parts are compiled, and metrics of the loop (``loop_...``) are undefined.
+        User-defined parts in place of the scenario's, as for :func:`trocar.run`. The cases run one after the other
+        unless all parts are compiled, or on the workers of an executor if the parts can be pickled. Metrics of the loop
+        (``loop_...``) are undefined.
 
     Returns
     -------
@@ -225,12 +320,14 @@ def sweep(
         For a scenario or a sweep file that cannot be read, an unknown key, metric or design, a value out of range,
         and a key that is both swept and set. Raised before anything runs. It is a ``ValueError``.
     ValueError
-        For points with different keys or lengths, a scenario with neither ``axes`` nor ``points``, ``threads`` or
-        ``shards`` out of range, a ``folder`` with another sweep, another number of shards or a damaged file, and
-        parts together with an executor or a folder.
+        For points with different keys or lengths, a scenario with neither ``axes`` nor ``points``, ``threads``,
+        ``shards`` or ``shard`` out of range, a ``folder`` with another sweep, another number of shards or a damaged
+        file, parts together with a folder, a label with the name of a column, and keys of ``population``, whose members
+        :func:`trocar.patients` draws.
     TypeError
         If the scenario is neither a ``Scenario`` nor a path, for values, points or keys of an invalid type, for an
-        unknown kind of ``executor``, and for parts as in :func:`trocar.run`.
+        unknown kind of ``executor``, and for parts as in :func:`trocar.run`; also for parts that cannot be sent to
+        the workers of an executor.
     OSError
         If ``folder`` cannot be created or written.
     MemoryError
@@ -245,128 +342,60 @@ def sweep(
     >>> points = [{"scaling.force": 0.5, "detector.threshold": 0.02}, {"scaling.force": 1.0, "detector.threshold": 0.05}]
     >>> trocar.sweep("paper/augmented", points=points, seeds=[4, 7], set={"simulation.duration_s": 6.0})["seed"]
     array([4, 7, 4, 7])
+    >>> trocar.sweep("layers/skin-augmented", {"scaling.force": trocar.Range(0.5, 1.0, 16)}, shard="1/2")
+    Sweep(8 of 16 cases, columns case, scaling.force, seed, outcome, ...)
     """
     threads = whole("threads", threads)
     job = _job(base, axes, set, seeds, first_seed, metrics, design, points, design_seed)
     executor = client if executor is None else executor
     user_defined_parts = core_parts(parts)
     if user_defined_parts:
-        if executor is not None or folder is not None:
-            raise ValueError("a sweep with user-defined parts runs in this process: give no client, no executor and no folder")
+        if folder is not None:
+            raise ValueError("a folder cannot tell whether user-defined parts have changed: leave out folder, and save the result")
+        if executor is not None:
+            _check_sendable(user_defined_parts)
+        job = replace(job, parts=user_defined_parts)
+    if shard is not None:
+        if any(given is not None for given in (executor, folder, shards)):
+            raise ValueError("shard runs one part in this process: leave out executor, folder and shards, or shard")
         with Progress("cases", progress) as bar:
-            return _result(job.run_with(user_defined_parts, threads, bar.tell), job.base)
-    if executor is None and folder is None and shards is None:
+            return _result(job.run(shard, threads, bar.tell), job)
+    if executor is None and folder is None and (shards is None or user_defined_parts):
         with Progress("cases", progress) as bar:
-            return _result(job.run("1/1", threads, bar.tell), job.base)
+            return _result(job.run("1/1", threads, bar.tell), job)
     return _in_shards(job, workers_of(executor), shards, threads, None if folder is None else Path(folder), progress)
-
-
-def shard(
-    part: str,
-    base: Scenario | str | os.PathLike[str],
-    axes: Mapping[str, Range | Sequence[Any] | NDArray[Any]] | None = None,
-    *,
-    set: Mapping[str, Any] | None = None,
-    seeds: int | Sequence[int] = 1,
-    first_seed: int | None = None,
-    metrics: Sequence[str] | None = None,
-    design: str = "grid",
-    points: int | Points | None = None,
-    design_seed: int | None = None,
-    threads: int = 0,
-    progress: bool = False,
-) -> Sweep:
-    """Runs one of several parts of a sweep, such as ``"3/8"``; :func:`merge` joins them. If there are few cases, a
-    part can be empty.
-
-    Parameters
-    ----------
-    part
-        The number of the part, from 1, and the number of parts.
-    base, axes, set, seeds, first_seed, metrics, design, points, design_seed, threads, progress
-        As for :func:`sweep`.
-
-    Returns
-    -------
-    Sweep
-        The rows of the part.
-
-    Raises
-    ------
-    ValueError
-        For a ``part`` with another form, and as for :func:`sweep`.
-    ScenarioError, TypeError, MemoryError
-        As for :func:`sweep`.
-
-    >>> import trocar
-    >>> axes = {"scaling.force": trocar.Range(0.5, 1.0, 16)}
-    >>> parts = [trocar.shard(f"{part}/2", "layers/skin-augmented", axes) for part in (1, 2)]
-    >>> parts[0]
-    Sweep(8 of 16 cases, columns case, scaling.force, seed, outcome, ...)
-    >>> len(trocar.merge(parts))
-    16
-    """
-    threads = whole("threads", threads)
-    job = _job(base, axes, set, seeds, first_seed, metrics, design, points, design_seed)
-    with Progress("cases", progress) as bar:
-        return _result(job.run(part, threads, bar.tell), job.base)
-
-
-def merge(parts: Iterable[Sweep]) -> Sweep:
-    """Joins the parts of a sweep that :func:`shard` returned, in any order. The result equals that of :func:`sweep`.
-
-    Parameters
-    ----------
-    parts
-        All parts, each once; empty parts may be missing.
-
-    Returns
-    -------
-    Sweep
-        All rows, in the order of the cases.
-
-    Raises
-    ------
-    If there are no parts, if they belong to different sweeps, or if cases are missing or repeated.
-        For no part, parts of different sweeps, and missing or repeated cases.
-    TypeError
-        If a part is not a :class:`Sweep`.
-
-    >>> import trocar
-    >>> axes = {"scaling.force": [0.5, 0.75, 1.0]}
-    >>> parts = [trocar.shard(f"{part}/3", "layers/skin-augmented", axes) for part in (3, 1, 2)]
-    >>> trocar.merge(parts)["scaling.force"]
-    array([0.5 , 0.75, 1.  ])
-    """
-    given = list(parts)
-    if not all(isinstance(part, Sweep) for part in given):
-        raise TypeError("parts are the results of shard, in a list")
-    by_case = sorted((part for part in given if len(part)), key=lambda part: int(part["case"][0]))
-    if not by_case:
-        raise ValueError("there is no part to merge")
-    first = by_case[0]
-    if any(part.hash != first.hash for part in given):
-        raise ValueError(
-            "the parts are not of the same sweep: their arguments, their versions of trocar or the contents of the scenario's files differ"
-        )
-    columns = {name: np.concatenate([part[name] for part in by_case]) for name in first}
-    if not np.array_equal(columns["case"], np.arange(first.cases)):
-        found = len(np.unique(columns["case"]))
-        repeated = len(columns["case"]) - found
-        raise ValueError(f"the parts have {found} of {first.cases} cases, and {repeated} of them more than once; give each part once")
-    return Sweep(columns, first.hash, first.cases, first._inputs, first.scenario)
 
 
 _Swept = tuple[dict[str, Any], str, int, str, list[tuple[str, str]]]
 _Tell = Callable[[int, int], None]
 
 
-def _result(swept: _Swept, scenario: Scenario | None) -> Sweep:
+def _result(swept: _Swept, job: _Job) -> Sweep:
     columns, hash, cases, inputs, former_names = swept
     for former, name in former_names:
         warnings.warn(f"the metric {former} is called {name} now", FutureWarning, stacklevel=3)
     arrays = {name: _OUTCOMES[column] if name == "outcome" else np.asarray(column) for name, column in columns.items()}
-    return Sweep(arrays, hash, cases, inputs, scenario)
+    case = arrays.pop("case")
+    labels = {}
+    for name, values in job.labels.items():
+        if name in ("case", *arrays):
+            raise ValueError(f"the label {name} has the name of a column of the result; give it another name")
+        labels[name] = values[case // job.seeds]
+    return Sweep({"case": case, **labels, **arrays}, hash, cases, inputs, job.base)
+
+
+def _check_sendable(parts: dict[str, Any]) -> None:
+    """Raises an error for parts that workers cannot receive."""
+    for role, part in parts.items():
+        try:
+            if isinstance(part, Compiled):
+                raise TypeError("a compiled function exists in one process only")
+            pickle.dumps(part)
+        except Exception as error:
+            raise TypeError(
+                f"the {role} cannot be sent to the workers of an executor ({error}): define it at the top of a module, as a "
+                "function or as a class with a method step, or leave out executor"
+            ) from None
 
 
 def _memory_bytes() -> int:
@@ -385,16 +414,19 @@ class _Job:
     text: str
     base: Scenario | None
     settings: list[str]
+    # The labels of the points, and the number of seeds of each point.
+    labels: dict[str, NDArray[Any]] = field(default_factory=dict)
+    seeds: int = 1
+    parts: dict[str, Any] = field(default_factory=dict)
 
     @property
     def _sources(self) -> tuple[str | None, str, _core.Scenario | None, list[str]]:
         return self.path, self.text, None if self.base is None else self.base._core, self.settings
 
     def run(self, shard: str, threads: int, tell: _Tell | None = None) -> _Swept:
+        if self.parts:
+            return _core.sweep_with(*self._sources, self.parts, shard, threads, _memory_bytes(), tell)
         return _core.sweep(*self._sources, shard, threads, _memory_bytes(), tell)
-
-    def run_with(self, parts: dict[str, Any], threads: int, tell: _Tell | None) -> _Swept:
-        return _core.sweep_with(*self._sources, parts, threads, _memory_bytes(), tell)
 
     def plan(self) -> tuple[str, int]:
         """Returns the hash and the number of cases, without running any."""
@@ -402,26 +434,36 @@ class _Job:
 
 
 def _job(
-    base: Scenario | str | os.PathLike[str],
+    base: Scenario | Patients | str | os.PathLike[str],
     axes: Mapping[str, Any] | None,
     set: Mapping[str, Any] | None,
     seeds: int | Sequence[int],
     first_seed: int | None,
     metrics: Sequence[str] | None,
     design: str,
-    points: int | Points | None,
+    points: int | Points | Patients | None,
     design_seed: int | None,
 ) -> _Job:
     given = None if points is None or isinstance(points, (int, np.integer)) else _columns(points)
+    drawn = base if isinstance(base, Patients) else None
+    if drawn is not None:
+        if given is not None or design != "grid" or points is not None:
+            raise ValueError("patients are points: combine them with axes, without points or another design")
+        base, given, axes = drawn.scenario, _combined(drawn, axes or {}), None
+    assert not isinstance(base, Patients)
     if axes is None and given is None:
         others = (set, first_seed, metrics, points, design_seed)
         if isinstance(base, Scenario) or any(one is not None for one in others) or seeds != 1 or design != "grid":
-            raise ValueError("without axes, base must be the path of a sweep file, without other arguments of the sweep")
+            raise ValueError("without axes, base must be the path of a sweep file or patients, without other arguments of the sweep")
         return _Job(os.fspath(base), "", None, [])
+    labels: dict[str, NDArray[Any]] = {}
     if given is not None:
         if axes is not None or design != "grid":
             raise ValueError("points with values of the keys have neither axes nor another design")
-        axes, design, points = given, "list", None
+        labels = {name: np.asarray(column) for name, column in given.items() if is_label(name)}
+        axes, design, points = {key: column for key, column in given.items() if key not in labels}, "list", None
+        if not axes:
+            raise ValueError(f"points need a key, and have the labels {', '.join(labels)} only")
     assert axes is not None
     recordings: list[_core.Recording] = []
     set, axes = _with_names(set or {}, recordings), _with_names(axes, recordings)
@@ -438,6 +480,13 @@ def _job(
     lines += _section("set", shared)
     lines += _section("axes", {key: one._table() if isinstance(one, Range) else one for key, one in axes.items()})
     scenario = scenario_of(base)
+    if any(str(key).partition(".")[0] == "population" for key in (*set, *axes)) or (
+        drawn is None and _core.population(scenario._core, 1)
+    ):
+        raise ValueError(
+            "a sweep does not draw the members of a [population]: sweep trocar.patients(200, scenario), which draws them, "
+            "or remove [population]"
+        )
     if recordings:
         # The scenario holds the recordings, and takes them to the workers.
         scenario = Scenario._of(scenario._core.replace([], recordings))
@@ -445,7 +494,21 @@ def _job(
     overridden = {*shared, *axes}
     changes = [setting for call in scenario._core.origin()[3] for setting in call]
     kept = [setting for setting in changes if key_of(setting) not in overridden]
-    return _Job(None, "\n".join(lines) + "\n", scenario, kept)
+    count = len(header["seeds"]) if isinstance(header["seeds"], list) else int(header["seeds"])
+    return _Job(None, "\n".join(lines) + "\n", scenario, kept, labels, count)
+
+
+def _combined(patients: Patients, axes: Mapping[str, Any]) -> dict[str, list[Any]]:
+    """Returns every patient with every combination of the values of axes, the last of which varies fastest."""
+    both = [key for key in axes if key in patients.columns]
+    if both:
+        raise ValueError(f"the patients have the key {both[0]}, which cannot be an axis as well")
+    levels = [axis.values() if isinstance(axis, Range) else as_list(axis) for axis in axes.values()]
+    if not all(levels):
+        raise ValueError("an axis needs at least one value")
+    combinations = list(itertools.product(*levels))
+    columns = {name: [value for value in column.tolist() for _ in combinations] for name, column in patients.columns.items()}
+    return columns | {key: [values[at] for _ in range(len(patients)) for values in combinations] for at, key in enumerate(axes)}
 
 
 def _with_names(values: Mapping[str, Any], recordings: list[_core.Recording]) -> dict[str, Any]:
@@ -473,20 +536,18 @@ def _section(name: str, values: Mapping[str, Any]) -> list[str]:
     return [f"[{name}]", *lines] if lines else []
 
 
-def _columns(points: Points) -> dict[str, list[Any]]:
+def _columns(points: Points | Patients) -> dict[str, list[Any]]:
     """Returns points as a list of values per key."""
-    if hasattr(points, "columns") and hasattr(points, "to_numpy"):
-        keys = [str(key) for key in points.columns]
-        repeated = {key for key in keys if keys.count(key) > 1}
-        if repeated:
-            raise ValueError(f"points have the column {', '.join(sorted(repeated))} more than once")
-        columns = {str(key): points[key].tolist() for key in points.columns}
+    if isinstance(points, Patients):
+        columns = {name: column.tolist() for name, column in points.columns.items()}
+    elif is_frame(points):
+        columns = {name: as_list(column) for name, column in columns_of_frame(points).items()}
     elif isinstance(points, Mapping):
-        columns = {key: np.asarray(column).tolist() if not isinstance(column, list) else column for key, column in points.items()}
+        columns = {key: as_list(column) for key, column in points.items()}
     else:
-        rows = list(points)
+        rows: list[Any] = list(points)  # type: ignore[arg-type]
         if not all(isinstance(row, Mapping) for row in rows):
-            raise TypeError("points are a DataFrame, a dictionary of columns, or a list of dictionaries")
+            raise TypeError("points are a table, a dictionary of columns, or a list of dictionaries")
         keys = list(rows[0]) if rows else []
         for index, row in enumerate(rows):
             if sorted(row) != sorted(keys):
@@ -523,13 +584,13 @@ def _in_shards(
         else:
             results = workers.run(job.run, names, max(threads, 1))
         for name, swept in results:
-            index, part = int(name.partition("/")[0]), _result(swept, job.base)
+            index, part = int(name.partition("/")[0]), _result(swept, job)
             done += len(part)
             if folder is not None:
                 part.save(folder / f"shard-{index}-of-{count}.npz")
             kept[index] = part
             bar.tell(done, cases)
-    return merge(kept.values())
+    return Sweep.merge(kept.values())
 
 
 def _kept(folder: Path, hash: str, shards: int | None) -> tuple[dict[int, Sweep], int | None]:

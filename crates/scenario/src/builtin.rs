@@ -1,4 +1,4 @@
-//! The embedded scenarios and recordings, which the program finds from any directory.
+//! The embedded scenarios, sweeps and recordings, which the program finds from any directory.
 
 use super::keys::nearest_of;
 
@@ -37,6 +37,21 @@ const FILES: &[(&str, &[u8])] = embedded! {
     recordings: "in_vivo_like.csv" "own_ctrl_pop.csv"
 };
 
+/// Pairs of full name and content of the sweep files.
+const SWEEPS: &[(&str, &[u8])] = embedded! {
+    scenarios: "sweeps/patients" "sweeps/scale_factors" "sweeps/small" "sweeps/million";
+    recordings:
+};
+
+fn files() -> impl Iterator<Item = &'static (&'static str, &'static [u8])> {
+    FILES.iter().chain(SWEEPS)
+}
+
+/// The full names of the shipped sweep files.
+pub fn sweeps() -> impl Iterator<Item = &'static str> {
+    SWEEPS.iter().map(|(file, _)| *file)
+}
+
 /// The shipped scenarios by their full names, folder by folder, each with its question.
 pub fn questions() -> impl Iterator<Item = (&'static str, &'static str)> {
     let scenarios = FILES.iter().filter(|(file, _)| file.ends_with(ENDING));
@@ -55,17 +70,17 @@ pub fn recordings() -> impl Iterator<Item = &'static str> {
 #[must_use]
 pub fn content(name: &str) -> Option<&'static [u8]> {
     let file = find(name)?;
-    FILES.iter().find(|(known, _)| *known == file).map(|(_, content)| *content)
+    files().find(|(known, _)| *known == file).map(|(_, content)| *content)
 }
 
-/// The full name of an embedded file. A scenario is also found without its ending or folder.
+/// The full name of an embedded file. A scenario and a sweep file are also found without their ending or folder.
 #[must_use]
 pub fn find(name: &str) -> Option<&'static str> {
     let wanted = without_ending(name);
     let is_wanted = |file: &str| {
         file == name || file.strip_suffix(ENDING).is_some_and(|full| full == wanted || last_part(full) == wanted)
     };
-    FILES.iter().map(|(file, _)| *file).find(|file| is_wanted(file))
+    files().map(|(file, _)| *file).find(|file| is_wanted(file))
 }
 
 /// The shipped scenario with the most similar name, without its ending, if any is similar enough.
@@ -100,13 +115,13 @@ mod tests {
         let entries = |folder: &Path| -> Vec<_> {
             std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path()).collect()
         };
-        let folders = entries(root).into_iter().filter(|path| path.is_dir() && !path.ends_with("sweeps"));
+        let folders = entries(root).into_iter().filter(|path| path.is_dir());
         let on_disk: HashSet<_> = folders
             .flat_map(|folder| entries(&folder))
             .filter(|path| path.extension().is_some_and(|ending| ending == "toml"))
             .map(|path| path.strip_prefix(root).expect("within").to_string_lossy().into_owned())
             .collect();
-        assert_eq!(on_disk, questions().map(|(name, _)| name.to_owned()).collect());
+        assert_eq!(on_disk, questions().map(|(name, _)| name).chain(sweeps()).map(str::to_owned).collect());
         assert!(entries(root).iter().all(|path| path.extension().is_none_or(|ending| ending != "toml")));
         for (name, question) in questions() {
             assert!(question.contains('?'), "{name}: {question}");
@@ -123,9 +138,10 @@ mod tests {
                 assert_eq!(find(form), Some(file), "{form}");
             }
         }
-        for recording in recordings() {
-            assert_eq!(find(recording), Some(recording));
+        for file in recordings().chain(sweeps()) {
+            assert_eq!(find(file), Some(file));
         }
+        assert_eq!(find("sweeps/patients"), Some("sweeps/patients.toml"));
     }
 
     #[test]

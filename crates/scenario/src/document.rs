@@ -72,7 +72,12 @@ impl Source {
         }
         match self {
             Self::Disk(here) => Self::disk_or_shipped(here.parent().unwrap_or(Path::new("")).join(text), text),
-            Self::Builtin(here) => Self::Builtin(joined(here, text)),
+            // Like a file on disk: beside this one, or else by its name among the shipped ones.
+            Self::Builtin(here) => {
+                let beside = joined(here, text);
+                let found = builtin::find(&beside).or_else(|| builtin::find(text));
+                Self::Builtin(found.map_or(beside, str::to_owned))
+            }
             Self::Text { .. } | Self::Memory(_) | Self::Kept(..) => Self::parse(text),
         }
     }

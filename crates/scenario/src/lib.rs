@@ -41,7 +41,7 @@ mod value;
 mod values;
 
 pub use build::ScenarioEngine;
-pub use builtin::questions as shipped_questions;
+pub use builtin::{questions as shipped_questions, sweeps as shipped_sweeps};
 pub use diagnostic::underlined;
 pub use document::{Entry, Source, entries, is_axis, is_design_goal};
 pub use engine_kind::EngineKind;

@@ -6,10 +6,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::checked_parts::CheckedParts;
 use super::{Run, RunError, checked_outcome, empty_trace_with, metrics_observer, with_link};
+use trocar_core::augmentation::Mode;
 use trocar_engine::engine::{BuiltInOr, Trace, UserDefinedEngine, UserDefinedParts, Wiring};
 use trocar_engine::operator::{HumanOperator, Operator};
 use trocar_metrics::MetricsObserver;
-use trocar_scenario::Scenario;
+use trocar_scenario::{Scenario, ScenarioError};
+use trocar_stability::TissueRange;
 
 /// A run that the caller advances tick by tick, optionally with the person's position from another program or a person.
 ///
@@ -72,10 +74,19 @@ impl SteppedRun {
     /// As [`SteppedRun::new`] and [`SteppedRun::step`].
     pub fn repeated(scenario: Scenario, led_m: &[f64]) -> Result<Self, RunError> {
         let mut run = Self::new(scenario, UserDefinedParts::default())?;
-        for position_m in led_m {
-            run.step(Some(*position_m).filter(|position_m| !position_m.is_nan()))?;
-        }
+        run.repeat(led_m)?;
         Ok(run)
+    }
+
+    /// Runs a tick for each position in m, as [`SteppedRun::step`]; NaN for the operator's own.
+    ///
+    /// # Errors
+    /// As [`SteppedRun::step`].
+    pub fn repeat(&mut self, led_m: &[f64]) -> Result<(), RunError> {
+        for position_m in led_m {
+            self.step(Some(*position_m).filter(|position_m| !position_m.is_nan()))?;
+        }
+        Ok(())
     }
 
     /// Runs a tick: observes the signals and moves both machines to the next tick. The desired position moves linearly
@@ -108,6 +119,74 @@ impl SteppedRun {
         }
         self.led_m.push(desired_m.unwrap_or(f64::NAN));
         Ok(!self.has_ended)
+    }
+
+    /// Continues with the parts of a changed scenario, from the next tick on. `sections` are those of the changed keys:
+    /// `scaling` (of a link without delay), `tissue` (a spring and damper, or a model without layers), `estimator`,
+    /// `detector` and `augmentation`. The estimator, the detector and the supervisor begin anew. Metrics and summary
+    /// describe the scenario at the beginning.
+    ///
+    /// # Errors
+    /// [`RunError::Scenario`] for other sections, for a user-defined part of such a section, for a change of detector
+    /// or augmentation during an event, and if the changed parts cannot be built. The run is then unchanged.
+    pub fn change(&mut self, changed: &Scenario, sections: &[&str]) -> Result<(), RunError> {
+        let next = changed.build_with(UserDefinedParts::default())?;
+        let refuse = |message: &str, remedy: &str| Err(ScenarioError::new(message).remedy(remedy).into());
+        let user_defined = self.observers.0.user_defined().to_vec();
+        let is_user_defined = |roles: &[&str]| roles.iter().any(|role| user_defined.contains(role));
+        let is_in_event = self.trace().mode.last().is_some_and(|mode| *mode != Mode::Teleoperation.code());
+        for section in sections {
+            let roles: &[&str] = match *section {
+                "scaling" => &["architecture", "scheme"],
+                "tissue" => &["tissue"],
+                "estimator" => &["estimator"],
+                "detector" => &["detector", "distance"],
+                "augmentation" => &["motion law", "force law"],
+                other => {
+                    let message = format!("the keys of {other} cannot change during a simulation");
+                    let remedy = "keys of scaling, tissue, estimator, detector and augmentation can";
+                    return refuse(&message, remedy);
+                }
+            };
+            if is_user_defined(roles) {
+                let message = format!("the keys of {section} have no effect: its part is user-defined");
+                return refuse(&message, "change the user-defined part itself");
+            }
+        }
+        let changes = |section: &str| sections.contains(&section);
+        if (changes("detector") || changes("augmentation")) && is_in_event {
+            let message = "the keys of detector and augmentation cannot change during an event";
+            return refuse(message, "wait until the mode is teleoperation again");
+        }
+        let is_direct = |link: &BuiltInOr<_, _>| matches!(link, BuiltInOr::BuiltIn(_));
+        if changes("scaling") && !(is_direct(&self.engine.parts.link) && is_direct(&next.parts.link)) {
+            let message = "scaling cannot change during a simulation whose link has a delay, a passivity scheme or another controller";
+            return refuse(message, "change it in the scenario, before the simulation");
+        }
+        let has_memory = |scenario: &Scenario| {
+            !TissueRange::of_parameters(scenario).is_some_and(|range| range.is_whole_tissue())
+        };
+        if changes("tissue") && (has_memory(&self.scenario) || has_memory(changed)) {
+            let message = "the tissue has layers or other memory, and cannot change during a simulation";
+            return refuse(message, "use a spring and damper, or a user-defined tissue that changes itself");
+        }
+        let (parts, next) = (&mut self.engine.parts, next.parts);
+        if changes("scaling") {
+            parts.link = next.link;
+        }
+        if changes("tissue") {
+            parts.tissue = next.tissue;
+        }
+        if changes("estimator") {
+            (parts.chain.contact_m, parts.chain.estimator) = (next.chain.contact_m, next.chain.estimator);
+        }
+        if changes("detector") {
+            parts.chain.detector = next.chain.detector;
+        }
+        if (changes("detector") || changes("augmentation")) && !is_user_defined(&["motion law", "force law"]) {
+            parts.supervisor = next.supervisor;
+        }
+        Ok(())
     }
 
     /// The scenario.

@@ -1,0 +1,24 @@
+//! The reproduced figures of the paper.
+
+use pyo3::prelude::*;
+use trocar_document::Study as _;
+use trocar_document::to_json;
+use trocar_studies::compare::{PaperError, PaperStudy};
+
+use crate::interrupt::interruptible;
+use crate::{convert, document, error};
+
+/// The content of the command line's JSON file, and the document.
+#[pyfunction]
+pub(crate) fn paper(py: Python<'_>, threads: usize) -> PyResult<(Bound<'_, PyAny>, Bound<'_, PyAny>)> {
+    let studied = interruptible(py, threads, |_| {
+        let study = PaperStudy::new()?;
+        let document = study.document();
+        Ok((to_json(&document.json), document::contents(&document, false)))
+    })?;
+    let (json, contents) = studied.map_err(|error: PaperError| match error {
+        PaperError::Scenario(error) => error::scenario(py, &error),
+        PaperError::Run(error) => error::run(py, &error),
+    })?;
+    Ok((convert::parsed(py, &json)?, convert::python(py, &contents)?))
+}

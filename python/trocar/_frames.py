@@ -1,0 +1,80 @@
+"""Tables of other libraries, as inputs and as outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+
+# The types that Arrow takes without a copy.
+_SHARED = ("float64", "int64", "uint8", "int8")
+
+
+def stream(columns: Mapping[str, Any], about: Mapping[str, tuple[str, str]] | None = None) -> Any:
+    """Returns a capsule ``arrow_array_stream`` with one batch of columns; ``about`` maps names to units and meanings,
+    which become metadata. Numbers are not copied; booleans and texts are."""
+    described = about or {}
+
+    def metadata(name: str) -> list[tuple[str, str]]:
+        unit, meaning = described.get(name, ("", ""))
+        return [(key, text) for key, text in (("unit", unit), ("meaning", meaning)) if text]
+
+    return _core.arrow_stream([(name, _values(column), metadata(name)) for name, column in columns.items()])
+
+
+def _values(column: Any) -> Any:
+    if isinstance(column, np.ndarray):
+        return np.ascontiguousarray(column) if column.dtype.name in _SHARED else column.tolist()
+    return column
+
+
+def is_frame(given: Any) -> bool:
+    """Returns true for a table of another library: of pandas, polars, pyarrow, DuckDB, xarray or any other with named
+    columns that Arrow or numpy can read."""
+    return hasattr(given, "__arrow_c_stream__") or (hasattr(given, "columns") and hasattr(given, "to_numpy"))
+
+
+def names_of(frame: Any) -> list[str]:
+    """Returns the names of the columns of a table."""
+    for attribute in ("column_names", "columns"):
+        names = getattr(frame, attribute, None)
+        if names is not None and not callable(names):
+            found = [str(name) for name in names]
+            # The columns of a pyarrow.Table are arrays.
+            if attribute == "column_names" or not hasattr(frame, "column_names"):
+                return found
+    return [str(name) for name in frame.keys()]
+
+
+def columns_of_frame(frame: Any) -> dict[str, Any]:
+    """Returns the columns of a table by name, each as numpy can read it."""
+    if hasattr(frame, "collect") and not hasattr(frame, "fetchnumpy"):
+        # A lazy frame of polars.
+        frame = frame.collect()
+    if hasattr(frame, "fetchnumpy"):
+        # A relation of DuckDB.
+        return {str(name): column for name, column in frame.fetchnumpy().items()}
+    names = names_of(frame)
+    repeated = {name for name in names if names.count(name) > 1}
+    if repeated:
+        raise ValueError(f"the table has the column {', '.join(sorted(repeated))} more than once")
+    return {name: frame[name] for name in names}
+
+
+def as_list(column: Any) -> list[Any]:
+    """Returns the values of a column as Python objects."""
+    for method in ("tolist", "to_list", "to_pylist"):
+        if hasattr(column, method):
+            values = getattr(column, method)()
+            return list(values)
+    return list(np.asarray(column).tolist()) if not isinstance(column, list) else column
+
+
+def freeze(arrays: Mapping[str, NDArray[Any]] | Sequence[NDArray[Any]]) -> None:
+    """Makes arrays read-only."""
+    for array in arrays.values() if isinstance(arrays, Mapping) else arrays:
+        array.flags.writeable = False
