@@ -1,6 +1,6 @@
 //! Designs on the command line: identical files for any threads and interruptions; scenarios that run; invalid designs.
 
-use std::process::{Child, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use crate::support;
@@ -80,7 +80,9 @@ fn the_files_do_not_depend_on_the_threads_and_the_designs_run() {
 }
 
 fn begin(folder: &TestFolder, arguments: &[&str]) -> Child {
-    folder.command(arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("begun")
+    let mut command = Command::new(assert_cmd::cargo::cargo_bin("trocar"));
+    command.current_dir(folder.path("")).args(arguments).stdout(Stdio::null()).stderr(Stdio::piped());
+    command.spawn().expect("begun")
 }
 
 #[test]
@@ -113,13 +115,12 @@ fn a_design_killed_five_times_continues_to_the_same_bytes() {
 fn an_interrupted_design_says_what_is_kept() {
     let folder = designs();
     folder.file("small.toml", SMALL.replace("generations = 6", "generations = 5000"));
-    let mut child = folder.command(&["design", "small.toml", "--no-figures"]);
-    let child = child.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("begun");
+    let child = begin(&folder, &["design", "small.toml", "--no-figures"]);
     let state = folder.path("out/small/search.json");
     while !state.exists() {
         std::thread::sleep(Duration::from_millis(20));
     }
-    let sent = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("sent");
+    let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("sent");
     assert!(sent.success());
     let output = child.wait_with_output().expect("ended");
     let message = String::from_utf8_lossy(&output.stderr);

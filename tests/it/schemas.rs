@@ -78,16 +78,8 @@ const OPTIONAL: [&str; 10] = [
     "spaces",
     "warnings",
 ];
-const NAMES: [&str; 8] = [
-    "/certificates",
-    "/files",
-    "/folders",
-    "/parameters",
-    "/spaces",
-    "/settings/",
-    "/sensitivities/",
-    "/missed",
-];
+const NAMES: [&str; 8] =
+    ["/certificates", "/files", "/folders", "/parameters", "/spaces", "/settings/", "/sensitivities/", "/missed"];
 
 fn folder() -> TestFolder {
     let folder = TestFolder::new();

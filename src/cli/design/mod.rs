@@ -1,20 +1,18 @@
 //! `trocar design`.
 
 mod help;
-mod lock;
 mod stages;
 
 use clap::Args;
 
-use self::lock::Lock;
 use self::stages::Stages;
 use super::error::CliError;
 use super::finish::Finish;
 use super::warnings::Warnings;
 use super::{OutputArgs, interrupt, report as page};
 use trocar_document::Study as _;
-use trocar_report::Folder;
 use trocar_report::html::{Again, command_line};
+use trocar_report::{Destination, Folder, write_file};
 use trocar_scenario::Source;
 use trocar_studies::design::{DesignStudy, Problem, State};
 use trocar_studies::run::seeds_without_effect;
@@ -56,13 +54,12 @@ pub(super) fn run(args: &DesignArgs) -> Result<(), CliError> {
 
 fn design(args: &DesignArgs) -> Result<(), CliError> {
     let problem = Problem::load(&Source::parse(&args.file), &args.settings)?;
-    let folder = args.output.folder().folder(&problem.name);
+    let destination = args.output.destination();
+    let folder = Destination { path: destination.path.join(&problem.name), ..destination }.open("design", &[""])?;
     let warnings = Warnings::new(&args.output);
     warnings.print(&unused_seeds(&problem)?);
-    let lock = Lock::of(&folder.path)?;
     let mut state = stored(args, &folder, &problem)?;
-    folder.write(DESIGN, problem.canonical().as_bytes())?;
-    folder.remove_leftovers();
+    write_file(&folder.path.join(DESIGN), problem.canonical().as_bytes())?;
     let stages = Stages { problem: &problem, folder: &folder, stop: interrupt::stop_flag(), quiet: args.output.quiet };
     let (training, fresh) = stages.populations()?;
     stages.search(&training, &mut state)?;
@@ -89,10 +86,8 @@ fn design(args: &DesignArgs) -> Result<(), CliError> {
                 .chain(["--report".to_owned()]),
         ),
     };
-    // Scenarios of an earlier front with more designs would remain.
-    let _ = std::fs::remove_dir_all(folder.path.join("front"));
+    folder.write(DESIGN, problem.canonical().as_bytes())?;
     Finish { output: &args.output, folder, all: false, report: args.report.then(again) }.document(&document)?;
-    lock.remove();
     warnings.finish()
 }
 

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use super::SEARCH;
 use crate::cli::error::CliError;
 use crate::cli::progress;
-use trocar_report::Folder;
+use trocar_report::{Folder, write_file};
 use trocar_studies::design::{Certification, Fresh, Front, Problem, Search, State, Stopped, Training, Validation};
 
 pub(super) struct Stages<'a> {
@@ -91,6 +91,6 @@ impl Stages<'_> {
     }
 
     fn store(&self, state: &State) -> Result<(), CliError> {
-        Ok(self.folder.write(SEARCH, state.to_json().as_bytes())?)
+        Ok(write_file(&self.folder.path.join(SEARCH), state.to_json().as_bytes())?)
     }
 }

@@ -69,10 +69,6 @@ pub(super) enum CliError {
         "{cases} cases take about {about}; add --yes to start, use fewer points or seeds, or run parts with --shard"
     )]
     LongSweep { cases: u64, about: String },
-    #[error(
-        "{folder} is being written by another process; wait for it or end it, then the same command continues the design"
-    )]
-    BusyDesign { folder: String },
     /// The folder contains the search of another design.
     #[error(
         "{folder} holds the search of another design, or of the same one before a change:\n{difference}give another --out, \
@@ -245,7 +241,6 @@ impl CliError {
             Self::Interrupted { .. }
             | Self::Warnings { .. }
             | Self::Differences { .. }
-            | Self::BusyDesign { .. }
             | Self::Stability(_)
             | Self::Certificate { .. }
             | Self::Run(RunError::Engine { .. })
