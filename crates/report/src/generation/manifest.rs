@@ -34,7 +34,7 @@ pub struct StoredFile {
 /// The manifest of a folder.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Manifest {
-    /// Fields of the command.
+    /// Fields of the command, and the version of the program that wrote the file.
     pub details: Map<String, Json>,
     /// The subfolders of a comparison or of many recordings, each with the command that wrote it.
     pub folders: BTreeMap<String, String>,
@@ -118,7 +118,6 @@ impl Manifest {
             return Err(format!("its content does not have its {HASH}"));
         }
         let mut taken = |name: &str| fields.remove(name).unwrap_or_default();
-        taken(VERSION);
         let folders = serde_json::from_value(taken(FOLDERS)).map_err(|error| error.to_string())?;
         let files = serde_json::from_value(taken(FILES)).map_err(|error| error.to_string())?;
         Ok(Self { details: fields, folders, files })
