@@ -43,17 +43,17 @@ def test_every_cell_of_an_example_compiles(name):
 
 
 def public():
-    """Yields the names of classes and functions of the package, except warnings, which need no example."""
-    for name in trocar.__all__:
-        found = getattr(trocar, name)
-        is_warning = inspect.isclass(found) and issubclass(found, Warning)
-        if not is_warning and (inspect.isclass(found) or callable(found)):
-            yield name
+    """Yields the classes and functions of the package, except the types of dictionaries, which need no example."""
+    for module in (trocar, trocar.results):
+        for name in module.__all__:
+            found = getattr(module, name)
+            is_dictionary = inspect.isclass(found) and issubclass(found, dict)
+            if callable(found) and not is_dictionary:
+                yield pytest.param(name, found, id=name)
 
 
-@pytest.mark.parametrize("name", list(public()))
-def test_every_public_name_has_an_example(name):
-    found = getattr(trocar, name)
+@pytest.mark.parametrize(("name", "found"), list(public()))
+def test_every_public_name_has_an_example(name, found):
     text = inspect.getdoc(found) or ""
     assert ">>> " in text, f"trocar.{name} has no example"
     if found.__module__ == "trocar._core":

@@ -39,6 +39,9 @@ class Spring:
             tissue["contact_m"],
         )
 
+    def reset(self):
+        """Does nothing: the part has no state."""
+
     def step(self, tick, position_m, velocity_m_per_s):
         depth = position_m - self.contact
         return self.stiffness * depth + self.damping * velocity_m_per_s if depth > 0.0 else 0.0
@@ -49,6 +52,9 @@ class Ramp:
         operator = scenario["operator"]
         self.start, self.end = operator["start_m"], operator["end_m"]
         self.step_m = operator["speed_m_per_s"] * scenario.tick_s
+
+    def reset(self):
+        """Does nothing: the part has no state."""
 
     def step(self, tick, felt_force_n):
         assert isinstance(tick, int)
@@ -119,7 +125,7 @@ def test_a_user_defined_estimator_and_motion_law_have_an_effect(soft):
             predicted, self.mean = self.mean, self.mean + 0.1 * (force_n - self.mean)
             return predicted, 123.0, 4.0
 
-    run = trocar.run(soft, estimator=Mean())
+    run = trocar.run(soft, estimator=Mean)
     assert (run["stiffness_n_per_m"] == 123.0).all() and (run["damping_n_s_per_m"] == 4.0).all()
     assert abs(run["residual_n"]).max() > 0.01
 

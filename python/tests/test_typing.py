@@ -20,11 +20,14 @@ from typing import Any
 import numpy as np, pandas
 import trocar
 time = position = velocity = force = np.zeros(10)
+depth = frequency_hz = np.zeros(10)
 frame: pandas.DataFrame = pandas.DataFrame()
+points: pandas.DataFrame = pandas.DataFrame()
 scenario = trocar.Scenario.load("paper/augmented")
-dask_client: Any = None
+executor: Any = None
 class Mine:
     def __init__(self, threshold: float = 0.1) -> None: ...
+    def reset(self) -> None: ...
     def step(self, *evidence: float) -> bool: return False
 """
 

@@ -36,7 +36,8 @@ from .rig import HapticController
 from .running import Run, load, run
 from .scenario import Scenario
 from .studying import paper, strategies
-from .sweeping import Range, Sweep, sweep
+from .ranges import Range
+from .sweeping import Sweep, sweep
 
 __all__ = [
     "Command",

@@ -35,7 +35,9 @@ def _values(column: Any) -> Any:
 def is_frame(given: Any) -> bool:
     """Returns true for a table of another library: of pandas, polars, pyarrow, DuckDB, xarray or any other with named
     columns that Arrow or numpy can read."""
-    return hasattr(given, "__arrow_c_stream__") or (hasattr(given, "columns") and hasattr(given, "to_numpy"))
+    if hasattr(given, "__arrow_c_stream__") or hasattr(given, "collect_schema"):
+        return True
+    return hasattr(given, "columns") and hasattr(given, "to_numpy")
 
 
 def names_of(frame: Any) -> list[str]:
@@ -52,8 +54,8 @@ def names_of(frame: Any) -> list[str]:
 
 def columns_of_frame(frame: Any) -> dict[str, Any]:
     """Returns the columns of a table by name, each as numpy can read it."""
-    if hasattr(frame, "collect") and not hasattr(frame, "fetchnumpy"):
-        # A lazy frame of polars.
+    if hasattr(frame, "collect_schema") and hasattr(frame, "collect"):
+        # A lazy frame of polars; an eager one has no `collect`.
         frame = frame.collect()
     if hasattr(frame, "fetchnumpy"):
         # A relation of DuckDB.

@@ -18,7 +18,7 @@ from ._stored import Stored
 from .warnings import warn
 from .documents import Documented
 from .scenario import Scenario, scenario_of
-from .sweeping import Range
+from .ranges import Range
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -2,33 +2,33 @@
 
 from __future__ import annotations
 
-import itertools
 import os
 import pickle
 import re
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Union
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from ._arrays import Readable, recording_of, whole
+from ._arrays import whole
 from ._columns import Columns
-from ._frames import as_list, columns_of_frame, freeze, is_frame
+from ._frames import freeze
 from ._grid import grid_of, is_label
+from ._job import Job, Points, Swept, job_of
 from ._parts import Compiled, Parts, core_parts
 from ._progress import Progress
-from ._settings import RECORDING, dotted, key_of, value
 from ._stored import PARTIAL, Stored
 from ._workers import Workers, workers_of
 from .documents import Documented
 from .people import Patients
+from .ranges import Range
 from .running import samples_of, scenario_from
-from .scenario import Scenario, scenario_of
+from .scenario import Scenario
 
 if TYPE_CHECKING:
     import pandas
@@ -36,56 +36,6 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 _OUTCOMES = np.array(["completed", "diverged", "failed"])
-
-
-@dataclass(frozen=True)
-class Range:
-    """An axis of a sweep from one value to another, with even or logarithmic spacing.
-
-    :func:`sweep` checks it and raises :class:`ScenarioError` for a value that the key does not allow.
-
-    Parameters
-    ----------
-    start, stop
-        The first and the last value, in the unit of the key.
-    points
-        The number of values, at least 2, for a grid only. Other designs have their own number of points.
-    log
-        True for even spacing on a logarithmic scale.
-
-    >>> import trocar
-    >>> axes = {"scaling.force": trocar.Range(0.5, 2.0, 3, log=True)}
-    >>> trocar.sweep("layers/skin-augmented", axes)["scaling.force"]
-    array([0.5, 1. , 2. ])
-    """
-
-    start: float
-    stop: float
-    points: int | None = None
-    log: bool = False
-
-    def values(self) -> list[float]:
-        """Returns the values, which need a number of ``points``.
-
-        Raises
-        ------
-        ValueError
-            Without a number of points, and for a logarithmic range that does not begin above 0.
-        """
-        if self.points is None or self.points < 2:
-            raise ValueError(f"{self} needs at least 2 points here")
-        if self.log and not 0.0 < min(self.start, self.stop):
-            raise ValueError(f"{self} is logarithmic, and must begin and end above 0")
-        spaced = np.geomspace if self.log else np.linspace
-        return [float(value) for value in spaced(self.start, self.stop, self.points)]
-
-    def _table(self) -> dict[str, Any]:
-        table: dict[str, Any] = {"from": self.start, "to": self.stop}
-        if self.points is not None:
-            table["points"] = self.points
-        if self.log:
-            table["log"] = True
-        return table
 
 
 class Sweep(Columns, Documented, Stored):
@@ -238,11 +188,6 @@ class Sweep(Columns, Documented, Stored):
         return _core.sweep_document(self._inputs, self.hash, outcomes, metrics)
 
 
-Points = Union["pandas.DataFrame", Readable, Mapping[str, Any], Sequence[Mapping[str, Any]]]
-"""Points of a sweep: a table (of pandas, polars, pyarrow or DuckDB) or a dictionary with a column per key, or a list of
-dictionaries, one per point. Columns whose names have no dot and are no keys are labels, which the result has, too."""
-
-
 def sweep(
     base: Scenario | Patients | str | os.PathLike[str],
     axes: Mapping[str, Range | Sequence[Any] | NDArray[Any]] | None = None,
@@ -346,7 +291,7 @@ def sweep(
     Sweep(8 of 16 cases, columns case, scaling.force, seed, outcome, ...)
     """
     threads = whole("threads", threads)
-    job = _job(base, axes, set, seeds, first_seed, metrics, design, points, design_seed)
+    job = job_of(base, axes, set, seeds, first_seed, metrics, design, points, design_seed)
     executor = client if executor is None else executor
     user_defined_parts = core_parts(parts)
     if user_defined_parts:
@@ -366,11 +311,7 @@ def sweep(
     return _in_shards(job, workers_of(executor), shards, threads, None if folder is None else Path(folder), progress)
 
 
-_Swept = tuple[dict[str, Any], str, int, str, list[tuple[str, str]]]
-_Tell = Callable[[int, int], None]
-
-
-def _result(swept: _Swept, job: _Job) -> Sweep:
+def _result(swept: Swept, job: Job) -> Sweep:
     columns, hash, cases, inputs, former_names = swept
     for former, name in former_names:
         warnings.warn(f"the metric {former} is called {name} now", FutureWarning, stacklevel=3)
@@ -398,173 +339,11 @@ def _check_sendable(parts: dict[str, Any]) -> None:
             ) from None
 
 
-def _memory_bytes() -> int:
-    """Returns the memory of this machine, in bytes; unlimited if the system does not report it."""
-    try:
-        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    except (AttributeError, ValueError):
-        return 2**63
-
-
-@dataclass(frozen=True)
-class _Job:
-    """The inputs of a shard, which are sent to the workers."""
-
-    path: str | None
-    text: str
-    base: Scenario | None
-    settings: list[str]
-    # The labels of the points, and the number of seeds of each point.
-    labels: dict[str, NDArray[Any]] = field(default_factory=dict)
-    seeds: int = 1
-    parts: dict[str, Any] = field(default_factory=dict)
-
-    @property
-    def _sources(self) -> tuple[str | None, str, _core.Scenario | None, list[str]]:
-        return self.path, self.text, None if self.base is None else self.base._core, self.settings
-
-    def run(self, shard: str, threads: int, tell: _Tell | None = None) -> _Swept:
-        if self.parts:
-            return _core.sweep_with(*self._sources, self.parts, shard, threads, _memory_bytes(), tell)
-        return _core.sweep(*self._sources, shard, threads, _memory_bytes(), tell)
-
-    def plan(self) -> tuple[str, int]:
-        """Returns the hash and the number of cases, without running any."""
-        return _core.sweep_plan(*self._sources)
-
-
-def _job(
-    base: Scenario | Patients | str | os.PathLike[str],
-    axes: Mapping[str, Any] | None,
-    set: Mapping[str, Any] | None,
-    seeds: int | Sequence[int],
-    first_seed: int | None,
-    metrics: Sequence[str] | None,
-    design: str,
-    points: int | Points | Patients | None,
-    design_seed: int | None,
-) -> _Job:
-    given = None if points is None or isinstance(points, (int, np.integer)) else _columns(points)
-    drawn = base if isinstance(base, Patients) else None
-    if drawn is not None:
-        if given is not None or design != "grid" or points is not None:
-            raise ValueError("patients are points: combine them with axes, without points or another design")
-        base, given, axes = drawn.scenario, _combined(drawn, axes or {}), None
-    assert not isinstance(base, Patients)
-    if axes is None and given is None:
-        others = (set, first_seed, metrics, points, design_seed)
-        if isinstance(base, Scenario) or any(one is not None for one in others) or seeds != 1 or design != "grid":
-            raise ValueError("without axes, base must be the path of a sweep file or patients, without other arguments of the sweep")
-        return _Job(os.fspath(base), "", None, [])
-    labels: dict[str, NDArray[Any]] = {}
-    if given is not None:
-        if axes is not None or design != "grid":
-            raise ValueError("points with values of the keys have neither axes nor another design")
-        labels = {name: np.asarray(column) for name, column in given.items() if is_label(name)}
-        axes, design, points = {key: column for key, column in given.items() if key not in labels}, "list", None
-        if not axes:
-            raise ValueError(f"points need a key, and have the labels {', '.join(labels)} only")
-    assert axes is not None
-    recordings: list[_core.Recording] = []
-    set, axes = _with_names(set or {}, recordings), _with_names(axes, recordings)
-    header: dict[str, Any] = {
-        "seeds": list(seeds) if isinstance(seeds, Iterable) else whole("seeds", seeds),
-        "first_seed": first_seed,
-        "metrics": [metrics] if isinstance(metrics, str) else None if metrics is None else list(metrics),
-        "design.kind": design,
-        "design.points": points,
-        "design.seed": design_seed,
-    }
-    shared = dict(set)
-    lines = [f"{key} = {value(key, one)}" for key, one in header.items() if one is not None]
-    lines += _section("set", shared)
-    lines += _section("axes", {key: one._table() if isinstance(one, Range) else one for key, one in axes.items()})
-    scenario = scenario_of(base)
-    if any(str(key).partition(".")[0] == "population" for key in (*set, *axes)) or (
-        drawn is None and _core.population(scenario._core, 1)
-    ):
-        raise ValueError(
-            "a sweep does not draw the members of a [population]: sweep trocar.patients(200, scenario), which draws them, "
-            "or remove [population]"
-        )
-    if recordings:
-        # The scenario holds the recordings, and takes them to the workers.
-        scenario = Scenario._of(scenario._core.replace([], recordings))
-    # Keys of the sweep override changes of the scenario.
-    overridden = {*shared, *axes}
-    changes = [setting for call in scenario._core.origin()[3] for setting in call]
-    kept = [setting for setting in changes if key_of(setting) not in overridden]
-    count = len(header["seeds"]) if isinstance(header["seeds"], list) else int(header["seeds"])
-    return _Job(None, "\n".join(lines) + "\n", scenario, kept, labels, count)
-
-
-def _combined(patients: Patients, axes: Mapping[str, Any]) -> dict[str, list[Any]]:
-    """Returns every patient with every combination of the values of axes, the last of which varies fastest."""
-    both = [key for key in axes if key in patients.columns]
-    if both:
-        raise ValueError(f"the patients have the key {both[0]}, which cannot be an axis as well")
-    levels = [axis.values() if isinstance(axis, Range) else as_list(axis) for axis in axes.values()]
-    if not all(levels):
-        raise ValueError("an axis needs at least one value")
-    combinations = list(itertools.product(*levels))
-    columns = {name: [value for value in column.tolist() for _ in combinations] for name, column in patients.columns.items()}
-    return columns | {key: [values[at] for _ in range(len(patients)) for values in combinations] for at, key in enumerate(axes)}
-
-
-def _with_names(values: Mapping[str, Any], recordings: list[_core.Recording]) -> dict[str, Any]:
-    """Returns values by key, with names in place of recordings in memory, which are appended to the list."""
-
-    def name(given: Any) -> Any:
-        if isinstance(given, (str, os.PathLike)):
-            return given
-        recording = recording_of(given)
-        recordings.append(recording)
-        return recording.name
-
-    def of_key(key: str, given: Any) -> Any:
-        if key == RECORDING:
-            return [name(one) for one in given] if isinstance(given, (list, tuple)) else name(given)
-        if key == RECORDING.partition(".")[0] and isinstance(given, Mapping):
-            return {inner: of_key(f"{key}.{inner}", one) for inner, one in given.items()}
-        return given
-
-    return {key: of_key(key, given) for key, given in values.items()}
-
-
-def _section(name: str, values: Mapping[str, Any]) -> list[str]:
-    lines = [f"{dotted(key)} = {value(key, one)}" for key, one in values.items()]
-    return [f"[{name}]", *lines] if lines else []
-
-
-def _columns(points: Points | Patients) -> dict[str, list[Any]]:
-    """Returns points as a list of values per key."""
-    if isinstance(points, Patients):
-        columns = {name: column.tolist() for name, column in points.columns.items()}
-    elif is_frame(points):
-        columns = {name: as_list(column) for name, column in columns_of_frame(points).items()}
-    elif isinstance(points, Mapping):
-        columns = {key: as_list(column) for key, column in points.items()}
-    else:
-        rows: list[Any] = list(points)  # type: ignore[arg-type]
-        if not all(isinstance(row, Mapping) for row in rows):
-            raise TypeError("points are a table, a dictionary of columns, or a list of dictionaries")
-        keys = list(rows[0]) if rows else []
-        for index, row in enumerate(rows):
-            if sorted(row) != sorted(keys):
-                raise ValueError(f"points[{index}] has the keys {', '.join(row)}, must have {', '.join(keys)}")
-        columns = {key: [row[key] for row in rows] for key in keys}
-    lengths = {key: len(column) if isinstance(column, list) else 0 for key, column in columns.items()}
-    if not lengths or min(lengths.values()) < 1 or len({*lengths.values()}) > 1:
-        described = ", ".join(f"{key}: {length}" for key, length in lengths.items())
-        raise ValueError(f"points need one value per key and point, and have {described or 'no key'}")
-    return columns
-
-
 _SHARD = re.compile(r"shard-(\d+)-of-(\d+)\.npz\Z")
 
 
 def _in_shards(
-    job: _Job, workers: Workers | None, shards: int | None, threads: int, folder: Path | None, progress: bool
+    job: Job, workers: Workers | None, shards: int | None, threads: int, folder: Path | None, progress: bool
 ) -> Sweep:
     shards = None if shards is None else whole("shards", shards, 1)
     hash, cases = job.plan()
@@ -578,7 +357,7 @@ def _in_shards(
         done = sum(map(len, kept.values()))
         bar.tell(done, cases)
         names = [f"{index}/{count}" for index in missing]
-        results: Iterator[tuple[str, _Swept]]
+        results: Iterator[tuple[str, Swept]]
         if workers is None:
             results = ((name, job.run(name, threads, lambda inside, _: bar.tell(done + inside, cases))) for name in names)
         else:
