@@ -45,8 +45,8 @@ pub(super) fn run(args: &ExploreArgs) -> Result<(), CliError> {
         catalogue: Catalogue::new(Some(&args.scenario)),
         first: Source::parse(&args.scenario).display(),
     };
-    // There is nothing to be stored.
-    interrupt::on_first(|| std::process::exit(i32::from(interrupt::EXIT_CODE)));
+    // This is how a server ends, and there is nothing to be stored.
+    interrupt::on_first(|| std::process::exit(0));
     serve(options, |address, query| {
         // A browser cannot open an unspecified address.
         let is_unspecified = address.ip().is_unspecified();

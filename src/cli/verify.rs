@@ -36,14 +36,13 @@ pub(super) fn run(args: &VerifyArgs) -> Result<(), CliError> {
         for root in [Some(folder.clone()), inside].into_iter().flatten() {
             recover(&root)?;
         }
-        let mut folders = vec![];
-        find(folder, DEPTH, &mut folders);
+        let (mut folders, mut unknown) = (vec![], vec![]);
+        find(folder, DEPTH, &mut folders, &mut unknown);
         if folders.is_empty() {
             return Err(CliError::NoManifest { folder: folder.display().to_string() });
         }
-        let loose = files_of(folder);
-        if loose > 0 && !args.quiet && !folder.join(MANIFEST).exists() {
-            let (folder, files) = (folder.display(), counted(loose, "file"));
+        for (folder, files) in unknown.iter().filter(|_| !args.quiet) {
+            let (folder, files) = (folder.display(), counted(*files, "file"));
             anstream::eprintln!("note: {folder} has no {MANIFEST}: {files} directly in it cannot be compared");
         }
         for folder in folders {
@@ -60,10 +59,13 @@ pub(super) fn run(args: &VerifyArgs) -> Result<(), CliError> {
     if differences > 0 { Err(CliError::Differences { count: differences }) } else { Ok(()) }
 }
 
-/// Finds the folders with a manifest.
-fn find(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) {
-    if folder.join(MANIFEST).exists() {
-        found.push(folder.to_owned());
+/// Finds the folders with a manifest, and those with files but without one, whose files no manifest above names.
+fn find(folder: &Path, depth: usize, found: &mut Vec<PathBuf>, unknown: &mut Vec<(PathBuf, u64)>) {
+    let manifest = folder.join(MANIFEST).exists().then(|| Manifest::read(folder).unwrap_or_default());
+    match (&manifest, files_of(folder)) {
+        (Some(_), _) => found.push(folder.to_owned()),
+        (None, files) if files > 0 => unknown.push((folder.to_owned(), files)),
+        (None, _) => {}
     }
     if depth == 0 {
         return;
@@ -72,7 +74,13 @@ fn find(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) {
     let folders = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_dir()));
     let mut folders: Vec<PathBuf> = folders.map(|entry| entry.path()).collect();
     folders.sort();
-    folders.iter().for_each(|folder| find(folder, depth - 1, found));
+    for inner in folders {
+        let name = inner.file_name().map(|name| format!("{}/", name.to_string_lossy())).unwrap_or_default();
+        let is_named = manifest.as_ref().is_some_and(|all| all.files.keys().any(|file| file.starts_with(&name)));
+        if !is_named {
+            find(&inner, depth - 1, found, unknown);
+        }
+    }
 }
 
 /// Returns the number of files directly in a folder.

@@ -63,7 +63,7 @@ fn same(folder: &TestFolder, a: &str, b: &str) {
 fn the_files_do_not_depend_on_the_threads_and_the_designs_run() {
     let folder = designs();
     let text = folder.good(&["design", "small.toml", "--no-figures", "--threads", "1", "--out", "one"]);
-    for part in ["the knee", "excess, training", "excess, validation", "freeze-decay", "as good as the knee", "binds"] {
+    for part in ["the knee", "training", "validation", "freeze-decay", "as good as the knee", "binds"] {
         assert!(text.contains(part), "{part}: {text}");
     }
     folder.good(&["design", "small.toml", "--no-figures", "--quiet", "--threads", "3", "--out", "three"]);

@@ -231,9 +231,9 @@ fn verify_notices_every_damage_of_results() {
             }
             let outcome = folder.trocar(&["verify", "out"]);
             // Without a manifest, the files directly in the folder are not known.
-            let is_noted = outcome.err.contains("out has no manifest.json");
+            let is_noted = outcome.err.contains("has no manifest.json");
             assert!(
-                outcome.code == 1 || (name == "out/manifest.json" && is_noted),
+                outcome.code == 1 || (name.ends_with("manifest.json") && is_noted),
                 "{name}, kind {kind}: {}",
                 outcome.err
             );

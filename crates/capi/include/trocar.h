@@ -77,7 +77,8 @@ enum trocar_augmentation_hold {
     TROCAR_AUGMENTATION_HOLD_FREEZE = 0,
     TROCAR_AUGMENTATION_HOLD_NONE = 1,
     TROCAR_AUGMENTATION_HOLD_SPEED_LIMIT = 2,
-    TROCAR_AUGMENTATION_HOLD_FORBIDDEN_REGION = 3
+    TROCAR_AUGMENTATION_HOLD_FORBIDDEN_REGION = 3,
+    TROCAR_AUGMENTATION_HOLD_YIELDING = 4
 };
 
 /**
@@ -86,8 +87,10 @@ enum trocar_augmentation_hold {
 enum trocar_augmentation_reengage {
     TROCAR_AUGMENTATION_REENGAGE_RAMP = 0,
     TROCAR_AUGMENTATION_REENGAGE_RAMP_UNTIL_LOAD = 1,
-    TROCAR_AUGMENTATION_REENGAGE_CLUTCH = 2,
-    TROCAR_AUGMENTATION_REENGAGE_SNAP = 3
+    TROCAR_AUGMENTATION_REENGAGE_FADE = 2,
+    TROCAR_AUGMENTATION_REENGAGE_WHEN_STILL = 3,
+    TROCAR_AUGMENTATION_REENGAGE_CLUTCH = 4,
+    TROCAR_AUGMENTATION_REENGAGE_SNAP = 5
 };
 
 /**
@@ -96,7 +99,8 @@ enum trocar_augmentation_reengage {
 enum trocar_augmentation_force_law {
     TROCAR_AUGMENTATION_FORCE_LAW_DECAY = 0,
     TROCAR_AUGMENTATION_FORCE_LAW_AMPLIFY = 1,
-    TROCAR_AUGMENTATION_FORCE_LAW_DAMP = 2
+    TROCAR_AUGMENTATION_FORCE_LAW_DAMP = 2,
+    TROCAR_AUGMENTATION_FORCE_LAW_GUIDE = 3
 };
 
 /**
@@ -129,7 +133,7 @@ typedef struct trocar_rig_settings {
     double scaling_force;
     /**
      * sensor.position_resolution_m: Step of the slave's encoder; above 0 the velocity is estimated by a Kalman
-     * filter, at 0 it is read. In m; a number, at least 0 and at most 1e12; default 0.0.
+     * filter, at 0 it is read. In m; a number, at least 0 and at most 0.01; default 0.0.
      */
     double sensor_position_resolution_m;
     /**
@@ -386,13 +390,13 @@ typedef struct trocar_rig_settings {
     /**
      * augmentation.freeze: Hold the slave at its measured position or at its last reference. One of enum
      * trocar_augmentation_freeze; default TROCAR_AUGMENTATION_FREEZE_MEASURED. It applies to augmentation.hold =
-     * freeze, speed-limit, forbidden-region.
+     * freeze, speed-limit, forbidden-region, yielding.
      */
     uint64_t augmentation_freeze;
     /**
-     * augmentation.hold: Hold the slave during an event: by a freeze, a speed limit, a forbidden region, or not at
-     * all. One of enum trocar_augmentation_hold; default TROCAR_AUGMENTATION_HOLD_FREEZE. It applies to
-     * augmentation.enabled = true.
+     * augmentation.hold: Hold the slave during an event: by a freeze, a speed limit, a forbidden region, a fixture
+     * that yields, or not at all. One of enum trocar_augmentation_hold; default TROCAR_AUGMENTATION_HOLD_FREEZE.
+     * It applies to augmentation.enabled = true.
      */
     uint64_t augmentation_hold;
     /**
@@ -406,9 +410,15 @@ typedef struct trocar_rig_settings {
      */
     double augmentation_region_margin_m;
     /**
-     * augmentation.reengage: Close the gap to the hand at a bounded speed, keep it, or close it at once. One of
-     * enum trocar_augmentation_reengage; default TROCAR_AUGMENTATION_REENGAGE_RAMP. It applies to
-     * augmentation.hold = freeze, speed-limit, forbidden-region.
+     * augmentation.yield_distance_m: Distance beyond the position at the alarm that the hand must push before the
+     * needle moves on. In m; a number, at least 0 and at most 1e12; default 0.005. It applies to augmentation.hold
+     * = yielding.
+     */
+    double augmentation_yield_distance_m;
+    /**
+     * augmentation.reengage: How the gap to the hand closes after a hold. One of enum
+     * trocar_augmentation_reengage; default TROCAR_AUGMENTATION_REENGAGE_RAMP. It applies to augmentation.hold =
+     * freeze, speed-limit, forbidden-region, yielding.
      */
     uint64_t augmentation_reengage;
     /**
@@ -429,9 +439,25 @@ typedef struct trocar_rig_settings {
      */
     double augmentation_stop_rise_n;
     /**
-     * augmentation.force_law: Let the feedback force decay, scale its variation, or add damping of the master. One
-     * of enum trocar_augmentation_force_law; default TROCAR_AUGMENTATION_FORCE_LAW_DECAY. It applies to
-     * augmentation.enabled = true.
+     * augmentation.gap_time_constant_s: Time constant with which a fading gap closes. In s; a number, at least
+     * 1e-12 and at most 1e12; default 4.0. It applies to augmentation.reengage = fade.
+     */
+    double augmentation_gap_time_constant_s;
+    /**
+     * augmentation.still_speed_m_per_s: Speed of the hand into the tissue, averaged over 0.2 s, below which the
+     * gap closes. In m/s; a number, at least 0 and at most 1e12; default 0.001. It applies to
+     * augmentation.reengage = when-still.
+     */
+    double augmentation_still_speed_m_per_s;
+    /**
+     * augmentation.return_speed_m_per_s: Speed at which the gap closes while the hand stands still. In m/s; a
+     * number, at least 1e-12 and at most 1e12; default 0.005. It applies to augmentation.reengage = when-still.
+     */
+    double augmentation_return_speed_m_per_s;
+    /**
+     * augmentation.force_law: Let the feedback force decay, scale its variation, add damping of the master, or
+     * guide it back to the needle. One of enum trocar_augmentation_force_law; default
+     * TROCAR_AUGMENTATION_FORCE_LAW_DECAY. It applies to augmentation.enabled = true.
      */
     uint64_t augmentation_force_law;
     /**
@@ -460,6 +486,12 @@ typedef struct trocar_rig_settings {
      * least 1e-12 and at most 1e12; default 0.03. It applies to augmentation.force_law = damp.
      */
     double augmentation_damp_time_constant_s;
+    /**
+     * augmentation.guide_stiffness_n_per_m: Stiffness of the spring between the master and its position at the
+     * alarm. In N/m; a number, at least 0 and at most 1e12; default 200.0. It applies to augmentation.force_law =
+     * guide.
+     */
+    double augmentation_guide_stiffness_n_per_m;
     /**
      * augmentation.cue: Marks the event by a vibration on the operator's skin. 0 or 1; default 0. It applies to
      * augmentation.enabled = true.

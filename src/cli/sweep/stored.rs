@@ -19,6 +19,8 @@ pub(super) struct Stored {
     sweep: Option<Manifest>,
     /// Files that are missing or changed.
     differences: Vec<String>,
+    /// True if the folder has a report, also if its manifest is damaged.
+    has_report: bool,
 }
 
 impl Stored {
@@ -46,7 +48,11 @@ impl Stored {
             let found = manifest.differences(folder);
             differences.extend(found.iter().map(ToString::to_string).filter(|text| !text.starts_with(SWEEP)));
         }
-        Ok(Self { manifest, sweep, differences })
+        let has_report = match &sweep {
+            Some(_) => manifest.files.contains_key(REPORT),
+            None => folder.join(REPORT).is_file(),
+        };
+        Ok(Self { manifest, sweep, differences, has_report })
     }
 
     /// True if the sweep is complete, with every file as it was written.
@@ -55,7 +61,7 @@ impl Stored {
     }
 
     pub(super) fn has_report(&self) -> bool {
-        self.sweep.is_some() && self.manifest.files.contains_key(REPORT)
+        self.has_report
     }
 
     pub(super) fn print_differences(&self) {

@@ -298,7 +298,7 @@ impl Scenarios {
             "recording.columns.position_m" => vec!["position_2_m".into()],
             "recording.columns.velocity_m_per_s" => vec!["velocity_2_m_per_s".into()],
             "recording.columns.force_n" => vec!["force_2_n".into()],
-            "recording.max_bytes" | "recording.max_memory_bytes" => vec!["100".into()],
+            "recording.max_bytes" => vec!["100".into()],
             "recording.max_samples" => vec!["10".into()],
             "recording.max_gap_s" => vec!["1e-4".into()],
             "augmentation.events_s" => vec!["[0.15, 0.3]".into()],
