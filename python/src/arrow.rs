@@ -56,7 +56,10 @@ const NULLABLE: i64 = 2;
 /// The memory of a column.
 enum Buffer {
     /// The data of a numpy array, which the reference keeps alive.
-    Shared { data: *const c_void, _array: Py<PyAny> },
+    Shared {
+        data: *const c_void,
+        _array: Py<PyAny>,
+    },
     Owned(Vec<u8>),
 }
 
@@ -115,7 +118,12 @@ impl Column {
             let bits = |of: fn(&Option<bool>) -> bool| packed(flags.iter().map(of));
             let nulls = flags.iter().filter(|flag| flag.is_none()).count();
             let defined = (nulls > 0).then(|| Buffer::Owned(bits(Option::is_some)));
-            return column("b", flags.len(), nulls, vec![defined, Some(Buffer::Owned(bits(|flag| *flag == Some(true))))]);
+            return column(
+                "b",
+                flags.len(),
+                nulls,
+                vec![defined, Some(Buffer::Owned(bits(|flag| *flag == Some(true))))],
+            );
         }
         if let Ok(numbers) = values.extract::<Vec<Option<f64>>>() {
             let nulls = numbers.iter().filter(|number| number.is_none()).count();
@@ -123,8 +131,9 @@ impl Column {
             let bytes = numbers.iter().flat_map(|number| number.unwrap_or(f64::NAN).to_ne_bytes()).collect();
             return column("g", numbers.len(), nulls, vec![defined, Some(Buffer::Owned(bytes))]);
         }
-        let texts: Vec<Option<String>> =
-            values.extract().map_err(|_| PyTypeError::new_err(format!("the column {name} has values of other types")))?;
+        let texts: Vec<Option<String>> = values
+            .extract()
+            .map_err(|_| PyTypeError::new_err(format!("the column {name} has values of other types")))?;
         let nulls = texts.iter().filter(|text| text.is_none()).count();
         let defined = (nulls > 0).then(|| Buffer::Owned(packed(texts.iter().map(Option::is_some))));
         let (mut offsets, mut bytes) = (0_i64.to_ne_bytes().to_vec(), vec![]);

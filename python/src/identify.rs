@@ -8,8 +8,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use trocar_document::{Study, to_json};
 use trocar_identify::{
-    IdentifyError, MachineColumns, Measured, Part, PartColumns, PartRequest, Request, STEPS, Signals, identify as slave,
-    identify_part,
+    IdentifyError, MachineColumns, Measured, Part, PartColumns, PartRequest, Request, STEPS, Signals,
+    identify as slave, identify_part,
 };
 use trocar_recording::{Column, Limits};
 use trocar_scenario::parse_column;

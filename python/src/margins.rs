@@ -6,9 +6,9 @@ use trocar_base::parallel::try_map;
 use trocar_stability::{LIMITED, Parameter, Search, largest_stable};
 use trocar_studies::stability_check::{CheckError, LoopVerdict};
 
+use crate::error;
 use crate::interrupt::interruptible;
 use crate::scenario::Scenario;
-use crate::error;
 
 /// Relative width at which the bisection of a limit ends, and number of scanned values. The scan is coarser than that of
 /// the whole analysis, so that all limits take tens of milliseconds.

@@ -36,7 +36,8 @@ pub(crate) fn sweep_points<'py>(
     if count > points {
         return Err(error::value(format!("{path} has {points} points, and {count} are wanted")));
     }
-    let mut columns: Vec<_> = design.axes.iter().map(|axis| (axis.key.path.to_string(), AxisColumn::of(axis))).collect();
+    let mut columns: Vec<_> =
+        design.axes.iter().map(|axis| (axis.key.path.to_string(), AxisColumn::of(axis))).collect();
     let (sampler, mut coordinates, mut values) = (design.coordinates(), vec![], vec![]);
     for point in 0..count {
         sampler.values(point, &mut coordinates, &mut values);
@@ -54,9 +55,9 @@ pub(crate) fn sweep_points<'py>(
     let plain = |path: &str| path.replace('"', "");
     let base = entries.iter().find(|entry| entry.path == "base").and_then(|entry| entry.value.as_str());
     let base = source.relative(base.unwrap_or_default()).display();
-    let set = entries.iter().filter_map(|entry| {
-        Some((plain(&entry.path).strip_prefix("set.")?.to_owned(), entry.value.to_string()))
-    });
+    let set = entries
+        .iter()
+        .filter_map(|entry| Some((plain(&entry.path).strip_prefix("set.")?.to_owned(), entry.value.to_string())));
     Ok((base, set.collect(), all))
 }
 

@@ -98,7 +98,9 @@ pub(crate) fn stability<'py>(
 ) -> PyResult<Analysed<'py>> {
     let (x_axis, y_axis) = (axis("x", x)?, axis("y", y)?);
     if x_axis.parameter.varies_with(y_axis.parameter) {
-        return Err(error::value(format!("y is {y:?} and x is {x:?}: they vary the same parameter; name two different ones")));
+        return Err(error::value(format!(
+            "y is {y:?} and x is {x:?}: they vary the same parameter; name two different ones"
+        )));
     }
     let optional = |name, text: &Option<String>| text.as_ref().map(|text| axis(name, text)).transpose();
     let Options { tissue, simulate, event_limits, .. } = options;

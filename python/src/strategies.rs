@@ -65,9 +65,8 @@ pub(crate) fn strategies<'py>(
     all.extend(settings);
     let done = Arc::new(AtomicU64::new(0));
     let counted = done.clone();
-    let tell = |py: Python<'_>| {
-        tell.as_ref().map_or(Ok(()), |tell| tell.call1(py, (done.load(Ordering::Relaxed),)).map(drop))
-    };
+    let tell =
+        |py: Python<'_>| tell.as_ref().map_or(Ok(()), |tell| tell.call1(py, (done.load(Ordering::Relaxed),)).map(drop));
     let studied = interruptible_with_progress(py, threads, &tell, move |_| {
         let _held = recordings;
         let count = |runs| {
@@ -102,7 +101,8 @@ pub(crate) fn compare_schemes<'py>(
     if let Some(seeds) = seeds.filter(|seeds| !(2..=MAX_SEEDS).contains(seeds)) {
         return Err(error::value(format!("seeds is {seeds}, must be from 2 to {MAX_SEEDS}")));
     }
-    let (source, settings, recordings) = (scenario.source.clone(), scenario.settings.concat(), scenario.recordings.clone());
+    let (source, settings, recordings) =
+        (scenario.source.clone(), scenario.settings.concat(), scenario.recordings.clone());
     let done = Arc::new(AtomicU64::new(0));
     let counted = done.clone();
     let tell =

@@ -247,7 +247,8 @@ pub(crate) fn sweep_with<'py>(
     let plan = Sources::of(path, text, base).plan(&settings).map_err(|error| error::scenario(py, &error))?;
     let layout = plan.layout(shard);
     let mut of_packs = layout.packs.clone().map(|pack| layout.cases_of(pack));
-    let begin = of_packs.next().map_or(0..0, |cases| cases.start..of_packs.next_back().map_or(cases.end, |last| last.end));
+    let begin =
+        of_packs.next().map_or(0..0, |cases| cases.start..of_packs.next_back().map_or(cases.end, |last| last.end));
     let cases = begin.end - begin.start;
     let columns = Columns::for_cases(&plan.design, cases, memory_bytes);
     let mut columns = columns.map_err(|no_room| Failed::NoRoom(no_room).raise(py))?;

@@ -1,9 +1,9 @@
 //! User-defined parts of the link: objects with a method for each step of their role.
 
-use pyo3::{BoundObject, IntoPyObject};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
+use pyo3::{BoundObject, IntoPyObject};
 use trocar_engine::engine::UserDefinedParts;
 use trocar_engine::teleoperation::{
     Architecture, Arrived, ArrivedAtMaster, AtMaster, AtSlave, MasterSample, PAYLOAD, PassivityScheme, Payload,
@@ -101,16 +101,14 @@ impl<const COUNT: usize> Methods<COUNT> {
         Err(PyValueError::new_err(format!("{name} of the {role} returned {number}, must be finite")))
     }
 
-    fn payload(
-        &self,
-        method: usize,
-        arguments: impl for<'py> IntoPyObject<'py, Target = PyTuple>,
-    ) -> Payload<f64> {
+    fn payload(&self, method: usize, arguments: impl for<'py> IntoPyObject<'py, Target = PyTuple>) -> Payload<f64> {
         let name = self.names[method];
         let read = |returned: &Bound<'_, PyAny>| {
             let wrong = || {
                 let (role, kind) = (self.role, returned.get_type());
-                PyTypeError::new_err(format!("{name} of the {role} returned a {kind}, must return up to {PAYLOAD} numbers"))
+                PyTypeError::new_err(format!(
+                    "{name} of the {role} returned a {kind}, must return up to {PAYLOAD} numbers"
+                ))
             };
             let numbers: Vec<f64> = returned.extract().map_err(|_| wrong())?;
             let mut payload = [0.0; PAYLOAD];

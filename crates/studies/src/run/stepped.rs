@@ -163,9 +163,8 @@ impl SteppedRun {
             let message = "scaling cannot change during a simulation whose link has a delay, a passivity scheme or another controller";
             return refuse(message, "change it in the scenario, before the simulation");
         }
-        let has_memory = |scenario: &Scenario| {
-            !TissueRange::of_parameters(scenario).is_some_and(|range| range.is_whole_tissue())
-        };
+        let has_memory =
+            |scenario: &Scenario| !TissueRange::of_parameters(scenario).is_some_and(|range| range.is_whole_tissue());
         if changes("tissue") && (has_memory(&self.scenario) || has_memory(changed)) {
             let message = "the tissue has layers or other memory, and cannot change during a simulation";
             return refuse(message, "use a spring and damper, or a user-defined tissue that changes itself");
