@@ -92,6 +92,9 @@ class Decay:
         self.ratio = augmentation["decay_ratio"]
         self.keep = math.exp(-scenario.tick_s / augmentation["decay_time_constant_s"])
 
+    def reset(self):
+        """Does nothing: the part has no state."""
+
     def step(self, anchor_n, last_n, measured_n, moved_n, velocity_m_per_s, begins):
         end = self.ratio * anchor_n
         gap = last_n - end

@@ -23,6 +23,7 @@ def test_a_scenario_reads_like_a_dictionary():
     scenario = trocar.Scenario.from_dict({"base": "paper/classical", "scaling": {"force": 2}, "slave.numerator": np.array([7.0, 650.0])})
     assert scenario["scaling.force"] == 2.0
     assert scenario["slave"]["numerator"] == [7.0, 650.0]
+    assert trocar.Scenario.load("layers/skin-augmented")["tissue.layer.skin.thickness_m"] == 0.002
     assert scenario.to_dict()["scaling"]["force"] == 2.0
     with pytest.raises(KeyError):
         scenario["scaling.colour"]

@@ -41,7 +41,7 @@ class Patients:
     >>> patients
     Patients(3 of 'skin-augmented', 8 drawn keys)
     >>> [round(scenario["tissue.layer.skin.thickness_m"], 4) for scenario in patients]
-    [0.0016, 0.0021, 0.0025]
+    [0.0022, 0.0015, 0.0018]
     """
 
     def __init__(self, scenario: Scenario, drawn: Mapping[str, Any]) -> None:

@@ -166,6 +166,9 @@ class Scenario:
             found = self._core.to_dict()
             object.__setattr__(self, "_values", found)
         for part in str(key).split("."):
+            if isinstance(found, list):
+                # Layers are a list; a key names them.
+                found = {one["name"]: one for one in found if isinstance(one, dict) and "name" in one}
             if not isinstance(found, dict) or part not in found:
                 raise KeyError(key)
             found = found[part]
