@@ -320,9 +320,10 @@ mod tests {
         let base = key(&[]);
         assert_eq!(base, key(&["catch_up_speed_m_per_s=0.01", "cue=true", "exit_ratio=0.3"]));
         assert_eq!(key(&["min_hold_s=0.01"]), key(&["min_hold_s=0.03"]), "shorter than the quiet time");
-        for change in ["min_hold_s=0.3", "max_hold_s=1.5", "refractory_s=0.3", "reengage=snap", "force_law=decay"] {
+        for change in ["min_hold_s=0.3", "max_hold_s=1.5", "refractory_s=0.3", "reengage=snap", "force_law=amplify"] {
             assert_ne!(base, key(&[change]), "{change}");
         }
+        assert_ne!(key(&["reengage=fade"]), key(&["reengage=fade", "gap_time_constant_s=1"]));
         let all = [settings(&["min_hold_s=0.3"]), settings(&["max_hold_s=1.5"])];
         let over_all = over_all_holds(all.iter()).expect("two");
         assert_eq!(over_all, settings(&["min_hold_s=0.3", "max_hold_s=1.5"]));
