@@ -370,14 +370,14 @@ impl Drop for Exported {
     }
 }
 
+/// The name of a column, its values, and its metadata.
+type NamedColumn<'py> = (String, Bound<'py, PyAny>, Vec<(String, String)>);
+
 /// A capsule `arrow_array_stream` with one batch of named columns of the same length: one-dimensional contiguous arrays
 /// of float64, int64, uint8 or int8, which are not copied, or lists of booleans, numbers or texts, with `None` where
 /// undefined. Each column can have metadata.
 #[pyfunction]
-pub(crate) fn arrow_stream<'py>(
-    py: Python<'py>,
-    columns: Vec<(String, Bound<'py, PyAny>, Vec<(String, String)>)>,
-) -> PyResult<Bound<'py, PyCapsule>> {
+pub(crate) fn arrow_stream<'py>(py: Python<'py>, columns: Vec<NamedColumn<'py>>) -> PyResult<Bound<'py, PyCapsule>> {
     let columns = columns.iter().map(|(name, values, metadata)| Column::of(name, values, metadata));
     let columns = columns.collect::<PyResult<Vec<_>>>()?;
     if let Some(other) = columns.iter().find(|column| column.length != columns[0].length) {

@@ -102,7 +102,7 @@ pub(crate) fn identify<'py>(
         let [done, all] = counts.each_ref().map(|count| count.load(Ordering::Relaxed));
         tell.as_ref().map_or(Ok(()), |tell| tell.call1(py, (done, all)).map(drop))
     };
-    let identified = interruptible_with_progress(py, 0, &tell, move |_| {
+    let identified = interruptible_with_progress(py, 0, tell, move |_| {
         let study: Box<dyn Study + Send> = match &used {
             Used::Slave(columns) => {
                 let open = |path: &PathBuf| Measured::open(path, columns, &limits);

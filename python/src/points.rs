@@ -9,14 +9,13 @@ use crate::arrays::put;
 use crate::error;
 use crate::scenario::Scenario;
 
+/// The base, the settings, and the columns.
+type Points<'py> = (String, Vec<(String, String)>, Bound<'py, PyDict>);
+
 /// The base scenario of a sweep file, its settings for all cases as keys with values in TOML, and the first `count`
 /// points, as a column per key; all points without `count`.
 #[pyfunction]
-pub(crate) fn sweep_points<'py>(
-    py: Python<'py>,
-    path: &str,
-    count: Option<u64>,
-) -> PyResult<(String, Vec<(String, String)>, Bound<'py, PyDict>)> {
+pub(crate) fn sweep_points<'py>(py: Python<'py>, path: &str, count: Option<u64>) -> PyResult<Points<'py>> {
     let source = Source::parse(path);
     let raise = |error| error::scenario(py, &error);
     let entries = entries(&source).map_err(raise)?;

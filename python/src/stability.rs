@@ -67,7 +67,8 @@ pub(crate) struct Options {
 const MAX_DAMPING_N_S_PER_M: f64 = 1e6;
 
 fn dampings(name: &str, range: Option<(f64, f64)>, max: f64) -> PyResult<Option<(f64, f64)>> {
-    let is_range = |(low, high): (f64, f64)| 0.0 <= low && low <= MAX_DAMPING_N_S_PER_M && low <= high && high <= max;
+    let is_range =
+        |(low, high): (f64, f64)| (0.0..=MAX_DAMPING_N_S_PER_M).contains(&low) && (low..=max).contains(&high);
     match range {
         Some((low, high)) if !is_range((low, high)) => {
             let must = format!("two dampings in N·s/m in ascending order, from 0 to {MAX_DAMPING_N_S_PER_M}");

@@ -67,7 +67,7 @@ pub(crate) fn strategies<'py>(
     let counted = done.clone();
     let tell =
         |py: Python<'_>| tell.as_ref().map_or(Ok(()), |tell| tell.call1(py, (done.load(Ordering::Relaxed),)).map(drop));
-    let studied = interruptible_with_progress(py, threads, &tell, move |_| {
+    let studied = interruptible_with_progress(py, threads, tell, move |_| {
         let _held = recordings;
         let count = |runs| {
             counted.fetch_add(runs, Ordering::Relaxed);
@@ -107,7 +107,7 @@ pub(crate) fn compare_schemes<'py>(
     let counted = done.clone();
     let tell =
         |py: Python<'_>| tell.as_ref().map_or(Ok(()), |tell| tell.call1(py, (done.load(Ordering::Relaxed),)).map(drop));
-    let studied = interruptible_with_progress(py, threads, &tell, move |_| {
+    let studied = interruptible_with_progress(py, threads, tell, move |_| {
         let _held = recordings;
         let study = SchemeStudy::of(&source, &settings)?;
         let scenarios: Vec<_> = study.comparison.runs.iter().map(|run| run.scenario.clone()).collect();

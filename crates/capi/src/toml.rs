@@ -94,6 +94,7 @@ pub unsafe extern "C" fn trocar_rig_settings_from_toml(
         // SAFETY: the caller's text, as described; the settings have this size.
         match unsafe { read(text, text_size, &mut error) } {
             Ok(read) => {
+                // SAFETY: the caller's settings are not null and have this size, as checked above.
                 unsafe { settings.write(read) };
                 Status::Ok
             }
@@ -157,6 +158,7 @@ unsafe fn init_toml<T: InMemory>(
         unsafe { clear(object) };
         // SAFETY: the caller's text and memory, as described.
         match unsafe { read(text, text_size, &mut error) } {
+            // SAFETY: the caller's memory has this size, as described, and `object` is null or valid.
             Ok(settings) => unsafe { init(memory, size, &settings, object, &mut error) },
             Err(status) => status,
         }

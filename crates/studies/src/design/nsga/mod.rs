@@ -136,9 +136,12 @@ pub fn spread(points: &[Point], front: &[usize], first: Option<usize>, count: us
     let scaled = scaled(points, front);
     let mut chosen: Vec<usize> = front.iter().position(|index| first == Some(*index)).into_iter().collect();
     let objectives = scaled.first().map_or(0, Vec::len);
-    for objective in 0..objectives {
-        let lowest = (0..front.len()).min_by(|a, b| scaled[*a][objective].total_cmp(&scaled[*b][objective]));
-        chosen.extend(lowest.filter(|place| !chosen.contains(place) && chosen.len() < count));
+    let lowest =
+        |objective: usize| (0..front.len()).min_by(|a, b| scaled[*a][objective].total_cmp(&scaled[*b][objective]));
+    for place in (0..objectives).filter_map(lowest) {
+        if !chosen.contains(&place) && chosen.len() < count {
+            chosen.push(place);
+        }
     }
     let distance =
         |a: usize, b: usize| -> f64 { scaled[a].iter().zip(&scaled[b]).map(|(a, b)| (a - b) * (a - b)).sum() };
