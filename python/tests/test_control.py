@@ -148,7 +148,7 @@ def radius_at(gain, change=1.0):
     return np.abs(np.linalg.eigvals(gain.A + change * gain.B @ gain.C)).max()
 
 
-@pytest.mark.parametrize("name", sorted(trocar.shipped()))
+@pytest.mark.parametrize("name", sorted(name for name in trocar.shipped() if "sweeps/" not in name))
 def test_poles_and_margins_of_every_shipped_loop_agree_with_its_verdict(name, cli):
     for scale in SCALES:
         checked = cli("check", name, "--set", f"scaling.force={scale}", "--json")

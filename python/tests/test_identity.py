@@ -7,7 +7,7 @@ import pytest
 
 import trocar
 
-SHIPPED = sorted(trocar.shipped())
+SHIPPED = sorted(name for name in trocar.shipped() if "sweeps/" not in name)
 
 
 def bits(array):

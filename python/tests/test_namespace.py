@@ -54,7 +54,7 @@ def test_notebooks_show_tables():
     assert "<td style='text-align:left'>scaling.force</td>" in scenario._repr_html_() and "0.5" in scenario._repr_html_()
     detector = trocar.Detector(0.001, contact_m=0.012)
     assert "estimator.contact_m" in detector._repr_html_() and "0.001 s" in detector._repr_html_()
-    for shown in (trocar.compare(), trocar.patients(3), trocar.state_space(scenario, "slave"), trocar.margins(scenario), trocar.results.Trial(6)):
+    for shown in (trocar.compare(), trocar.patients(3), trocar.state_space(scenario, "slave"), trocar.margins(scenario)):
         assert shown._repr_html_().startswith("<table>"), shown
 
 
