@@ -321,7 +321,7 @@ def test_a_sweep_with_copies_of_built_in_parts_gives_the_same_rows(soft):
 
     with pytest.raises(ArithmeticError, match="in a case"):
         trocar.sweep(soft, axes, tissue=fails)
-    with pytest.raises(ValueError, match="give no client"):
+    with pytest.raises(TypeError, match="must be an executor"):
         trocar.sweep(soft, axes, tissue=Spring(soft), client=object())
 
 

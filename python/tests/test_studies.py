@@ -138,7 +138,7 @@ def test_margins_are_those_of_the_analysis():
             found = margins.limits[limit["parameter"]]
             assert found == pytest.approx(float("inf") if expected is None and found == float("inf") else expected, rel=1e-6), (name, limit)
     assert trocar.margins("paper/classical", limits=False).limits == {}
-    with pytest.raises(ValueError, match="the loop has no parameter 'scaling.forse'"):
+    with pytest.raises(ValueError, match='the loop has no parameter "scaling.forse"'):
         trocar.margins("paper/classical", limits=["scaling.forse"])
 
 
@@ -164,7 +164,8 @@ def test_a_measured_response_of_the_slave_gives_the_margins_of_its_model(tmp_pat
     path = tmp_path / "slave.csv"
     rows = np.column_stack([frequency_hz, np.abs(response), np.unwrap(np.angle(response))])
     np.savetxt(path, rows, delimiter=",", header="frequency_hz,magnitude,phase_rad", comments="")
-    assert trocar.stability("paper/classical", *axes, slave_response=path).report["measured"]["margins"]["gain"] == pytest.approx(measured["margins"]["gain"], rel=1e-6)
+    of_file = trocar.stability("paper/classical", *axes, slave_response=path).report["measured"]
+    assert of_file["verdict"] == measured["verdict"] == "stable" and of_file["range_hz"] == pytest.approx(measured["range_hz"])
     with pytest.raises(ValueError, match="slave_response must have"):
         trocar.stability("paper/classical", *axes, slave_response=([2.0, 1.0], [1.0, 1.0]))
     with pytest.raises(ValueError, match="frequencies and responses with the shape"):
