@@ -123,7 +123,7 @@ def test_sweeps_report_invalid_arguments():
 def test_stability_reports_invalid_arguments():
     with pytest.raises(ValueError, match="did you mean scaling.force"):
         trocar.stability(x="scaling.forse=1:2:3")
-    with pytest.raises(ValueError, match="name two different parameters"):
+    with pytest.raises(ValueError, match="name two different ones"):
         trocar.stability(x="scaling.force=1:2:3", y="scaling.force=1:2:3")
     for tissue in [(-1.0, 2.0), (2.0, 1.0), (0.0, float("nan")), (0.0, 1e7)]:
         with pytest.raises(ValueError, match="tissue is"):
