@@ -12,7 +12,7 @@ use trocar_metrics::Metrics;
 use trocar_studies::compare::{Comparison, ComparisonReport, MAX_SEEDS, SeedStudy, paper_facts};
 use trocar_studies::run::RunError;
 
-use crate::interrupt::interruptible_with_progress;
+use crate::interrupt::{interruptible_with_count, interruptible_with_progress};
 use crate::run::{Run, hand_over, measure_compiled, measure_with, traced_with};
 use crate::scenario::Scenario;
 use crate::user_defined::CompiledParts;
@@ -48,17 +48,13 @@ pub(crate) fn compare<'py>(
     let all = seeds.unwrap_or(0) * scenarios.len() as u64;
     let tell = |py: Python<'_>, done: u64| tell.as_ref().map_or(Ok(()), |tell| tell.call1(py, (done, all)).map(drop));
     let (comparison, study) = if parts.is_empty() {
-        let done = Arc::new(AtomicU64::new(0));
-        let counted = done.clone();
-        let tell = |py: Python<'_>| tell(py, done.load(Ordering::Relaxed));
-        let compared = interruptible_with_progress(py, threads, tell, move |_| {
+        let compared = interruptible_with_count(py, threads, tell, move |counted| {
             let count = || {
                 counted.fetch_add(1, Ordering::Relaxed);
             };
             let study = seeds.map(|seeds| SeedStudy::of(&scenarios, seeds, count)).transpose()?;
             Ok((Comparison::of(scenarios)?, study))
         })?;
-        tell(py)?;
         compared.map_err(|error| error::run(py, &error))?
     } else {
         compare_with(py, &scenarios, seeds, (parts, threads), tell)?

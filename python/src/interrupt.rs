@@ -1,7 +1,7 @@
 //! Long computations that Ctrl-C can interrupt.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::time::Duration;
 
@@ -24,6 +24,21 @@ pub(crate) fn interruptible<T: Send + 'static>(
     work: impl FnOnce(&AtomicBool) -> T + Send + 'static,
 ) -> PyResult<T> {
     interruptible_with_progress(py, threads, |_| Ok(()), work)
+}
+
+/// Runs work like [`interruptible`] and calls `tell` with the number that the work counts, at each check and at the end.
+pub(crate) fn interruptible_with_count<T: Send + 'static>(
+    py: Python<'_>,
+    threads: usize,
+    tell: impl Fn(Python<'_>, u64) -> PyResult<()> + Send + Sync,
+    work: impl FnOnce(&AtomicU64) -> T + Send + 'static,
+) -> PyResult<T> {
+    let done = Arc::new(AtomicU64::new(0));
+    let counted = done.clone();
+    let tell_done = |py: Python<'_>| tell(py, done.load(Ordering::Relaxed));
+    let result = interruptible_with_progress(py, threads, tell_done, move |_| work(&counted))?;
+    tell_done(py)?;
+    Ok(result)
 }
 
 /// Runs work like [`interruptible`] and calls `tell` at each check. An exception of `tell` ends the work like a

@@ -1,7 +1,6 @@
 //! Strategies against a rupture, and passivity schemes.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::Ordering;
 
 use pyo3::prelude::*;
 use trocar_document::Study as _;
@@ -13,7 +12,7 @@ use trocar_studies::compare::{
 use trocar_studies::run::RunError;
 
 use crate::compare::{Compared, handed_over};
-use crate::interrupt::interruptible_with_progress;
+use crate::interrupt::interruptible_with_count;
 use crate::scenario::Scenario;
 use crate::{convert, document, error};
 
@@ -63,11 +62,7 @@ pub(crate) fn strategies<'py>(
     let options = StrategyOptions { persons, patients, seeds };
     let (source, mut all, recordings) = studied.parts();
     all.extend(settings);
-    let done = Arc::new(AtomicU64::new(0));
-    let counted = done.clone();
-    let tell =
-        |py: Python<'_>| tell.as_ref().map_or(Ok(()), |tell| tell.call1(py, (done.load(Ordering::Relaxed),)).map(drop));
-    let studied = interruptible_with_progress(py, threads, tell, move |_| {
+    let studied = interruptible_with_count(py, threads, told(tell), move |counted| {
         let _held = recordings;
         let count = |runs| {
             counted.fetch_add(runs, Ordering::Relaxed);
@@ -77,9 +72,13 @@ pub(crate) fn strategies<'py>(
             (to_json(&document.json), document::contents(&document, false))
         })
     })?;
-    tell(py)?;
     let (json, contents) = studied.map_err(|error: RunError| error::run(py, &error))?;
     Ok((convert::parsed(py, &json)?, convert::python(py, &contents)?))
+}
+
+/// Calls `tell`, if there is one, with a number of runs.
+fn told(tell: Option<Py<PyAny>>) -> impl Fn(Python<'_>, u64) -> PyResult<()> + Send + Sync {
+    move |py, done| tell.as_ref().map_or(Ok(()), |tell| tell.call1(py, (done,)).map(drop))
 }
 
 /// The persons and groups of people, each with its meaning.
@@ -103,11 +102,7 @@ pub(crate) fn compare_schemes<'py>(
     }
     let (source, settings, recordings) =
         (scenario.source.clone(), scenario.settings.concat(), scenario.recordings.clone());
-    let done = Arc::new(AtomicU64::new(0));
-    let counted = done.clone();
-    let tell =
-        |py: Python<'_>| tell.as_ref().map_or(Ok(()), |tell| tell.call1(py, (done.load(Ordering::Relaxed),)).map(drop));
-    let studied = interruptible_with_progress(py, threads, tell, move |_| {
+    let studied = interruptible_with_count(py, threads, told(tell), move |counted| {
         let _held = recordings;
         let study = SchemeStudy::of(&source, &settings)?;
         let scenarios: Vec<_> = study.comparison.runs.iter().map(|run| run.scenario.clone()).collect();
@@ -117,7 +112,6 @@ pub(crate) fn compare_schemes<'py>(
         let seeds = seeds.map(|seeds| SeedStudy::of(&scenarios, seeds, count)).transpose()?;
         Ok((study, seeds))
     })?;
-    tell(py)?;
     let (study, seeds) = studied.map_err(|error: RunError| error::run(py, &error))?;
     let report = SchemeReport { study: &study, seeds: seeds.as_ref() };
     let mut document = report.document();

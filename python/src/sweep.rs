@@ -19,7 +19,7 @@ use trocar_studies::sweep::{
 };
 
 use crate::arrays::{put, samples};
-use crate::interrupt::{interruptible, interruptible_with_progress};
+use crate::interrupt::{interruptible, interruptible_with_count, interruptible_with_progress};
 use crate::run::{measure_compiled, measure_with};
 use crate::scenario::{Scenario, text_source};
 use crate::user_defined::CompiledParts;
@@ -254,10 +254,8 @@ pub(crate) fn sweep_with<'py>(
     let mut columns = columns.map_err(|no_room| Failed::NoRoom(no_room).raise(py))?;
     let tell = |py: Python<'_>, done: u64| tell.as_ref().map_or(Ok(()), |tell| tell.call1(py, (done, cases)).map(drop));
     let (columns, plan) = if let Some(compiled) = CompiledParts::of(parts)? {
-        let done = Arc::new(AtomicU64::new(0));
-        let counted = done.clone();
         let offset = begin.start;
-        let work = move |_: &AtomicBool| {
+        let work = move |done: &AtomicU64| {
             let rows = try_map(cases.div_ceil(CASES_AT_ONCE) as usize, |turn| {
                 let first = offset + turn as u64 * CASES_AT_ONCE;
                 let mut maker = plan.maker();
@@ -275,9 +273,7 @@ pub(crate) fn sweep_with<'py>(
             })?;
             Ok((columns, plan))
         };
-        let tell_done = |py: Python<'_>| tell(py, counted.load(Ordering::Relaxed));
-        let swept = interruptible_with_progress(py, threads, tell_done, work)?;
-        tell_done(py)?;
+        let swept = interruptible_with_count(py, threads, tell, work)?;
         swept.map_err(|failed: Failed| failed.raise(py))?
     } else {
         let mut maker = plan.maker();

@@ -1,10 +1,8 @@
 //! `trocar schema`.
 
-use std::collections::BTreeSet;
-
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser};
-use schemars::{JsonSchema, Schema};
+use schemars::JsonSchema;
 use serde_json::Value as Json;
 
 use super::check::CheckedFile;
@@ -66,17 +64,8 @@ const KINDS: &[FileKind] = &[
 const SCENARIO: &str = "scenario";
 const SWEEP: &str = "sweep-file";
 
-/// Both parts of a sweep's manifest have the version.
-fn with_unique_required(schema: &mut Schema) {
-    if let Some(Json::Array(required)) = schema.get_mut("required") {
-        let mut names = BTreeSet::new();
-        required.retain(|name| names.insert(name.to_string()));
-    }
-}
-
 /// `manifest.json` of a sweep.
 #[derive(JsonSchema)]
-#[schemars(transform = with_unique_required)]
 #[expect(dead_code, reason = "describes a file")]
 struct SweepManifestFile {
     #[schemars(flatten)]

@@ -17,6 +17,9 @@ Examples:
 /// Levels of subfolders that are searched for manifests.
 const DEPTH: usize = 4;
 
+/// A folder and its manifest.
+type Found = (PathBuf, Result<Manifest, ManifestError>);
+
 /// Check folders against their manifests.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -45,8 +48,8 @@ pub(super) fn run(args: &VerifyArgs) -> Result<(), CliError> {
             let (folder, files) = (folder.display(), counted(*files, "file"));
             anstream::eprintln!("note: {folder} has no {MANIFEST}: {files} directly in it cannot be compared");
         }
-        for folder in folders {
-            let (files, found) = compare(&folder);
+        for (folder, manifest) in folders {
+            let (files, found) = compare(&folder, manifest);
             for difference in &found {
                 anstream::eprintln!("error: {}: {difference}", folder.display());
             }
@@ -60,26 +63,27 @@ pub(super) fn run(args: &VerifyArgs) -> Result<(), CliError> {
 }
 
 /// Finds the folders with a manifest, and those with files but without one, whose files no manifest above names.
-fn find(folder: &Path, depth: usize, found: &mut Vec<PathBuf>, unknown: &mut Vec<(PathBuf, u64)>) {
-    let manifest = folder.join(MANIFEST).exists().then(|| Manifest::read(folder).unwrap_or_default());
-    match (&manifest, files_of(folder)) {
-        (Some(_), _) => found.push(folder.to_owned()),
-        (None, files) if files > 0 => unknown.push((folder.to_owned(), files)),
-        (None, _) => {}
-    }
-    if depth == 0 {
-        return;
-    }
+fn find(folder: &Path, depth: usize, found: &mut Vec<Found>, unknown: &mut Vec<(PathBuf, u64)>) {
+    let manifest = Manifest::read(folder);
+    let files = files_of(folder);
+    let is_named = |inner: &Path| match (&manifest, inner.file_name()) {
+        (Ok(manifest), Some(name)) => {
+            let name = format!("{}/", name.to_string_lossy());
+            manifest.files.keys().any(|file| file.starts_with(&name))
+        }
+        _ => false,
+    };
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let folders = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_dir()));
-    let mut folders: Vec<PathBuf> = folders.map(|entry| entry.path()).collect();
+    let mut folders: Vec<PathBuf> = folders.map(|entry| entry.path()).filter(|inner| !is_named(inner)).collect();
     folders.sort();
-    for inner in folders {
-        let name = inner.file_name().map(|name| format!("{}/", name.to_string_lossy())).unwrap_or_default();
-        let is_named = manifest.as_ref().is_some_and(|all| all.files.keys().any(|file| file.starts_with(&name)));
-        if !is_named {
-            find(&inner, depth - 1, found, unknown);
-        }
+    match manifest {
+        Err(ManifestError::Missing { .. }) if files > 0 => unknown.push((folder.to_owned(), files)),
+        Err(ManifestError::Missing { .. }) => {}
+        manifest => found.push((folder.to_owned(), manifest)),
+    }
+    if let Some(depth) = depth.checked_sub(1) {
+        folders.iter().for_each(|inner| find(inner, depth, found, unknown));
     }
 }
 
@@ -90,8 +94,8 @@ fn files_of(folder: &Path) -> u64 {
 }
 
 /// Returns the number of files and the differences of a folder.
-fn compare(folder: &Path) -> (usize, Vec<String>) {
-    match Manifest::read(folder) {
+fn compare(folder: &Path, manifest: Result<Manifest, ManifestError>) -> (usize, Vec<String>) {
+    match manifest {
         Ok(manifest) => {
             let found: Vec<String> = manifest.differences(folder).iter().map(Difference::to_string).collect();
             (manifest.files.len(), found)

@@ -5,6 +5,8 @@
 
 #[doc(hidden)]
 pub mod centred;
+#[doc(hidden)]
+pub mod hexadecimal;
 pub mod interrupt;
 #[doc(hidden)]
 pub mod large_pages;

@@ -2,7 +2,7 @@
 //!
 //! The iteration is compiled here once, not again for every type of work.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
@@ -23,6 +23,11 @@ pub fn map<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
         *results[index].lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
     });
     results.into_iter().filter_map(|result| result.into_inner().unwrap_or_else(PoisonError::into_inner)).collect()
+}
+
+/// Like [`map`], until `stop` is set: `None` if work was skipped.
+pub fn map_unless<T: Send>(stop: &AtomicBool, count: usize, work: impl Fn(usize) -> T + Sync) -> Option<Vec<T>> {
+    map(count, |index| (!stop.load(Ordering::Relaxed)).then(|| work(index))).into_iter().collect()
 }
 
 /// Like [`map`], for work that can fail.
@@ -71,5 +76,9 @@ mod tests {
         assert_eq!(squares(1000), Ok((0..1000).map(|k| k * k).collect()));
         (0..20).for_each(|k| assert_eq!(squares(50 * k), Err(50 * k)));
         assert!(map(0, |k| k).is_empty());
+        let stop = AtomicBool::new(false);
+        assert_eq!(map_unless(&stop, 3, |k| k), Some(vec![0, 1, 2]));
+        stop.store(true, Ordering::Relaxed);
+        assert_eq!(map_unless(&stop, 3, |k| k), None);
     }
 }

@@ -3,10 +3,10 @@
 //! A name is valid while the program holds the recording that [`keep`] returned. Equal recordings have the same name.
 
 use std::collections::HashMap;
-use std::fmt::Write as _;
 use std::sync::{Arc, LazyLock, Mutex, PoisonError, Weak};
 
 use sha2::{Digest, Sha256};
+use trocar_base::hexadecimal::hexadecimal;
 
 use super::Recording;
 
@@ -38,11 +38,7 @@ fn name_of(recording: &Recording) -> String {
     for samples in [recording.time_s(), recording.position_m(), velocity.unwrap_or_default(), recording.force_n()] {
         samples.iter().for_each(|sample| hash.update(sample.to_bits().to_le_bytes()));
     }
-    hash.finalize().iter().take(16).fold(MEMORY.to_owned(), |mut name, byte| {
-        // Writing to a string cannot fail.
-        let _ = write!(name, "{byte:02x}");
-        name
-    })
+    MEMORY.to_owned() + &hexadecimal(&hash.finalize()[..16])
 }
 
 #[cfg(test)]

@@ -9,8 +9,9 @@ use serde_json::{Map, Value as Json};
 use sha2::{Digest, Sha256};
 
 use super::draw::FigureStyle;
-use super::generation::{Generation, StoredFile, hexadecimal};
+use super::generation::{Generation, StoredFile};
 use super::{ColumnFormat, OutputError};
+use trocar_base::hexadecimal::hexadecimal;
 
 /// An output folder, the style of its figures, and the formats of its tables with one row per sample.
 #[derive(Debug, Clone)]

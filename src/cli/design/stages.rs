@@ -7,7 +7,7 @@ use super::SEARCH;
 use crate::cli::error::CliError;
 use crate::cli::progress;
 use trocar_report::{Folder, write_file};
-use trocar_studies::design::{Certification, Fresh, Front, Problem, Search, State, Stopped, Training, Validation};
+use trocar_studies::design::{Certification, Front, Patients, Problem, Search, State, Stopped, Use, Validation};
 
 pub(super) struct Stages<'a> {
     pub(super) problem: &'a Problem,
@@ -25,12 +25,13 @@ pub(super) fn interrupted(folder: &Folder, kept: &str) -> CliError {
 
 impl Stages<'_> {
     /// The patients of the search, and the other ones.
-    pub(super) fn populations(&self) -> Result<(Training, Fresh), CliError> {
-        let (training, fresh) = rayon::join(|| Training::of(self.problem), || Fresh::of(self.problem));
+    pub(super) fn populations(&self) -> Result<(Patients, Patients), CliError> {
+        let (training, fresh) =
+            rayon::join(|| Patients::of(self.problem, Use::Training), || Patients::of(self.problem, Use::Validation));
         Ok((training?, fresh?))
     }
 
-    pub(super) fn search(&self, training: &Training, state: &mut State) -> Result<(), CliError> {
+    pub(super) fn search(&self, training: &Patients, state: &mut State) -> Result<(), CliError> {
         let search = Search::new(self.problem, training);
         let all = self.problem.search.generations;
         let bar = progress::rated_bar(
@@ -56,7 +57,7 @@ impl Stages<'_> {
         Ok(())
     }
 
-    pub(super) fn certify(&self, training: &Training, fresh: &Fresh, state: &mut State) -> Result<Front, CliError> {
+    pub(super) fn certify(&self, training: &Patients, fresh: &Patients, state: &mut State) -> Result<Front, CliError> {
         let certification = Certification::new(self.problem, vec![training.population(), fresh.population()]);
         let bar = progress::counter(self.quiet || self.problem.goals.certified.is_none());
         bar.set_message("certificates");
@@ -78,11 +79,11 @@ impl Stages<'_> {
 
     pub(super) fn validate(
         &self,
-        (training, fresh): (&Training, &Fresh),
+        (training, fresh): (&Patients, &Patients),
         state: &State,
         front: &Front,
     ) -> Result<Validation, CliError> {
-        let bar = progress::rated_bar(fresh.runs(front.shown.len()), self.quiet);
+        let bar = progress::rated_bar(Validation::runs(fresh, front.shown.len()), self.quiet);
         bar.set_message("other patients");
         let progress = (self.stop, &(|runs| bar.inc(runs)) as &(dyn Fn(u64) + Sync));
         let validation = Validation::of(self.problem, (training, fresh), state, (&front.shown, front.knee), progress);

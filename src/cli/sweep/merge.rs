@@ -42,13 +42,8 @@ pub(super) fn run(args: &MergeArgs) -> Result<(), CliError> {
     let folder = Destination { path, ..args.output.destination() }.open(WRITER, &[""])?;
     // Another sweep in this folder is an error.
     Stored::of(&folder.path, &canonical, &hash)?;
-    let manifest = Manifest {
-        trocar_version: env!("CARGO_PKG_VERSION").to_owned(),
-        sweep_sha256: hash,
-        cases: design.cases(),
-        part: (0, design.cases()),
-        is_complete: false,
-    };
+    let manifest =
+        Manifest { sweep_sha256: hash, cases: design.cases(), part: (0, design.cases()), is_complete: false };
     let line = args.report.then(|| {
         let folders = args.folders.iter().map(|folder| page::shown(&folder.to_string_lossy()));
         let words = ["sweep".to_owned(), "merge".to_owned()].into_iter().chain(folders);

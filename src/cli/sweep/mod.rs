@@ -106,13 +106,8 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
     let folder = Destination { path, ..args.output.destination() }.open(WRITER, &[""])?;
     let layout = plan.layout(shard);
     let first = cases.min(layout.packs.start * trocar_studies::sweep::PACK_CASES);
-    let manifest = Manifest {
-        trocar_version: env!("CARGO_PKG_VERSION").to_owned(),
-        sweep_sha256: plan.hash(),
-        cases,
-        part: (first, first + layout.part_cases()),
-        is_complete: false,
-    };
+    let manifest =
+        Manifest { sweep_sha256: plan.hash(), cases, part: (first, first + layout.part_cases()), is_complete: false };
     if args.overwrite {
         stored::remove_another(&folder.path, plan.canonical())?;
     }

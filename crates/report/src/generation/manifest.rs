@@ -1,7 +1,6 @@
 //! The manifest of a folder: the files that trocar has written into it, with their sizes and hashes.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, Read as _};
 use std::path::Path;
@@ -11,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value as Json};
 use sha2::{Digest, Sha256};
 use thiserror::Error;
+use trocar_base::hexadecimal::hexadecimal;
 
 /// The file name of a manifest.
 pub const MANIFEST: &str = "manifest.json";
@@ -86,14 +86,6 @@ impl std::fmt::Display for Difference {
 #[must_use]
 pub fn sha256(content: &[u8]) -> String {
     hexadecimal(&Sha256::digest(content))
-}
-
-pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::with_capacity(2 * bytes.len()), |mut text, byte| {
-        // Writing into a string does not fail.
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
 }
 
 impl Manifest {

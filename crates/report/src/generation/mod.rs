@@ -43,7 +43,6 @@ use rayon::prelude::*;
 use serde_json::{Map, Value as Json};
 
 pub use live::discard_all;
-pub(super) use manifest::hexadecimal;
 pub use manifest::{Difference, MANIFEST, Manifest, ManifestError, ManifestFile, StoredFile};
 pub(super) use ops::sync_folder;
 pub use recovery::recover;

@@ -150,7 +150,11 @@ impl Modes {
         };
         let gap_factor = match augmentation.reengage {
             Reengage::Fade(fade) => libm::exp(-tick_s / fade.gap_time_constant_s),
-            _ => 1.0,
+            Reengage::Ramp(_)
+            | Reengage::RampUntilLoad(_)
+            | Reengage::WhenStill(_)
+            | Reengage::Clutch
+            | Reengage::Snap => 1.0,
         };
         Ok(Self {
             master: Side::master_with(&machines, &settings.of_loop, LocalCommand::Open)?,

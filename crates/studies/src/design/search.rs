@@ -1,7 +1,7 @@
 //! The search: generations of candidates, each stored before the next.
 
 use std::collections::{BTreeMap, HashSet};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -9,14 +9,11 @@ use serde::{Deserialize, Serialize};
 
 use super::evaluate::{Ended, Evaluation, Evaluator};
 use super::nsga::{Gene, Point, child, front, hypervolume, standings, survivors};
-use super::population::{Population, Use};
+use super::patients::Patients;
 use super::problem::Problem;
 use super::race::Race;
-use crate::run::{RunError, run_pack_sharing};
 use crate::sweep::{Permutation, mix};
-use trocar_base::parallel::{map, try_map};
-use trocar_engine::sensor::NoiseBank;
-use trocar_scenario::ScenarioError;
+use trocar_base::parallel::map_unless;
 
 /// Attempts to create a child that differs from all candidates so far.
 const ATTEMPTS: usize = 8;
@@ -90,62 +87,6 @@ impl State {
     }
 }
 
-/// The patients of the search.
-#[derive(Debug)]
-pub struct Training {
-    pub(super) population: Population,
-    without: Vec<u64>,
-}
-
-impl Training {
-    /// Draws the patients, and runs the scenario without augmentation if a goal is relative to it.
-    ///
-    /// # Errors
-    /// [`RunError`].
-    pub fn of(problem: &Problem) -> Result<Self, RunError> {
-        let population = Population::of(problem, Use::Training, &problem.free, &[])?;
-        Ok(Self { population, without: ruptures_without_augmentation(problem, Use::Training)? })
-    }
-
-    /// The population.
-    #[must_use]
-    pub fn population(&self) -> &Population {
-        &self.population
-    }
-
-    pub(super) fn evaluator<'a>(&'a self, problem: &'a Problem) -> Evaluator<'a> {
-        Evaluator::new(&problem.goals, &problem.free, &self.population, self.without.clone())
-    }
-}
-
-/// The number of ruptures in each run without augmentation; empty if no goal is relative to it.
-pub(super) fn ruptures_without_augmentation(problem: &Problem, used: Use) -> Result<Vec<u64>, RunError> {
-    if !problem.goals.quantities().any(|(quantity, _)| quantity.is_relative()) {
-        return Ok(vec![]);
-    }
-    let population = reference_population(problem, used, &["augmentation.enabled=false"])?;
-    let of_patient = |patient: usize| -> Result<Vec<u64>, RunError> {
-        let mut factories = population.factory(patient);
-        let firsts = population.with_persons(&mut factories, patient, &[])?;
-        let scenarios = population.with_seeds(patient, &firsts);
-        let runs = run_pack_sharing(&mut NoiseBank::new(0), &scenarios);
-        runs.into_iter().map(|metrics| metrics.map(|metrics| metrics.ruptures.len() as u64)).collect()
-    };
-    Ok(try_map(population.patients(), of_patient)?.concat())
-}
-
-/// A population with settings that replace those of the design for the events.
-pub(super) fn reference_population(
-    problem: &Problem,
-    used: Use,
-    settings: &[&str],
-) -> Result<Population, ScenarioError> {
-    let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-    Population::of(problem, used, &[], &settings)
-        // The fixed keys of the design may have no effect with these settings.
-        .or_else(|_| Population::of(&problem.without_fixed("augmentation."), used, &[], &settings))
-}
-
 /// The search was stopped within a generation, which is lost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stopped;
@@ -153,7 +94,7 @@ pub struct Stopped;
 /// A search on the patients of the training.
 pub struct Search<'a> {
     problem: &'a Problem,
-    training: &'a Training,
+    training: &'a Patients,
     evaluator: Evaluator<'a>,
     genes: Vec<Gene>,
 }
@@ -161,14 +102,14 @@ pub struct Search<'a> {
 impl<'a> Search<'a> {
     /// Creates a search.
     #[must_use]
-    pub fn new(problem: &'a Problem, training: &'a Training) -> Self {
+    pub fn new(problem: &'a Problem, training: &'a Patients) -> Self {
         Self { problem, training, evaluator: training.evaluator(problem), genes: problem.genes() }
     }
 
     /// Number of runs of a candidate that is not stopped early.
     #[must_use]
     pub fn runs_of_candidate(&self) -> usize {
-        self.training.population.runs()
+        self.training.population().runs()
     }
 
     /// Runs the next generation. `done` receives the number of runs of each candidate. The result does not depend on the
@@ -183,17 +124,14 @@ impl<'a> Search<'a> {
         };
         let race = match state.generations {
             0 => None,
-            _ => Race::among(&self.problem.goals, &state.parents, self.training.population.runs_of_patient()),
+            _ => Race::among(&self.problem.goals, &state.parents, self.training.population().runs_of_patient()),
         };
         let evaluate = |index: usize| {
-            (!stop.load(Ordering::Relaxed)).then(|| {
-                let evaluation = self.evaluator.evaluate(&children[index], race.as_ref());
-                done(evaluation.runs);
-                evaluation
-            })
+            let evaluation = self.evaluator.evaluate(&children[index], race.as_ref());
+            done(evaluation.runs);
+            evaluation
         };
-        let evaluations: Option<Vec<Evaluation>> = map(children.len(), evaluate).into_iter().collect();
-        let Some(evaluations) = evaluations else { return Err(Stopped) };
+        let evaluations = map_unless(stop, children.len(), evaluate).ok_or(Stopped)?;
         for evaluation in &evaluations {
             state.runs += evaluation.runs;
             match &evaluation.ended {

@@ -1,61 +1,19 @@
 //! Judges the designs on other patients with other noise, beside the shipped strategies.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use super::bootstrap::{Estimate, Resamples, difference, estimate};
-use super::evaluate::{Ended, Evaluation, Evaluator};
+use super::evaluate::{Ended, Evaluation};
+use super::patients::{Patients, reference_population};
 use super::population::{Population, Use};
 use super::problem::Problem;
 use super::quantity::Aggregate;
-use super::search::{State, Stopped, Training, reference_population, ruptures_without_augmentation};
+use super::search::{State, Stopped};
 use crate::compare::{STRATEGIES, Strategy};
-use crate::run::RunError;
-use trocar_base::parallel::map;
+use trocar_base::parallel::{map, map_unless};
 
 /// Separates the random numbers of the resamples from others with the same seed.
 const RESAMPLING: u64 = 0x626f_6f74;
-
-/// The other patients.
-#[derive(Debug)]
-pub struct Fresh {
-    pub(super) population: Population,
-    without: Vec<u64>,
-}
-
-impl Fresh {
-    /// Draws the patients.
-    ///
-    /// # Errors
-    /// [`RunError`].
-    pub fn of(problem: &Problem) -> Result<Self, RunError> {
-        let population = Population::of(problem, Use::Validation, &problem.free, &[])?;
-        let without = ruptures_without_augmentation(problem, Use::Validation)?;
-        Ok(Self { population, without })
-    }
-
-    /// The population.
-    #[must_use]
-    pub fn population(&self) -> &Population {
-        &self.population
-    }
-
-    fn evaluate_strategy(&self, problem: &Problem, strategy: &Strategy) -> Result<Evaluation, String> {
-        let population =
-            reference_population(problem, Use::Validation, strategy.settings).map_err(|error| error.message)?;
-        let evaluator = Evaluator::new(&problem.goals, &[], &population, self.without.clone());
-        let evaluation = evaluator.evaluate(&[], None);
-        match evaluation.ended {
-            Ended::Refused(reason) => Err(reason),
-            Ended::Complete | Ended::Stopped => Ok(evaluation),
-        }
-    }
-
-    /// Number of runs of a validation with so many designs.
-    #[must_use]
-    pub fn runs(&self, designs: usize) -> usize {
-        (designs + STRATEGIES.len()) * self.population.runs()
-    }
-}
 
 /// Values of the quantities with their intervals; `None` if undefined.
 pub type Estimates = Vec<Option<Estimate>>;
@@ -104,13 +62,19 @@ pub struct Validation {
 }
 
 impl Validation {
+    /// Number of runs on the other patients and of the shipped strategies, for so many designs.
+    #[must_use]
+    pub fn runs(fresh: &Patients, designs: usize) -> usize {
+        (designs + STRATEGIES.len()) * fresh.population().runs()
+    }
+
     /// Evaluates designs of the archive. `done` receives the number of runs of each.
     ///
     /// # Errors
     /// [`Stopped`] if `stop` was set.
     pub fn of(
         problem: &Problem,
-        (training, fresh): (&Training, &Fresh),
+        (training, fresh): (&Patients, &Patients),
         state: &State,
         (shown, knee): (&[usize], Option<usize>),
         (stop, done): (&AtomicBool, &(dyn Fn(u64) + Sync)),
@@ -119,25 +83,20 @@ impl Validation {
         let mut shown = shown.to_vec();
         let cost = |index: &usize| state.archive[*index].point(goals).objectives[0];
         shown.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
-        let on_fresh = Evaluator::new(goals, &problem.free, &fresh.population, fresh.without.clone());
-        let on_training = training.evaluator(problem);
+        let (on_fresh, on_training) = (fresh.evaluator(problem), training.evaluator(problem));
         let units = 2 * shown.len() + STRATEGIES.len();
         let coordinates = |place: usize| &state.archive[shown[place]].coordinates[..];
         let evaluate = |unit: usize| match unit {
             unit if unit < shown.len() => Ok(on_fresh.evaluate(coordinates(unit), None)),
             // The values of single runs are not stored with the search.
             unit if unit < 2 * shown.len() => Ok(on_training.evaluate(coordinates(unit - shown.len()), None)),
-            unit => fresh.evaluate_strategy(problem, &STRATEGIES[unit - 2 * shown.len()]),
+            unit => evaluate_strategy(problem, fresh, &STRATEGIES[unit - 2 * shown.len()]),
         };
-        let evaluations: Option<Vec<Result<Evaluation, String>>> = map(units, |unit| {
-            (!stop.load(Ordering::Relaxed)).then(|| {
-                let evaluation = evaluate(unit);
-                done(evaluation.as_ref().map_or(0, |evaluation| evaluation.runs));
-                evaluation
-            })
-        })
-        .into_iter()
-        .collect();
+        let evaluations = map_unless(stop, units, |unit| {
+            let evaluation: Result<Evaluation, String> = evaluate(unit);
+            done(evaluation.as_ref().map_or(0, |evaluation| evaluation.runs));
+            evaluation
+        });
         let mut of_designs = evaluations.ok_or(Stopped)?;
         let of_strategies = of_designs.split_off(2 * shown.len());
         let of_designs: Vec<Evaluation> = of_designs.into_iter().flatten().collect();
@@ -150,7 +109,7 @@ impl Validation {
         }
         let (on_fresh, on_training) = of_designs.split_at(shown.len());
         let resamples = |population: &Population| Resamples::of(population.clusters(), problem.seed ^ RESAMPLING);
-        let (of_fresh, of_training) = (resamples(&fresh.population), resamples(&training.population));
+        let (of_fresh, of_training) = (resamples(fresh.population()), resamples(training.population()));
         // A design that is no valid scenario for one of the other patients has no values.
         let resampled = |evaluation: &Evaluation, resamples: &Resamples| -> Resampled {
             let of = |(index, (_, how)): (usize, (_, Aggregate))| match evaluation.samples.get(index) {
@@ -194,6 +153,16 @@ impl Validation {
             shipped: reference_values.iter().zip(&references).map(reference).collect(),
             left_out,
         })
+    }
+}
+
+fn evaluate_strategy(problem: &Problem, fresh: &Patients, strategy: &Strategy) -> Result<Evaluation, String> {
+    let population =
+        reference_population(problem, Use::Validation, strategy.settings).map_err(|error| error.message)?;
+    let evaluation = fresh.reference_evaluator(problem, &population).evaluate(&[], None);
+    match evaluation.ended {
+        Ended::Refused(reason) => Err(reason),
+        Ended::Complete | Ended::Stopped => Ok(evaluation),
     }
 }
 

@@ -85,7 +85,9 @@ fn parameters(settings: &SwitchingSettings) -> Vec<Parameter> {
                 }
             },
         }),
-        _ => None,
+        Reengage::Ramp(_) | Reengage::RampUntilLoad(_) | Reengage::WhenStill(_) | Reengage::Clutch | Reengage::Snap => {
+            None
+        }
     };
     let automaton = &augmentation.automaton;
     let shortest_hold = Parameter {

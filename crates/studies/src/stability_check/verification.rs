@@ -3,10 +3,10 @@
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 
 use nalgebra::DMatrix;
 use thiserror::Error;
+use trocar_base::hexadecimal::hexadecimal;
 use trocar_stability::{Certificate, Inequality, Lyapunov, StateMap, StateSpace, Summand};
 
 /// The first characters of a certificate file; its digest follows.
@@ -108,10 +108,7 @@ pub(super) fn with_digest(object: &str) -> String {
 }
 
 fn digest(text: &str) -> String {
-    Sha256::digest(text.as_bytes()).iter().fold(String::new(), |mut all, byte| {
-        let _ = write!(all, "{byte:02x}");
-        all
-    })
+    hexadecimal(&Sha256::digest(text.as_bytes()))
 }
 
 /// Verifies the text of a file `certificate.json`: that it was not changed, and every inequality of every certificate in

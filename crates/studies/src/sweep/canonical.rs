@@ -7,6 +7,7 @@ use sha2::{Digest, Sha256};
 use super::columns::Column;
 use super::correlation::Correlation;
 use super::design::Design;
+use trocar_base::hexadecimal::hexadecimal;
 use trocar_scenario::{OperatorSpec, Scenario, TissueSpec};
 
 /// The resolved scenario and the hash of the signals that it reads, as sections of a canonical text.
@@ -47,14 +48,6 @@ pub(crate) fn resolved_toml(scenario: &Scenario, signals: Sha256) -> String {
 
 pub(crate) fn sha256(bytes: &[u8]) -> String {
     hexadecimal(&Sha256::digest(bytes))
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::new(), |mut text, byte| {
-        // Writing to a string cannot fail.
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
 }
 
 pub(super) fn design_toml(design: &Design) -> String {

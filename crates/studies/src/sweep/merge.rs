@@ -16,8 +16,6 @@ use trocar_scenario::Source;
 /// The description of the part in a folder.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Manifest {
-    /// Version of the program that started the sweep.
-    pub trocar_version: String,
     /// SHA-256 of the folder's `sweep.toml`, which contains all inputs of the sweep.
     pub sweep_sha256: String,
     /// Number of cases of the whole sweep.

@@ -22,11 +22,6 @@ impl<L: Lane> Return<L> for Clutch<L> {
     fn gap_m(&mut self, now: &ReturnTick<L>) -> L {
         now.gap_m
     }
-
-    #[inline(always)]
-    fn may_end(&self, _gap_m: L) -> L::Mask {
-        L::zero().le(L::zero())
-    }
 }
 
 crate::lane::gather_nothing!(Clutch);

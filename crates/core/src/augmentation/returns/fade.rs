@@ -42,11 +42,6 @@ impl<L: Lane> Return<L> for Fade<L> {
         let closed = L::select(kept.abs().lt(L::splat(SMALLEST_M)), L::zero(), kept);
         L::select(now.begins, now.gap_m, closed)
     }
-
-    #[inline(always)]
-    fn may_end(&self, _gap_m: L) -> L::Mask {
-        L::zero().le(L::zero())
-    }
 }
 
 crate::lane::gather!(Fade { keep } stored);

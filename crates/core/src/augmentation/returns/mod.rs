@@ -17,7 +17,7 @@ pub use snap::Snap;
 pub use when_still::{WhenStill, WhenStillSettings};
 
 use super::BuiltIn;
-use crate::lane::Lane;
+use crate::lane::{Lane, Mask};
 
 /// Inputs of a return at a tick: positions in m, on the slave's scale.
 #[derive(Debug, Clone, Copy)]
@@ -42,8 +42,17 @@ pub trait Return<L: Lane> {
     /// ignore the result.
     fn gap_m(&mut self, now: &ReturnTick<L>) -> L;
 
-    /// The lanes in which the event may end with this gap (m).
-    fn may_end(&self, gap_m: L) -> L::Mask;
+    /// The lanes in which the event may end with this gap (m): all, unless the return must close it first.
+    #[inline(always)]
+    fn may_end(&self, _gap_m: L) -> L::Mask {
+        L::Mask::splat(true)
+    }
+}
+
+/// The gap after it has closed by at most `step`.
+#[inline(always)]
+fn closed_by<L: Lane>(gap_m: L, step: L) -> L {
+    gap_m - gap_m.clamp(-step, step)
 }
 
 crate::registry! {

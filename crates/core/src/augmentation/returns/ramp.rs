@@ -1,6 +1,6 @@
 //! Return at a bounded speed (section 5.1).
 
-use super::{BuiltIn, Return, ReturnTick};
+use super::{BuiltIn, Return, ReturnTick, closed_by};
 use crate::lane::Lane;
 
 crate::settings! {
@@ -29,7 +29,7 @@ impl<L: Lane> BuiltIn for Ramp<L> {
 impl<L: Lane> Return<L> for Ramp<L> {
     #[inline(always)]
     fn gap_m(&mut self, now: &ReturnTick<L>) -> L {
-        let closed = now.gap_m - now.gap_m.clamp(-self.step, self.step);
+        let closed = closed_by(now.gap_m, self.step);
         L::select(now.begins, now.gap_m, closed)
     }
 

@@ -1,6 +1,6 @@
 //! Return at a bounded speed that stops where the force rises.
 
-use super::{BuiltIn, Return, ReturnTick};
+use super::{BuiltIn, Return, ReturnTick, closed_by};
 use crate::lane::Lane;
 
 crate::settings! {
@@ -51,7 +51,7 @@ impl<L: Lane> Return<L> for RampUntilLoad<L> {
         self.min_force = L::select(now.begins, now.force_n, now.force_n.min(self.min_force));
         let is_loaded = self.is_loaded();
         self.min_force = L::select(is_loaded, L::splat(f64::NEG_INFINITY), self.min_force);
-        let closed = now.gap_m - now.gap_m.clamp(-self.step, self.step);
+        let closed = closed_by(now.gap_m, self.step);
         L::select(now.begins | is_loaded, now.gap_m, closed)
     }
 

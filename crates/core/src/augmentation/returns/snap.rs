@@ -22,11 +22,6 @@ impl<L: Lane> Return<L> for Snap<L> {
     fn gap_m(&mut self, _now: &ReturnTick<L>) -> L {
         L::zero()
     }
-
-    #[inline(always)]
-    fn may_end(&self, _gap_m: L) -> L::Mask {
-        L::zero().le(L::zero())
-    }
 }
 
 crate::lane::gather_nothing!(Snap);

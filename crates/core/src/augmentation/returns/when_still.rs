@@ -1,6 +1,6 @@
 //! Return that waits until the hand stands still or moves back.
 
-use super::{BuiltIn, Return, ReturnTick};
+use super::{BuiltIn, Return, ReturnTick, closed_by};
 use crate::lane::Lane;
 
 crate::settings! {
@@ -50,14 +50,9 @@ impl<L: Lane> Return<L> for WhenStill<L> {
     fn gap_m(&mut self, now: &ReturnTick<L>) -> L {
         self.mean_step = self.mean_step + self.share * (now.hand_step_m - self.mean_step);
         let step = self.return_step - self.mean_step.min(L::zero());
-        let closed = now.gap_m - now.gap_m.clamp(-step, step);
+        let closed = closed_by(now.gap_m, step);
         let waits = self.mean_step.gt(self.still_step);
         L::select(now.begins | waits, now.gap_m, closed)
-    }
-
-    #[inline(always)]
-    fn may_end(&self, _gap_m: L) -> L::Mask {
-        L::zero().le(L::zero())
     }
 }
 

@@ -182,7 +182,7 @@ impl<'a> DesignResultFile<'a> {
             name: &problem.name,
             design_sha256: &state.design_sha256,
             training_patients: study.patients as u64,
-            validation_patients: study.fresh.population.patients() as u64,
+            validation_patients: study.fresh.population().patients() as u64,
             validation_seeds: problem.validation.seeds,
             generations: state.generations,
             runs: state.runs,

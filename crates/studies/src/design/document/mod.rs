@@ -9,9 +9,10 @@ mod verdict;
 pub use json::DesignResultFile;
 
 use super::certify::Front;
+use super::patients::Patients;
 use super::problem::Problem;
 use super::search::State;
-use super::validation::{Fresh, Validation};
+use super::validation::Validation;
 use trocar_document::{Document, Section, Shown, Study, TextFile, Unit, counted, json_of, show};
 
 /// A complete design with its validation.
@@ -26,7 +27,7 @@ pub struct DesignStudy<'a> {
     /// The designs and the shipped strategies on other patients.
     pub validation: &'a Validation,
     /// The other patients.
-    pub fresh: &'a Fresh,
+    pub fresh: &'a Patients,
     /// Number of patients of the search.
     pub patients: usize,
 }

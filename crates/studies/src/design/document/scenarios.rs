@@ -40,7 +40,7 @@ fn text(study: &DesignStudy<'_>, design: &Designed, name: &str) -> String {
         "# Designed by `trocar design`: {}{}. On {} other patients: {}.\n",
         if design.is_knee { "the knee of the front of " } else { "a design on the front of " },
         problem.name,
-        study.fresh.population.patients(),
+        study.fresh.population().patients(),
         results.join(", ")
     );
     if let Source::Builtin(base) = problem.base() {

@@ -53,7 +53,7 @@ fn of_knee(study: &DesignStudy<'_>, knee: &Designed) -> String {
         "Design {} of {} on the front is its knee: on {} with {} each it has{certified} {}.",
         knee.name,
         study.validation.designs.len(),
-        counted(study.fresh.population.patients() as u64, "other patient"),
+        counted(study.fresh.population().patients() as u64, "other patient"),
         counted(study.problem.validation.seeds, "seed"),
         results.join(", ")
     )
