@@ -372,3 +372,49 @@ fn teleoperation_axes(is_augmented: bool) -> Result<Json, FigureError> {
     };
     Ok(figures::comparison(&[view], None)?.for_page(1))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::explore::Catalogue;
+
+    /// Moves a hand at 10 mm/s and records its positions.
+    struct Script {
+        hand: Arc<Hand>,
+        tick_s: f64,
+        desired_m: Vec<f64>,
+        rupture_times_s: Vec<f64>,
+    }
+
+    impl Observer<f64> for Script {
+        fn observe(&mut self, s: &Signals<f64>) {
+            self.desired_m.push(s.desired_position_m);
+            self.rupture_times_s.extend(s.ruptured.then_some(s.tick as f64 * self.tick_s));
+            self.hand.aim(0.01 * s.tick as f64 * self.tick_s);
+            self.hand.step(self.tick_s);
+        }
+
+        fn is_done(&self) -> bool {
+            self.desired_m.len() > 6000
+        }
+    }
+
+    #[test]
+    fn the_repeated_insertion_has_the_ruptures_of_the_live_one() {
+        let mut maker = PairMaker::new(Catalogue::new(None));
+        for scenario in ["paper/augmented", "layers/skin-augmented"] {
+            let state = State { scenario: format!("builtin:{scenario}.toml"), ..State::default() };
+            let both = [false, true].map(|enabled| by_hand(&state, enabled, &mut maker).expect("good"));
+            for live in [0, 1] {
+                let hand = Arc::new(Hand::new(range_m(&both[live]).0));
+                let tick_s = both[live].grid.tick_s();
+                let mut script = Script { hand: hand.clone(), tick_s, desired_m: vec![], rupture_times_s: vec![] };
+                observe(&both[live].clone().held_by(hand), &mut script).expect("runs");
+                let runs = replayed(both.clone(), &script.desired_m).expect("runs");
+                let again: Vec<f64> = runs[live].metrics.ruptures.iter().map(|one| one.time_s).collect();
+                assert_eq!(again, script.rupture_times_s, "{scenario}, {live}");
+                assert!(!again.is_empty());
+            }
+        }
+    }
+}

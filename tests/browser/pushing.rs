@@ -40,6 +40,7 @@ pub async fn push(page: BrowserPage) -> BrowserPage {
             break;
         }
     }
+    page.wait(&format!("return {RUPTURES} > 0")).await;
     // The rupture gives a tone, a click and one vibration on each device.
     let sound = page.evaluate("return trocarListen.state()").await;
     assert_eq!(sound["state"], json!("running"));
