@@ -213,6 +213,15 @@ fn the_motion_decays_in_the_engine_on_the_worst_sequence_found() {
 }
 
 #[test]
+fn the_worst_sequence_is_shown_whatever_tissue_and_operator_are_set() {
+    let layers = Source::parse("layers/skin-augmented");
+    let set =
+        owned(&["tissue.layer.skin.rupture_force_n=8", "operator.movement_s=4", "operator.tremor_amplitude_m=1e-5"]);
+    let shown = worst_events(&layers, &set, &analysed(&[], TISSUE)).expect("loads");
+    assert_eq!(shown.name, "worst-events");
+}
+
+#[test]
 fn fast_switching_that_makes_a_stable_loop_unstable_is_refused_and_shown() {
     let switching = analysed(&HOLD, (1500.0, 1500.0));
     let of_loop = trocar::stability::LinearLoop { stiffness_n_per_m: 1500.0, ..switching.settings.of_loop.clone() };

@@ -31,7 +31,7 @@ const FILES: &[(&str, &[u8])] = embedded! {
         "sensing/wrong-detector-settings" "sensing/sensor-not-ideal"
         "strategies/clutch" "strategies/snap" "strategies/ramp-until-load" "strategies/speed-limit"
         "strategies/forbidden-region" "strategies/damping" "strategies/cue" "strategies/tip-force"
-        "strategies/fade" "strategies/when-still" "strategies/fixture"
+        "strategies/fade" "strategies/when-still" "strategies/fixture" "strategies/designed"
         "rig/teleop-1dof-c" "rig/teleop-1dof-f"
         "tearing/yellow-ligament" "tearing/firm-phantom";
     recordings: "in_vivo_like.csv" "own_ctrl_pop.csv"

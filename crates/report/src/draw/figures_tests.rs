@@ -233,7 +233,17 @@ fn studies(mut each: impl FnMut(&str, Figure<'_>)) {
         ["none", "freeze-decay", "freeze-amplify", "freeze-clutch", "freeze-snap", "freeze-until-load", "speed-limit"];
     let tried = tried
         .into_iter()
-        .chain(["freeze-fade", "freeze-still", "fixture", "forbidden-region", "damping", "cue", "tip-force"])
+        .chain([
+            "freeze-fade",
+            "freeze-still",
+            "fixture",
+            "forbidden-region",
+            "damping",
+            "cue",
+            "tip-force",
+            "weak-force",
+            "designed",
+        ])
         .enumerate();
     let strategy = |(index, name)| StrategyView {
         name,

@@ -97,6 +97,5 @@ pub fn worst_events(source: &Source, settings: &[String], switching: &Switching)
         "augmentation.exit_quiet_s=0.0".to_owned(),
         format!("augmentation.refractory_s={}", at(phases.refractory)),
     ];
-    let all: Vec<String> = settings.iter().cloned().chain(of_check).collect();
-    Scenario::load(source, &all)
+    Scenario::load_changed(source, &[settings, &of_check])
 }

@@ -15,7 +15,7 @@ const MEASURED: [&str; 2] = ["augmentation.force_law=damp", "augmentation.damp_d
 const ENABLED: &str = "augmentation.enabled=true";
 
 /// Every strategy; the first one is the scheme without a strategy.
-pub const STRATEGIES: [Strategy; 14] = [
+pub const STRATEGIES: [Strategy; 16] = [
     Strategy {
         name: "none",
         meaning: "The classical scheme: alarms have no effect.",
@@ -96,5 +96,24 @@ pub const STRATEGIES: [Strategy; 14] = [
         name: "tip-force",
         meaning: "The classical scheme with a force sensor at the tip: the friction on the shaft is not felt.",
         settings: &["augmentation.enabled=false", "sensor.at_tip=true"],
+    },
+    Strategy {
+        name: "weak-force",
+        meaning: "The classical scheme with a tenth of the force: the arm is hardly loaded, and hardly lurches.",
+        settings: &["augmentation.enabled=false", "scaling.force=0.1"],
+    },
+    Strategy {
+        name: "designed",
+        meaning: "The result of designs/liver.toml: a short freeze, a gap that fades, a vibration, a tenth of the force.",
+        settings: &[
+            ENABLED,
+            "augmentation.force_law=decay",
+            "augmentation.reengage=fade",
+            "augmentation.gap_time_constant_s=0.6",
+            "augmentation.min_hold_s=0.07",
+            "augmentation.max_hold_s=1",
+            "augmentation.cue=true",
+            "scaling.force=0.1",
+        ],
     },
 ];
