@@ -15,7 +15,7 @@ const trocarPush = (() => {
   const mm = (value) => `${value.toFixed(1)} mm`;
 
   function newState(id, augmented) {
-    return { id, augmented, range: null, aim: null, rows: [], events: [], full: null, pressed: false, sent: 0, ended: false };
+    return { id, augmented, range: null, aim: null, rows: [], events: [], full: null, pressed: false, sent: 0, isUnsent: false, drawing: null, isDue: false, ended: false };
   }
 
   /** Converts a height in the drawing to a position of the hand. */
@@ -30,11 +30,25 @@ const trocarPush = (() => {
     parts.field.setAttribute("aria-valuenow", state.aim.toFixed(1));
     parts.field.setAttribute("aria-valuetext", mm(state.aim));
     if (performance.now() - state.sent > 8) send();
+    else state.isUnsent = true;
   }
 
   function send() {
-    state.sent = performance.now();
+    [state.sent, state.isUnsent] = [performance.now(), false];
     trocarLink.tell({ type: "aim", m: state.aim / 1000 });
+  }
+
+  /** Draws the field and the strips once per frame of the screen: a slow page skips drawings, not messages. */
+  function redraw() {
+    if (state.isDue) return;
+    const drawn = state;
+    drawn.isDue = true;
+    requestAnimationFrame(() => {
+      drawn.isDue = false;
+      if (drawn !== state || drawn.ended) return;
+      draw(drawn.drawing);
+      strips();
+    });
   }
 
   /** Draws the last row in the field. */
@@ -192,15 +206,15 @@ const trocarPush = (() => {
         parts.field.setAttribute("aria-valuemin", message.range_mm[0].toFixed(1));
         parts.field.setAttribute("aria-valuemax", message.range_mm[1].toFixed(1));
       } else if (message.type === "moved" && !state.ended && state.range) {
-        if (state.pressed) send();
+        if (state.pressed || state.isUnsent) send();
         state.rows.push(...message.rows);
         for (const [at, kind] of message.events) {
           state.events.push([at, kind]);
           feel(kind);
         }
         if (!message.drawing) return;
-        draw(message.drawing);
-        strips();
+        state.drawing = message.drawing;
+        redraw();
       } else if (message.type === "pushed" && message.text !== undefined) {
         end(message.text);
       } else if (message.type === "pushed") result(message);
