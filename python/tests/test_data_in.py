@@ -84,7 +84,7 @@ def test_detect_and_calibrate_accept_a_frame(frame):
 @pytest.mark.parametrize(
     ("recording", "exception", "text"),
     [
-        ([1.0, 2.0], TypeError, "a DataFrame or a dictionary of arrays, not list"),
+        ([1.0, 2.0], TypeError, "a table or a dictionary of arrays, not list"),
         ({"time_s": [0.0, 1.0], "force_n": [0.0, 1.0]}, ValueError, "the recording has no position_m; its columns are time_s, force_n"),
         ({"time": [0.0, 0.0], "position": [0.0, 1.0], "force": [0.0, 1.0]}, ValueError, r"time_s\[1\] is 0.0 s, must be later"),
     ],

@@ -72,7 +72,7 @@ def test_traces_are_arrays_without_a_copy(run):
     kinds = {name: column.dtype for name, column in run.traces.items()}
     assert kinds.pop("mode") == kinds.pop("estimate_flags") == np.uint8 and set(kinds.values()) == {np.dtype(np.float64)}
     # numpy does not own this memory: it belongs to the computed vector.
-    assert all(not column.flags.owndata and column.flags.writeable for column in run.traces.values())
+    assert all(not column.flags.owndata and not column.flags.writeable for column in run.traces.values())
 
 
 def test_the_columns_of_a_trace_are_listed(run):

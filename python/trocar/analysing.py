@@ -368,7 +368,7 @@ def margins(
     >>> import trocar
     >>> margins = trocar.margins("layers/skin-augmented")
     >>> round(margins.gain or 0.0, 3), round(margins.limits["scaling.force"] or 0.0, 3)
-    (2.833, 2.833)
+    (2.854, 2.854)
     """
     keys = _core.limited_keys() if limits is True else [] if limits is False else [limits] if isinstance(limits, str) else list(limits)
     scenario = scenario_of(scenario)

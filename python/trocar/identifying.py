@@ -39,7 +39,7 @@ class Identification(Documented, Stored):
 
     >>> import trocar
     >>> recorded = trocar.run("layers/through-the-skin").to_dataframe().reset_index()
-    >>> recorded = recorded[recorded["time_s"] < 3.0]
+    >>> recorded = recorded[recorded["time_s"] < 4.5]
     >>> found = trocar.identify(recorded, machine="tissue", slave="slave_position_m", force="tissue_force_n")
     >>> found.scenario is not None and "tissue.toml" in found.files
     True

@@ -198,7 +198,7 @@ class Simulation:
         >>> simulation = trocar.Simulation("layers/skin-augmented")
         >>> _ = [simulation.step() for _ in range(100)]
         >>> saved = simulation.copy()
-        >>> _ = simulation.step(0.0)
+        >>> pushed = simulation.step(0.0)
         >>> simulation.restore(saved)
         >>> simulation.ticks
         100
