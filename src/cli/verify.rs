@@ -66,12 +66,10 @@ pub(super) fn run(args: &VerifyArgs) -> Result<(), CliError> {
 fn find(folder: &Path, depth: usize, found: &mut Vec<Found>, unknown: &mut Vec<(PathBuf, u64)>) {
     let manifest = Manifest::read(folder);
     let files = files_of(folder);
-    let is_named = |inner: &Path| match (&manifest, inner.file_name()) {
-        (Ok(manifest), Some(name)) => {
-            let name = format!("{}/", name.to_string_lossy());
-            manifest.files.keys().any(|file| file.starts_with(&name))
-        }
-        _ => false,
+    let is_named = |inner: &Path| {
+        let (Ok(manifest), Some(name)) = (&manifest, inner.file_name()) else { return false };
+        let name = format!("{}/", name.to_string_lossy());
+        manifest.files.keys().any(|file| file.starts_with(&name))
     };
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let folders = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_dir()));

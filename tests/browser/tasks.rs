@@ -131,7 +131,7 @@ pub async fn tasks(page: BrowserPage) -> BrowserPage {
         page.press(&[Key::Enter]).await;
         page.wait("return !!trocarPush.state()?.range && document.activeElement.id === 'field'").await;
         let ruptured = "return trocarPush.state().events.some(([, kind]) => kind === 'rupture')";
-        // The replayed recording ends after 7 s: few keys, so that a slow machine ruptures the layer in time.
+        // The insertion ends with its recording, after 7 s. On a slow machine every key takes a tenth of a second.
         page.press(&[Key::PageDown, Key::PageDown, Key::End]).await;
         page.wait(ruptured).await;
         sleep(Duration::from_millis(400)).await;

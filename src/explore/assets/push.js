@@ -11,11 +11,13 @@ const trocarPush = (() => {
   let player = null;
   let resultCharts = [];
   let shownResult = null;
+  /** The requested frame of the screen; 0 if there is none. */
+  let frame = 0;
 
   const mm = (value) => `${value.toFixed(1)} mm`;
 
   function newState(id, augmented) {
-    return { id, augmented, range: null, aim: null, rows: [], events: [], full: null, pressed: false, sent: 0, isUnsent: false, drawing: null, isDue: false, ended: false };
+    return { id, augmented, range: null, aim: null, rows: [], events: [], full: null, pressed: false, sent: 0, isUnsent: false, drawing: null, ended: false };
   }
 
   /** Converts a height in the drawing to a position of the hand. */
@@ -40,24 +42,18 @@ const trocarPush = (() => {
 
   /** Draws the field and the strips once per frame of the screen: a slow page skips drawings, not messages. */
   function redraw() {
-    if (state.isDue) return;
-    const drawn = state;
-    drawn.isDue = true;
-    requestAnimationFrame(() => {
-      drawn.isDue = false;
-      if (drawn !== state || drawn.ended) return;
-      draw(drawn.drawing);
+    frame ||= requestAnimationFrame(() => {
+      frame = 0;
+      if (!state.drawing) return;
+      parts.panel.setDrawings([state.drawing]);
+      parts.panel.tell(state.drawing.state);
       strips();
     });
   }
 
-  /** Draws the last row in the field. */
-  function draw(drawing) {
+  /** Plays the felt force. */
+  function sound() {
     const felt = state.rows[state.rows.length - 1][7];
-    // The force axis and the tone reach their maximum at the end of the drawn bar, in N.
-    state.full = drawing.full_n;
-    parts.panel.setDrawings([drawing]);
-    parts.panel.tell(drawing.state);
     if (parts.sound.checked) trocarListen.force(felt, state.full);
     else trocarListen.quiet();
   }
@@ -213,7 +209,9 @@ const trocarPush = (() => {
           feel(kind);
         }
         if (!message.drawing) return;
-        state.drawing = message.drawing;
+        // The force axis and the tone reach their maximum at the end of the drawn bar, in N.
+        [state.drawing, state.full] = [message.drawing, message.drawing.full_n];
+        sound();
         redraw();
       } else if (message.type === "pushed" && message.text !== undefined) {
         end(message.text);

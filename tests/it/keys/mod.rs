@@ -140,10 +140,6 @@ fn is_of_rigs(key: &Key) -> bool {
     key.path.starts_with("rig.") || (key.path.starts_with("safety.") && !SIMULATED.contains(&key.path))
 }
 
-/// Maximum number of values that show the absence of an effect in each scenario. All values of all scenarios may show
-/// an effect.
-const VALUES_WITHOUT_EFFECT: usize = 1;
-
 /// The key of the engine, which affects only the plants.
 const ENGINE: &str = "simulation.engine";
 
@@ -173,8 +169,6 @@ fn effects(key: &KeyAt, scenarios: &Scenarios) -> Vec<(Chosen, bool, Effect)> {
     let mut first = (0, String::new());
     kinds(key)
         .map(|chosen| {
-            let declared = scenarios.is_declared(key, chosen);
-            let tried = if declared { usize::MAX } else { VALUES_WITHOUT_EFFECT };
             let mut effect = Effect::Excluded;
             let mut order: Vec<usize> = (0..scenarios.all.len()).collect();
             order.sort_by_key(|index| *index != first.0);
@@ -185,7 +179,7 @@ fn effects(key: &KeyAt, scenarios: &Scenarios) -> Vec<(Chosen, bool, Effect)> {
                 effect = effect.min(Effect::Refused);
                 let mut values = trial_values(key, before.value(&key.path), scenarios);
                 values.sort_by_key(|value| *value != first.1);
-                for value in values.into_iter().take(tried) {
+                for value in values {
                     let changed = [settings.as_slice(), &[format!("{}={value}", key.path)]].concat();
                     let acts = match base.changed(&changed) {
                         Some(after) => before.differ(&after),
@@ -195,11 +189,11 @@ fn effects(key: &KeyAt, scenarios: &Scenarios) -> Vec<(Chosen, bool, Effect)> {
                     effect = effect.min(Effect::Nothing);
                     if acts {
                         first = (index, value);
-                        return (chosen, declared, Effect::Acts);
+                        return (chosen, scenarios.is_declared(key, chosen), Effect::Acts);
                     }
                 }
             }
-            (chosen, declared, effect)
+            (chosen, scenarios.is_declared(key, chosen), effect)
         })
         .collect()
 }

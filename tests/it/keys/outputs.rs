@@ -22,6 +22,7 @@ pub struct Outputs {
     values: Values,
     scenario: Scenario,
     run: OnceLock<u64>,
+    linear_loop: OnceLock<LinearLoop>,
     stability: OnceLock<u64>,
     detection: OnceLock<u64>,
     roc: OnceLock<u64>,
@@ -32,7 +33,7 @@ impl Outputs {
     pub fn of(values: Values) -> Option<Self> {
         let scenario = Scenario::resolve(values.clone()).ok()?;
         let [run, stability, detection, roc] = [const { OnceLock::new() }; 4];
-        Some(Self { values, scenario, run, stability, detection, roc })
+        Some(Self { values, scenario, run, linear_loop: OnceLock::new(), stability, detection, roc })
     }
 
     /// Returns true if any output differs, bit for bit.
@@ -43,8 +44,7 @@ impl Outputs {
         }
         let recording = |values: &Values| RECORDING.map(|section| values.section_json(section));
         let detection_differs = settings_differ || recording(&self.values) != recording(&other.values);
-        let (one, two) = (support::linear_loop(&self.scenario), support::linear_loop(&other.scenario));
-        (one != two && self.stability(&one) != other.stability(&two))
+        (self.linear_loop() != other.linear_loop() && self.stability() != other.stability())
             || population(&self.scenario) != population(&other.scenario)
             || self.scenario.layers_to_rupture() != other.scenario.layers_to_rupture()
             || (detection_differs && self.detection() != other.detection())
@@ -60,8 +60,12 @@ impl Outputs {
         *self.run.get_or_init(|| run(&self.scenario))
     }
 
-    fn stability(&self, settings: &LinearLoop) -> u64 {
-        *self.stability.get_or_init(|| stability(settings))
+    fn linear_loop(&self) -> &LinearLoop {
+        self.linear_loop.get_or_init(|| support::linear_loop(&self.scenario))
+    }
+
+    fn stability(&self) -> u64 {
+        *self.stability.get_or_init(|| stability(self.linear_loop()))
     }
 
     fn detection(&self) -> u64 {

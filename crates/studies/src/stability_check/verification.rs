@@ -1,12 +1,11 @@
 //! The verification of a file `certificate.json`.
 
 use serde::Deserialize;
-use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 
+use crate::sweep::sha256;
 use nalgebra::DMatrix;
 use thiserror::Error;
-use trocar_base::hexadecimal::hexadecimal;
 use trocar_stability::{Certificate, Inequality, Lyapunov, StateMap, StateSpace, Summand};
 
 /// The first characters of a certificate file; its digest follows.
@@ -104,11 +103,7 @@ struct Factor {
 /// Writes the digest of the text of a JSON object, whose first entry is an empty `sha256`, into this entry.
 pub(super) fn with_digest(object: &str) -> String {
     let rest = object.strip_prefix(BEGIN).and_then(|rest| rest.strip_prefix("\",")).unwrap_or(object);
-    format!("{BEGIN}{}\",{rest}", digest(rest))
-}
-
-fn digest(text: &str) -> String {
-    hexadecimal(&Sha256::digest(text.as_bytes()))
+    format!("{BEGIN}{}\",{rest}", sha256(rest.as_bytes()))
 }
 
 /// Verifies the text of a file `certificate.json`: that it was not changed, and every inequality of every certificate in
@@ -121,7 +116,7 @@ pub fn verify(text: &str) -> Result<Vec<Verified>, VerificationError> {
     let after = text.strip_prefix(BEGIN).ok_or_else(|| form("it does not begin with a digest"))?;
     let (stated, rest) = after.split_at_checked(DIGITS).ok_or_else(|| form("it ends in its digest"))?;
     let rest = rest.strip_prefix("\",").ok_or_else(|| form("its digest does not end"))?;
-    if digest(rest) != stated {
+    if sha256(rest.as_bytes()) != stated {
         return Err(VerificationError::Changed);
     }
     let file: File = serde_json::from_str(text).map_err(|error| VerificationError::Form(error.to_string()))?;
