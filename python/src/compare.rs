@@ -1,7 +1,6 @@
 //! Comparison of scenarios.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::Ordering;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -12,7 +11,7 @@ use trocar_metrics::Metrics;
 use trocar_studies::compare::{Comparison, ComparisonReport, MAX_SEEDS, SeedStudy, paper_facts};
 use trocar_studies::run::RunError;
 
-use crate::interrupt::{interruptible_with_count, interruptible_with_progress};
+use crate::interrupt::interruptible_with_count;
 use crate::run::{Run, hand_over, measure_compiled, measure_with, traced_with};
 use crate::scenario::Scenario;
 use crate::user_defined::CompiledParts;
@@ -85,31 +84,23 @@ fn compare_with(
     scenarios: &[trocar_scenario::Scenario],
     seeds: Option<u64>,
     (parts, threads): (&Bound<'_, PyDict>, usize),
-    tell: impl Fn(Python<'_>, u64) -> PyResult<()> + Sync,
+    tell: impl Fn(Python<'_>, u64) -> PyResult<()> + Send + Sync,
 ) -> PyResult<(Comparison, Option<SeedStudy>)> {
     let runs = scenarios.iter().map(|scenario| traced_with(py, scenario, parts)).collect::<PyResult<_>>()?;
     let study = |runs: Vec<Vec<Metrics>>| Some(SeedStudy::of_runs(scenarios, &runs));
     if let (Some(compiled), Some(seeds)) = (CompiledParts::of(parts)?, seeds) {
-        let done = Arc::new(AtomicU64::new(0));
-        let counted = done.clone();
         let seeded = scenarios.to_vec();
-        let measured = interruptible_with_progress(
-            py,
-            threads,
-            |py| tell(py, counted.load(Ordering::Relaxed)),
-            move |_| {
-                try_map(seeds as usize, |offset| {
-                    let of = |scenario: &trocar_scenario::Scenario| {
-                        let seeded = scenario.with_seed(scenario.seed.wrapping_add(offset as u64));
-                        let metrics = measure_compiled(&seeded, &compiled);
-                        done.fetch_add(1, Ordering::Relaxed);
-                        metrics
-                    };
-                    seeded.iter().map(of).collect::<PyResult<Vec<_>>>()
-                })
-            },
-        )??;
-        tell(py, counted.load(Ordering::Relaxed))?;
+        let measured = interruptible_with_count(py, threads, tell, move |done| {
+            try_map(seeds as usize, |offset| {
+                let of = |scenario: &trocar_scenario::Scenario| {
+                    let seeded = scenario.with_seed(scenario.seed.wrapping_add(offset as u64));
+                    let metrics = measure_compiled(&seeded, &compiled);
+                    done.fetch_add(1, Ordering::Relaxed);
+                    metrics
+                };
+                seeded.iter().map(of).collect::<PyResult<Vec<_>>>()
+            })
+        })??;
         let raise = |metrics: Result<Metrics, RunError>| metrics.map_err(|error| error::run(py, &error));
         let runs_of = |seed: Vec<_>| seed.into_iter().map(raise).collect::<PyResult<Vec<_>>>();
         let measured = measured.into_iter().map(runs_of).collect::<PyResult<Vec<_>>>()?;

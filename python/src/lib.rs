@@ -9,6 +9,7 @@ mod arrow;
 mod calibrate;
 mod compare;
 mod convert;
+mod design;
 mod detect;
 mod detector;
 mod document;
@@ -53,6 +54,8 @@ mod _core {
     use crate::compare::compare;
     #[pymodule_export]
     use crate::convert::toml_value;
+    #[pymodule_export]
+    use crate::design::design;
     #[pymodule_export]
     use crate::detect::detect;
     #[pymodule_export]

@@ -170,3 +170,69 @@ def test_a_measured_response_of_the_slave_gives_the_margins_of_its_model(tmp_pat
         trocar.stability("paper/classical", *axes, slave_response=([2.0, 1.0], [1.0, 1.0]))
     with pytest.raises(ValueError, match="frequencies and responses with the shape"):
         trocar.stability("paper/classical", *axes, slave_response=([1.0, 2.0], [1.0]))
+
+
+DESIGN = {
+    "base": "builtin:layers/skin-augmented.toml",
+    "set": {"simulation.duration_s": 3.5},
+    "patients": {"operator.movement_s": trocar.Range(4.0, 6.0), "tissue.layer.skin.rupture_force_n": {"median": 5.3, "spread": 1.2}},
+    "free": {"augmentation.min_hold_s": trocar.Range(0.05, 0.4), "augmentation.reengage": ["ramp", "snap"]},
+    "objectives": {"excess": {"minimise": "rupture_excess_advance_m"}},
+    "constraints": {"force": {"metric": "max_tissue_force_n", "at_most": 9.0}},
+    "training": {"patients": 3},
+    "validation": {"patients": 3, "seeds": 2},
+    "search": {"candidates": 6, "generations": 2},
+}
+
+DESIGN_FILE = """
+base = "builtin:layers/skin-augmented.toml"
+[set]
+simulation.duration_s = 3.5
+[patients]
+operator.movement_s = { from = 4.0, to = 6.0 }
+tissue.layer.skin.rupture_force_n = { median = 5.3, spread = 1.2 }
+[free]
+augmentation.min_hold_s = { from = 0.05, to = 0.4 }
+augmentation.reengage = ["ramp", "snap"]
+[objectives.excess]
+minimise = "rupture_excess_advance_m"
+[constraints.force]
+metric = "max_tissue_force_n"
+at_most = 9.0
+[training]
+patients = 3
+[validation]
+patients = 3
+seeds = 2
+[search]
+candidates = 6
+generations = 2
+"""
+
+
+@pytest.mark.filterwarnings("ignore::trocar.warnings.TrocarWarning")
+def test_a_design_is_that_of_the_command_line(cli, tmp_path):
+    (tmp_path / "design.toml").write_text(DESIGN_FILE)
+    said = cli("design", tmp_path / "design.toml", "--json", "--no-figures", "--out", tmp_path / "out")
+    import json
+
+    found = trocar.design(DESIGN, search=tmp_path / "search.json")
+    # The dictionary and the file say the same.
+    assert found.report == json.loads(said.stdout) and found.files == trocar.design(tmp_path / "design.toml").files
+    assert (tmp_path / "search.json").read_text() == (tmp_path / "out/design/search.json").read_text()
+    knee = next(one for one in found.designs if one["is_knee"])
+    for key, value in knee["settings"].items():
+        assert found.scenario[key] == found[knee["name"]][key] == value
+    table = found.to_dataframe()
+    assert table.loc[knee["name"], "excess"] == knee["validation"][0]["value"]
+    found.save(tmp_path / "found.npz")
+    assert type(found).load(tmp_path / "found.npz").report == found.report
+    # A complete search is not repeated; that of another design is refused.
+    assert trocar.design(DESIGN, search=tmp_path / "search.json").report == found.report
+    with pytest.raises(ValueError, match="does not hold the search of this design"):
+        trocar.design(DESIGN | {"search": {"candidates": 6, "generations": 3}}, search=tmp_path / "search.json")
+    with pytest.raises(KeyError, match="the designs are 01"):
+        found["99"]
+    with pytest.raises(trocar.ScenarioError, match="augmentation.min_hld_s") as refused:
+        trocar.design(DESIGN | {"free": {"augmentation.min_hld_s": trocar.Range(0.05, 0.4)}})
+    assert "did you mean augmentation.min_hold_s" in str(refused.value)

@@ -20,10 +20,12 @@ if _util.find_spec(f"{__name__}._core") is None:
 
 from . import _core
 from . import results, warnings
-from ._core import Command, Step, __version__
+from ._core import Command, Step
+from ._core import __version__ as __version__
 from ._errors import ScenarioError
 from .analysing import margins, stability, verify_certificate
 from .comparing import compare
+from .designing import design
 from .detection import Detector, calibrate, detect, record, score
 from .exporting import export
 from .identifying import identify
@@ -51,9 +53,9 @@ __all__ = [
     "Simulation",
     "Step",
     "Sweep",
-    "__version__",
     "calibrate",
     "compare",
+    "design",
     "detect",
     "export",
     "identify",

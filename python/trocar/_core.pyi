@@ -24,6 +24,7 @@ __all__ = [
     "compare",
     "compare_schemes",
     "comparison_figures",
+    "design",
     "detect",
     "detection_figures",
     "detectors",
@@ -316,6 +317,14 @@ def strategies(
     tell: Callable[[int], None] | None,
 ) -> tuple[dict[str, Any], dict[str, Any]]: ...
 def persons() -> list[tuple[str, str]]: ...
+def design(
+    source: str,
+    is_text: bool,
+    settings: list[str],
+    search: str | None,
+    threads: int,
+    tell: Callable[[str, int, int], None] | None,
+) -> tuple[dict[str, Any], dict[str, Any], list[tuple[str, str]]]: ...
 def paper(threads: int) -> tuple[dict[str, Any], dict[str, Any]]: ...
 def identify(
     machine: str,

@@ -41,6 +41,15 @@ class Progress:
             self._width = max(self._width, len(line))
             print(f"\r{line:<{self._width}}", end="", file=sys.stderr, flush=True)
 
+    def tell_of(self, what: str, done: int, all: int) -> None:
+        """Shows that ``done`` of ``all`` items of another kind are done; 0 of ``all`` if their number is unknown."""
+        if what != self._what:
+            self._what = what
+            if self._bar is not None:
+                self._bar.reset(all or None)
+                self._bar.unit = f" {what}"
+        self.tell(done, all or max(done, 1))
+
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, place: TracebackType | None) -> None:
         if self._bar is not None:
             self._bar.close()

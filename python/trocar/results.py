@@ -8,6 +8,7 @@ True
 from ._typed import Alarm, Event, LinkMetrics, Metrics, Outcome, PortMetrics, Rupture
 from .analysing import Margins, Stability
 from .comparing import Comparison
+from .designing import Design
 from .detection import Calibration, Detection
 from .documents import Document, Figure, Table
 from .identifying import Identification
@@ -23,6 +24,7 @@ __all__ = [
     "Alarm",
     "Calibration",
     "Comparison",
+    "Design",
     "Detection",
     "Document",
     "Event",

@@ -1,20 +1,20 @@
 //! `trocar design`.
 
+mod bars;
 mod help;
-mod stages;
 
 use clap::Args;
 
-use self::stages::Stages;
+use self::bars::Bars;
 use super::error::CliError;
 use super::finish::Finish;
 use super::warnings::Warnings;
 use super::{OutputArgs, interrupt, report as page};
 use trocar_document::Study as _;
 use trocar_report::html::{Again, command_line};
-use trocar_report::{Destination, Folder, write_file};
+use trocar_report::{Destination, Folder, OutputError, write_file};
 use trocar_scenario::Source;
-use trocar_studies::design::{DesignStudy, Problem, State};
+use trocar_studies::design::{Design, DesignError, Problem, Stage, State};
 use trocar_studies::run::seeds_without_effect;
 
 /// The file with all inputs of a design, and the file with the state of its search.
@@ -60,20 +60,11 @@ fn design(args: &DesignArgs) -> Result<(), CliError> {
     warnings.print(&unused_seeds(&problem)?);
     let mut state = stored(args, &folder, &problem)?;
     write_file(&folder.path.join(DESIGN), problem.canonical().as_bytes())?;
-    let stages = Stages { problem: &problem, folder: &folder, stop: interrupt::stop_flag(), quiet: args.output.quiet };
-    let (training, fresh) = stages.populations()?;
-    stages.search(&training, &mut state)?;
-    let front = stages.certify(&training, &fresh, &mut state)?;
-    let validation = stages.validate((&training, &fresh), &state, &front)?;
-    let patients = training.population().patients();
-    let study = DesignStudy {
-        problem: &problem,
-        state: &state,
-        front: &front,
-        validation: &validation,
-        fresh: &fresh,
-        patients,
-    };
+    let follower = Bars::new(&folder, args.output.quiet);
+    let designed = Design::of(&problem, &mut state, interrupt::stop_flag(), &follower);
+    follower.clear();
+    let design = designed.map_err(|error| failed(error, &folder, &problem))?;
+    let study = design.study(&problem, &state);
     let document = study.document();
     let again = || Again {
         command: "trocar design",
@@ -89,6 +80,23 @@ fn design(args: &DesignArgs) -> Result<(), CliError> {
     folder.write(DESIGN, problem.canonical().as_bytes())?;
     Finish { output: &args.output, folder, all: false, report: args.report.then(again) }.document(&document)?;
     warnings.finish()
+}
+
+/// The error of a design; that of an interrupted one says what was kept.
+fn failed(error: DesignError<OutputError>, folder: &Folder, problem: &Problem) -> CliError {
+    let kept = match error {
+        DesignError::Scenario(error) => return error.into(),
+        DesignError::Run(error) => return error.into(),
+        DesignError::Keep(error) => return error.into(),
+        DesignError::Stopped(Stage::Generation(generation)) => {
+            format!("{} of {} generations are", generation - 1, problem.search.generations)
+        }
+        DesignError::Stopped(Stage::Certificates) => "the search and the certificates so far are".to_owned(),
+        DesignError::Stopped(Stage::OtherPatients) => "the search is".to_owned(),
+    };
+    CliError::Interrupted {
+        kept: Some(format!("{kept} kept in {}; run the same command to continue", folder.path.display())),
+    }
 }
 
 /// The warning that several seeds give identical runs.

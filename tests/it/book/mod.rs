@@ -39,6 +39,30 @@ fn the_commands_of_the_readme_print_what_it_shows() {
     BookPage::read(&file("README.md")).execute();
 }
 
+/// The page about strategies has the output of the command that the README names.
+#[test]
+fn the_strategies_of_the_readme_have_the_numbers_of_their_page() {
+    let [readme, page] = ["README.md", "docs/src/evidence/strategies.md"]
+        .map(|path| std::fs::read_to_string(file(path)).expect("there"));
+    let command = "trocar strategies scenarios/sweeps/patients.toml --patients 20 --seeds 5";
+    let output = page.split(command).nth(1).and_then(|rest| rest.split("```").next()).expect("the output");
+    let numbers =
+        |row: &str| row.split_whitespace().filter(|word| word.parse::<f64>().is_ok()).collect::<Vec<_>>().join(" ");
+    let rows: Vec<&str> = readme.lines().filter(|line| line.starts_with("| `") && line.contains(" mm |")).collect();
+    assert!(readme.contains(command) && rows.len() > 3, "{rows:?}");
+    for row in rows {
+        let name = row.split('`').nth(1).expect("a name");
+        let of_page = output.lines().find(|line| line.split_whitespace().next() == Some(name)).expect("the strategy");
+        // Of the page's columns, the README leaves out the missed ruptures and the largest excess.
+        let all = numbers(&of_page.replace(" *", ""));
+        let [reached, _, noticed, excess, _, last] = all.split(' ').collect::<Vec<_>>()[..] else {
+            panic!("{of_page}")
+        };
+        let cells = numbers(row.split_once('|').and_then(|(_, rest)| rest.split_once('|')).expect("cells").1);
+        assert_eq!(cells, [reached, noticed, excess, last].join(" "), "{name}");
+    }
+}
+
 #[test]
 fn the_scenario_of_the_readme_detects_its_ruptures_with_every_seed() {
     let readme = std::fs::read_to_string(file("README.md")).expect("there");

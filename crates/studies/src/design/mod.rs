@@ -2,7 +2,7 @@
 //!
 //! A design file ([`Problem`]) names the free keys, the objectives, the constraints and the patients. The search
 //! ([`Search`]) is evolutionary, and its state can be stored after every generation. The results are judged on other
-//! patients with other noise ([`Validation`]), beside the shipped strategies.
+//! patients with other noise ([`Validation`]), beside the shipped strategies. [`Design::of`] does all of it.
 
 mod bootstrap;
 mod certify;
@@ -20,10 +20,11 @@ mod race;
 mod schema;
 mod search;
 mod sensitivity;
+mod stages;
 mod validation;
 
 pub use bootstrap::Estimate;
-pub use certify::{Certification, Front};
+pub use certify::Front;
 pub use document::{DesignResultFile, DesignStudy};
 pub use evaluate::{Ended, Evaluation};
 pub use file::{DESIGN_KEYS, SearchSettings, Size};
@@ -36,4 +37,5 @@ pub use quantity::{Aggregate, Quantity, Samples};
 pub use schema::design_schema;
 pub use search::{Search, State, Stopped};
 pub use sensitivity::{Sensitivity, sensitivities};
+pub use stages::{Design, DesignError, Follower, Stage};
 pub use validation::{Designed, Estimates, Shipped, Validation};
