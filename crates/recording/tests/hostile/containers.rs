@@ -10,24 +10,24 @@ fn element(kind: u32, content: &[u8]) -> Vec<u8> {
     [&kind.to_le_bytes()[..], &(content.len() as u32).to_le_bytes(), content, &padding].concat()
 }
 
-fn matrix(class: u32, dims: [i32; 2], name: &[u8], rest: &[u8]) -> Vec<u8> {
+pub(crate) fn matrix(class: u32, dims: [i32; 2], name: &[u8], rest: &[u8]) -> Vec<u8> {
     let flags = element(6, &[class.to_le_bytes(), [0; 4]].concat());
     let dims = element(5, &dims.map(i32::to_le_bytes).concat());
     element(14, &[flags, dims, element(1, name), rest.to_vec()].concat())
 }
 
-fn leaf(name: &[u8]) -> Vec<u8> {
+pub(crate) fn leaf(name: &[u8]) -> Vec<u8> {
     matrix(6, [1, 2], name, &element(9, &[1.0_f64, 2.0].map(f64::to_le_bytes).concat()))
 }
 
-fn packed(content: &[u8]) -> Vec<u8> {
+pub(crate) fn packed(content: &[u8]) -> Vec<u8> {
     let mut packed = flate2::write::ZlibEncoder::new(vec![], flate2::Compression::fast());
     packed.write_all(content).expect("memory");
     let packed = packed.finish().expect("memory");
     [&15_u32.to_le_bytes()[..], &(packed.len() as u32).to_le_bytes(), &packed].concat()
 }
 
-fn matlab(elements: &[u8]) -> Vec<u8> {
+pub(crate) fn matlab(elements: &[u8]) -> Vec<u8> {
     let mut header = b"MATLAB 5.0 MAT-file".to_vec();
     header.resize(124, b' ');
     [&header[..], &[0, 1], b"IM", elements].concat()
@@ -56,7 +56,7 @@ fn many_small_arrays_are_refused() {
     refused("old.mat", &old.repeat(30_000), &["--max-memory"]);
 }
 
-fn lead_in(flags: u32, following: u64, raw: u64) -> Vec<u8> {
+pub(crate) fn lead_in(flags: u32, following: u64, raw: u64) -> Vec<u8> {
     [
         b"TDSm".to_vec(),
         flags.to_le_bytes().to_vec(),
@@ -68,7 +68,7 @@ fn lead_in(flags: u32, following: u64, raw: u64) -> Vec<u8> {
 }
 
 /// A list of channels of bytes, each with `values` values in a chunk.
-fn channels(count: u32, values: u64) -> Vec<u8> {
+pub(crate) fn channels(count: u32, values: u64) -> Vec<u8> {
     let channel = |index: u32| {
         let path = format!("/'g'/'{index}'");
         let words = [20_u32, 5, 1].iter().flat_map(|word| word.to_le_bytes());
@@ -79,7 +79,7 @@ fn channels(count: u32, values: u64) -> Vec<u8> {
     count.to_le_bytes().into_iter().chain((0..count).flat_map(channel)).collect()
 }
 
-fn segment(flags: u32, list: &[u8], raw: &[u8]) -> Vec<u8> {
+pub(crate) fn segment(flags: u32, list: &[u8], raw: &[u8]) -> Vec<u8> {
     [&lead_in(flags, (list.len() + raw.len()) as u64, list.len() as u64), list, raw].concat()
 }
 
@@ -112,12 +112,12 @@ fn record(code: u8, content: &[u8]) -> Vec<u8> {
     [&[code][..], &(content.len() as u64).to_le_bytes(), content].concat()
 }
 
-fn log(records: &[u8]) -> Vec<u8> {
+pub(crate) fn log(records: &[u8]) -> Vec<u8> {
     const MAGIC: &[u8] = b"\x89MCAP0\r\n";
     [MAGIC, &record(1, &[0; 8]), records, &record(2, &[0; 20]), MAGIC].concat()
 }
 
-fn channel(encoding: &str, schema: Option<(&str, &str)>) -> Vec<u8> {
+pub(crate) fn channel(encoding: &str, schema: Option<(&str, &str)>) -> Vec<u8> {
     let text = |text: &str| [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat();
     let of_schema = schema
         .map(|(name, definition)| record(3, &[&[1, 0][..], &text(name), &text("ros2msg"), &text(definition)].concat()));
@@ -126,11 +126,11 @@ fn channel(encoding: &str, schema: Option<(&str, &str)>) -> Vec<u8> {
     [of_schema.unwrap_or_default(), channel].concat()
 }
 
-fn message(time_ns: u64, data: &[u8]) -> Vec<u8> {
+pub(crate) fn message(time_ns: u64, data: &[u8]) -> Vec<u8> {
     record(5, &[&[1, 0, 0, 0, 0, 0][..], &time_ns.to_le_bytes(), &time_ns.to_le_bytes(), data].concat())
 }
 
-fn chunk(compression: &str, plain: u64, records: &[u8]) -> Vec<u8> {
+pub(crate) fn chunk(compression: &str, plain: u64, records: &[u8]) -> Vec<u8> {
     let head = [&[0; 16][..], &plain.to_le_bytes(), &[0; 4], &(compression.len() as u32).to_le_bytes()].concat();
     record(6, &[&head[..], compression.as_bytes(), &(records.len() as u64).to_le_bytes(), records].concat())
 }
@@ -169,11 +169,11 @@ fn a_changed_bit_of_a_log_with_a_checksum_is_an_error() {
     }
 }
 
-fn numpy(header: &str, data: &[u8]) -> Vec<u8> {
+pub(crate) fn numpy(header: &str, data: &[u8]) -> Vec<u8> {
     [b"\x93NUMPY\x02\0", &(header.len() as u32).to_le_bytes()[..], header.as_bytes(), data].concat()
 }
 
-fn archive(entries: &[(String, Vec<u8>)]) -> Vec<u8> {
+pub(crate) fn archive(entries: &[(String, Vec<u8>)]) -> Vec<u8> {
     let mut archive = zip::ZipWriter::new(std::io::Cursor::new(vec![]));
     for (name, content) in entries {
         archive.start_file(name.as_str(), zip::write::SimpleFileOptions::default()).expect("an entry");
@@ -221,9 +221,9 @@ fn sectors_of_old_spreadsheets_have_no_cycles() {
     refused("lists.xls", &file, &["compound file is damaged"]);
 }
 
+/// A spreadsheet with the same sheet `sheets` times, whose table of texts has attributes.
 #[cfg(feature = "lab-formats")]
-#[test]
-fn parts_of_spreadsheets_are_within_the_budget() {
+pub(crate) fn book(sheets: usize, texts: &str, cells: &str) -> Vec<u8> {
     const SHEETS: &str = "http://schemas.openxmlformats.org/spreadsheetml/2006/main";
     const RELATIONS: &str = "http://schemas.openxmlformats.org/officeDocument/2006/relationships";
     const PACKAGE: &str = "http://schemas.openxmlformats.org/package/2006/relationships";
@@ -231,31 +231,33 @@ fn parts_of_spreadsheets_are_within_the_budget() {
     let relation = |id: &str, kind: &str, to: &str| {
         format!("<Relationship Id=\"{id}\" Type=\"{RELATIONS}/{kind}\" Target=\"{to}\"/>")
     };
-    let book = |sheets: usize, texts: &str, cells: &str| {
-        let sheets: String =
-            (0..sheets).map(|k| format!("<sheet name=\"s{k}\" sheetId=\"{k}\" r:id=\"a\"/>")).collect();
-        let entry = |name: &str, content: String| (name.to_owned(), content.into_bytes());
-        archive(&[
-            entry("[Content_Types].xml", "<Types/>".into()),
-            entry("_rels/.rels", relations(&relation("a", "officeDocument", "xl/workbook.xml"))),
-            entry(
-                "xl/workbook.xml",
-                format!("<workbook xmlns=\"{SHEETS}\" xmlns:r=\"{RELATIONS}\"><sheets>{sheets}</sheets></workbook>"),
+    let sheets: String = (0..sheets).map(|k| format!("<sheet name=\"s{k}\" sheetId=\"{k}\" r:id=\"a\"/>")).collect();
+    let entry = |name: &str, content: String| (name.to_owned(), content.into_bytes());
+    archive(&[
+        entry("[Content_Types].xml", "<Types/>".into()),
+        entry("_rels/.rels", relations(&relation("a", "officeDocument", "xl/workbook.xml"))),
+        entry(
+            "xl/workbook.xml",
+            format!("<workbook xmlns=\"{SHEETS}\" xmlns:r=\"{RELATIONS}\"><sheets>{sheets}</sheets></workbook>"),
+        ),
+        entry(
+            "xl/_rels/workbook.xml.rels",
+            relations(
+                &(relation("a", "worksheet", "worksheets/a.xml")
+                    + &relation("b", "sharedStrings", "sharedStrings.xml")),
             ),
-            entry(
-                "xl/_rels/workbook.xml.rels",
-                relations(
-                    &(relation("a", "worksheet", "worksheets/a.xml")
-                        + &relation("b", "sharedStrings", "sharedStrings.xml")),
-                ),
-            ),
-            entry("xl/sharedStrings.xml", format!("<sst xmlns=\"{SHEETS}\" {texts}><si><t>a</t></si></sst>")),
-            entry(
-                "xl/worksheets/a.xml",
-                format!("<worksheet xmlns=\"{SHEETS}\"><sheetData>{cells}</sheetData></worksheet>"),
-            ),
-        ])
-    };
+        ),
+        entry("xl/sharedStrings.xml", format!("<sst xmlns=\"{SHEETS}\" {texts}><si><t>a</t></si></sst>")),
+        entry(
+            "xl/worksheets/a.xml",
+            format!("<worksheet xmlns=\"{SHEETS}\"><sheetData>{cells}</sheetData></worksheet>"),
+        ),
+    ])
+}
+
+#[cfg(feature = "lab-formats")]
+#[test]
+fn parts_of_spreadsheets_are_within_the_budget() {
     let cell = "<row><c><v>1</v></c></row>";
     assert_eq!(
         answers("good.xlsx", &book(1, "uniqueCount=\"1\"", &cell.repeat(3))).len(),

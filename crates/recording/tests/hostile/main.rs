@@ -3,6 +3,8 @@
 //! The tests count the memory that is allocated.
 
 mod containers;
+#[cfg(unix)]
+mod growth;
 mod peak;
 mod tables;
 

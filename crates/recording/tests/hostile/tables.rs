@@ -4,7 +4,7 @@ use std::io::Write;
 
 use super::{answers, refused};
 
-fn zipped(blocks: usize, beginning: &str, block: &str) -> Vec<u8> {
+pub(crate) fn zipped(blocks: usize, beginning: &str, block: &str) -> Vec<u8> {
     let mut zipped = flate2::write::GzEncoder::new(vec![], flate2::Compression::fast());
     zipped.write_all(beginning.as_bytes()).expect("memory");
     (0..blocks).for_each(|_| zipped.write_all(block.as_bytes()).expect("memory"));
