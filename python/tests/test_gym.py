@@ -47,8 +47,8 @@ def test_without_a_hold_the_run_is_that_of_the_scenario_without_augmentation():
     assert reward == pytest.approx(-1e3 * sum(rupture["excess_advance_m"] for rupture in plain.ruptures))
 
 
-def test_the_designed_strategy_holds_after_every_rupture():
-    _, info = episode(trocar.gym.Supervisor("layers/skin-augmented"), trocar.gym.designed)
+def test_the_rule_holds_after_every_rupture():
+    _, info = episode(trocar.gym.Supervisor("layers/skin-augmented"), trocar.gym.hold_after_alarm)
     assert info["ruptures"] == 3 and info["held_s"] == pytest.approx(1.5)
     _, weak = episode(trocar.gym.Supervisor("layers/skin-augmented"), lambda observation: [0.0, 0.5])
     assert weak["run"]["feedback_force_n"].max() < info["run"]["feedback_force_n"].max()
@@ -57,7 +57,7 @@ def test_the_designed_strategy_holds_after_every_rupture():
 def test_environments_are_vectorised():
     environments = trocar.gym.make_vec(2, scenario="layers/skin-augmented")
     observations, _ = environments.reset(seed=1)
-    actions = trocar.gym.designed(observations)
+    actions = trocar.gym.hold_after_alarm(observations)
     assert actions.shape == (2, 2) and environments.step(actions)[0].shape == (2, 8)
     environments.close()
 

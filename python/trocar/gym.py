@@ -32,7 +32,7 @@ from .people import patients as drawn_patients
 from .scenario import Scenario, scenario_of
 from .warnings import TrocarWarning
 
-__all__ = ["Supervisor", "designed", "make_vec"]
+__all__ = ["Supervisor", "hold_after_alarm", "make_vec"]
 
 Observation = NDArray[np.float32]
 Action = NDArray[np.float32]
@@ -126,7 +126,7 @@ class Supervisor(gymnasium.Env[Observation, Action]):
     >>> import trocar.gym
     >>> environment = trocar.gym.Supervisor("layers/skin-augmented")
     >>> observation, info = environment.reset(seed=1)
-    >>> observation, reward, is_terminated, is_truncated, info = environment.step(trocar.gym.designed(observation))
+    >>> observation, reward, is_terminated, is_truncated, info = environment.step(trocar.gym.hold_after_alarm(observation))
     >>> reward, is_terminated
     (0.0, False)
     """
@@ -222,12 +222,13 @@ class Supervisor(gymnasium.Env[Observation, Action]):
         velocities = 1e2 * signals["master_velocity_m_per_s"], 1e2 * signals["slave_velocity_m_per_s"]
         decision = self._decision / self._threshold
         found = (force_n, change_n, signals["residual_n"], decision, 1e3 * behind_m, *velocities, self._in_hold_s)
-        return np.clip(np.array(found, dtype=np.float32), -_BOUND, _BOUND)
+        return np.array(found, dtype=np.float32).clip(-_BOUND, _BOUND)
 
 
-def designed(observation: Observation, hold_s: float = 0.5) -> Action:
-    """Returns the action of the designed strategy: hold for a time after an alarm of the detector, and feel the force
-    unscaled.
+def hold_after_alarm(observation: Observation, hold_s: float = 0.5) -> Action:
+    """Returns the action of a simple rule: hold for a time after an alarm of the detector, and leave the force unscaled.
+
+    It is the hold of a strategy that freezes the slave, without the other parts of an augmented event.
 
     Parameters
     ----------
@@ -237,12 +238,14 @@ def designed(observation: Observation, hold_s: float = 0.5) -> Action:
         The time in hold, in s.
 
     >>> import numpy as np, trocar.gym
-    >>> trocar.gym.designed(np.array([1, 0, 0, 1.2, 0, 0, 0, 0], dtype=np.float32))
+    >>> trocar.gym.hold_after_alarm(np.array([1, 0, 0, 1.2, 0, 0, 0, 0], dtype=np.float32))
     array([1., 1.], dtype=float32)
     """
     decision, in_hold_s = observation[..., 3], observation[..., 7]
     holds = (decision >= 1.0) | ((in_hold_s > 0.0) & (in_hold_s < hold_s))
-    return np.stack([holds, np.ones_like(decision)], axis=-1).astype(np.float32)
+    action = np.ones((*decision.shape, 2), dtype=np.float32)
+    action[..., 0] = holds
+    return action
 
 
 def make_vec(count: int, **options: Any) -> gymnasium.vector.SyncVectorEnv:
