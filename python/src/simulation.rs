@@ -4,7 +4,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use numpy::{PyArray1, PyReadonlyArray1};
-use pyo3::exceptions::PyRuntimeError;
+use pyo3::IntoPyObjectExt;
+use pyo3::exceptions::{PyKeyError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use pyo3::types::PyDict;
@@ -15,6 +16,14 @@ use crate::error;
 use crate::run::{Run, hand_over};
 use crate::scenario::Scenario;
 use crate::user_defined::{Failure, UserDefined};
+
+/// The last value of a column; `None` if there is none.
+fn last<'py>(py: Python<'py>, values: ColumnValues<&[f64], &[u8]>) -> PyResult<Bound<'py, PyAny>> {
+    match values {
+        ColumnValues::Numbers(numbers) => numbers.last().into_bound_py_any(py),
+        ColumnValues::Codes(codes) => codes.last().into_bound_py_any(py),
+    }
+}
 
 /// A run that is stepped tick by tick.
 #[pyclass(frozen, module = "trocar._core")]
@@ -95,12 +104,18 @@ impl Simulation {
         let trace = state.running()?.trace();
         let signals = PyDict::new(py);
         for (name, values) in COLUMNS.into_iter().zip(trace.columns()) {
-            match values {
-                ColumnValues::Numbers(numbers) => signals.set_item(name, numbers.last())?,
-                ColumnValues::Codes(codes) => signals.set_item(name, codes.last())?,
-            }
+            signals.set_item(name, last(py, values)?)?;
         }
         Ok(signals)
+    }
+
+    /// One of [`Simulation::signals`].
+    fn signal<'py>(&self, py: Python<'py>, column: &str) -> PyResult<Bound<'py, PyAny>> {
+        let place = COLUMNS.iter().position(|name| *name == column).ok_or_else(|| {
+            PyKeyError::new_err(format!("no signal {column:?}; the signals are {}", COLUMNS.join(", ")))
+        })?;
+        let mut state = self.locked(py)?;
+        last(py, state.running()?.trace().columns()[place])
     }
 
     /// Runs a tick for each imposed position of the operator in m; NaN where none is imposed.

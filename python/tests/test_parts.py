@@ -263,7 +263,7 @@ def test_a_stepped_simulation_equals_the_run(soft):
     simulation = trocar.Simulation(soft)
     count = 1
     while simulation.step():
-        assert simulation["time_s"] == built_in["time_s"][count - 1]
+        assert simulation["time_s"] == built_in["time_s"][count - 1] == simulation.signals["time_s"]
         count += 1
     assert count == simulation.ticks == soft.ticks and not simulation.step()
     stepped = simulation.run()

@@ -233,7 +233,8 @@ class Simulation:
         return self._signals
 
     def __getitem__(self, column: str) -> float:
-        return self.signals[column]
+        # Faster than all signals for one of them at every tick.
+        return self._core.signal(column) if self._signals is None else self._signals[column]
 
     @property
     def ticks(self) -> int:
