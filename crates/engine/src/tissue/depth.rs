@@ -15,54 +15,36 @@ pub const RISE_M: f64 = 5e-4;
 /// Maximum number of entries of a table, for 10 m of depth.
 const MAX_ENTRIES: usize = 1_000_000;
 
-/// Force over depth on a regular grid, linear between entries. Outside the grid the nearest entry applies.
-#[derive(Debug, Clone, PartialEq)]
-struct Curve {
-    from_m: f64,
-    force_n: Vec<f64>,
-}
-
-impl Curve {
-    /// The force at the first passage of each depth. Unreached depths have the force of the nearest reached one.
-    fn of_first_passages(samples: impl Iterator<Item = (f64, f64)>, from_m: f64, entries: usize) -> Self {
-        let mut force_n: Vec<f64> = Vec::with_capacity(entries);
-        let mut last: Option<(f64, f64)> = None;
-        for (position, force) in samples {
-            let (deepest, last_force) = *last.get_or_insert((position, force));
-            while force_n.len() < entries {
-                let depth = from_m + force_n.len() as f64 * STEP_M;
-                if depth > position {
-                    break;
-                }
-                let share = if position > deepest { ((depth - deepest) / (position - deepest)).max(0.0) } else { 0.0 };
-                force_n.push(last_force + share * (force - last_force));
+/// The force at the first passage of each depth, on a regular grid. Unreached depths have the force of the nearest reached
+/// one.
+fn first_passages(samples: impl Iterator<Item = (f64, f64)>, from_m: f64, entries: usize) -> Vec<f64> {
+    let mut force_n: Vec<f64> = Vec::with_capacity(entries);
+    let mut last: Option<(f64, f64)> = None;
+    for (position, force) in samples {
+        let (deepest, last_force) = *last.get_or_insert((position, force));
+        while force_n.len() < entries {
+            let depth = from_m + force_n.len() as f64 * STEP_M;
+            if depth > position {
+                break;
             }
-            if position >= deepest {
-                last = Some((position, force));
-            }
+            let share = if position > deepest { ((depth - deepest) / (position - deepest)).max(0.0) } else { 0.0 };
+            force_n.push(last_force + share * (force - last_force));
         }
-        force_n.resize(entries, last.map_or(0.0, |(_, force)| force));
-        Self { from_m, force_n }
+        if position >= deepest {
+            last = Some((position, force));
+        }
     }
-
-    fn at(&self, depth_m: f64) -> f64 {
-        let last = self.force_n.len() - 1;
-        let place = ((depth_m - self.from_m) / STEP_M).max(0.0).min(last as f64);
-        let index = (place as usize).min(last.saturating_sub(1));
-        let (here, next) = (self.force_n[index], self.force_n[(index + 1).min(last)]);
-        here + (place - index as f64) * (next - here)
-    }
-
-    fn look_up<L: Lane>(&self, depth_m: L) -> L {
-        L::from_lanes(|lane| self.at(depth_m.lane(lane)))
-    }
+    force_n.resize(entries, last.map_or(0.0, |(_, force)| force));
+    force_n
 }
 
-/// The recorded force at each depth, during insertion and withdrawal.
+/// The recorded force at each depth, during insertion and withdrawal: on a regular grid, linear between entries. Outside
+/// the grid the nearest entry applies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthCurves {
-    way_in: Curve,
-    way_out: Curve,
+    from_m: f64,
+    /// The forces of insertion and withdrawal in N. They are read together, so they lie together.
+    entries_n: Vec<[f64; 2]>,
 }
 
 impl DepthCurves {
@@ -78,27 +60,40 @@ impl DepthCurves {
         trocar_core::error::require("tissue.index", span, allowed, "by time for a recording of more than 10 m")?;
         let entries = (span / STEP_M) as usize + 2;
         let samples = || position_m.iter().copied().zip(force_n.iter().copied());
-        let way_in = Curve::of_first_passages(samples(), min_m, entries);
-        let mut way_out = Curve::of_first_passages(samples().rev(), min_m, entries);
-        for (out, &within) in way_out.force_n.iter_mut().zip(&way_in.force_n) {
-            *out = out.min(within);
-        }
-        Ok(Self { way_in, way_out })
+        let way_in = first_passages(samples(), min_m, entries);
+        let way_out = first_passages(samples().rev(), min_m, entries);
+        let entries_n = way_in.into_iter().zip(way_out).map(|(within, out)| [within, out.min(within)]).collect();
+        Ok(Self { from_m: min_m, entries_n })
+    }
+
+    /// The forces of insertion and withdrawal in N at a depth.
+    #[inline(always)]
+    fn at<L: Lane>(&self, depth_m: L) -> [L; 2] {
+        // There are at least two entries.
+        let last = self.entries_n.len() - 1;
+        let place = (depth_m - L::splat(self.from_m)) / L::splat(STEP_M);
+        let place = place.max(L::zero()).min(L::splat(last as f64));
+        let index = |lane: usize| (place.lane(lane) as usize).min(last - 1);
+        let share = place - L::from_lanes(|lane| index(lane) as f64);
+        [0, 1].map(|way| {
+            let here = L::from_lanes(|lane| self.entries_n[index(lane)][way]);
+            let next = L::from_lanes(|lane| self.entries_n[index(lane) + 1][way]);
+            here + share * (next - here)
+        })
     }
 
     /// Steepest rise of the insertion's force over [`RISE_M`], in N/m. Over shorter distances noise dominates.
     #[must_use]
     pub fn steepest_rise_n_per_m(&self) -> f64 {
         let entries = (RISE_M / STEP_M).round() as usize;
-        let force_n = &self.way_in.force_n;
-        let rises = force_n.iter().zip(force_n.iter().skip(entries)).map(|(from, to)| (to - from) / RISE_M);
-        rises.fold(0.0, f64::max)
+        let way_in = || self.entries_n.iter().map(|[force_n, _]| force_n);
+        way_in().zip(way_in().skip(entries)).map(|(from, to)| (to - from) / RISE_M).fold(0.0, f64::max)
     }
 
     /// The forces of insertion and withdrawal in N, at depths 10 µm apart.
     #[must_use]
-    pub fn tables_n(&self) -> [&[f64]; 2] {
-        [&self.way_in.force_n, &self.way_out.force_n]
+    pub fn tables_n(&self) -> [Vec<f64>; 2] {
+        [0, 1].map(|way| self.entries_n.iter().map(|forces| forces[way]).collect())
     }
 }
 
@@ -119,6 +114,8 @@ pub struct DepthReplay<L> {
     rupture_depths_m: Arc<[f64]>,
     inverse_presliding: L,
     deepest_m: L,
+    /// The force of the insertion at the largest depth so far.
+    deepest_n: L,
 }
 
 impl<L: Lane> DepthReplay<L> {
@@ -135,7 +132,9 @@ impl<L: Lane> DepthReplay<L> {
     ) -> Result<Self, InvalidValue> {
         positive("tissue.presliding_m", presliding_m)?;
         let inverse_presliding = L::splat(1.0 / presliding_m);
-        Ok(Self { curves, rupture_depths_m, inverse_presliding, deepest_m: L::splat(start_m) })
+        let deepest_m = L::splat(start_m);
+        let [deepest_n, _] = curves.at(deepest_m);
+        Ok(Self { curves, rupture_depths_m, inverse_presliding, deepest_m, deepest_n })
     }
 }
 
@@ -147,8 +146,9 @@ impl<L: Lane> Tissue<L> for DepthReplay<L> {
         self.deepest_m = position_m.max(before);
         let retreat = self.deepest_m - position_m;
         let share_in = (one - retreat * self.inverse_presliding).max(L::zero());
-        let loaded = self.curves.way_in.look_up(position_m).min(self.curves.way_in.look_up(self.deepest_m));
-        let unloaded = self.curves.way_out.look_up(position_m);
+        let [inserted, unloaded] = self.curves.at(position_m);
+        self.deepest_n = L::select(position_m.ge(before), inserted, self.deepest_n);
+        let loaded = inserted.min(self.deepest_n);
         let force_n = unloaded + share_in * (loaded - unloaded).max(L::zero());
         let mut ruptured = L::Mask::splat(false);
         for &depth in self.rupture_depths_m.iter() {
@@ -173,6 +173,7 @@ impl trocar_core::lane::Gather for DepthReplay<f64> {
             rupture_depths_m: all[0].rupture_depths_m.clone(),
             inverse_presliding: Gather::gather(trocar_core::lane::of_each!(all, |one| &one.inverse_presliding))?,
             deepest_m: Gather::gather(trocar_core::lane::of_each!(all, |one| &one.deepest_m))?,
+            deepest_n: Gather::gather(trocar_core::lane::of_each!(all, |one| &one.deepest_n))?,
         })
     }
 }

@@ -96,7 +96,7 @@ pub(crate) fn hash_signals(scenario: &Scenario, hash: &mut Sha256) {
     }
     match &scenario.tissue {
         TissueSpec::Recording { force_n, .. } => numbers(force_n),
-        TissueSpec::Depth { curves, .. } => curves.tables_n().into_iter().for_each(numbers),
+        TissueSpec::Depth { curves, .. } => curves.tables_n().iter().for_each(|table| numbers(table)),
         TissueSpec::Unit(_) | TissueSpec::Model(_) => {}
     }
     if let TissueSpec::Unit(tissue) = &scenario.tissue {
