@@ -24,12 +24,35 @@
 //! | run a user-defined part in the loop | [`engine::UserDefinedParts`] with [`run::run_with`] |
 //! | write results | [`report`] |
 //!
+//! # Features
+//! The default features also build the command line. A program that only runs scenarios uses
+//! `default-features = false`, and builds at most 60 packages.
+//!
+//! | feature | adds |
+//! |---|---|
+//! | `cli` | the program `trocar`; has `studies` |
+//! | `studies` | the modules [`compare`], [`design`](mod@design), [`detect`], [`document`], [`figures`], [`identify`](mod@identify), [`reference`], [`report`], [`roc`], [`stability`], [`stability_check`], [`sweep`], and the documents and warnings of a [`run`]; has the three features below |
+//! | `formats`, `lab-formats`, `arrow-formats`, `ros-formats` | recordings in other files than text |
+//! | `fmu` | tissues in functional mock-up units |
+//! | `dop853` | `simulation.engine = "dop853"` |
+//!
+//! ```
+//! use trocar::run::measure;
+//! use trocar::scenario::{Scenario, Source};
+//!
+//! let settings = [("scaling.force", 0.8.into()), ("simulation.seed", 7.into())];
+//! let scenario = Scenario::load_with(&Source::parse("layers/skin-augmented"), &settings)?;
+//! let metrics = measure(&scenario)?;
+//! assert!(metrics.ruptures[0].slave_overshoot_m.is_some_and(|overshoot_m| overshoot_m < 1e-3));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # Run and compare
 //! ```
 //! use trocar::compare::Comparison;
 //! use trocar::scenario::{Scenario, Source};
 //!
-//! let load = |name: &str| Scenario::load(&Source::parse(name), &["simulation.seed=7".into()]);
+//! let load = |name: &str| Scenario::load_with(&Source::parse(name), &[("simulation.seed", 7.into())]);
 //! let comparison = Comparison::of(vec![load("paper/classical")?, load("paper/augmented")?])?;
 //! let overshoot_m = |k: usize| comparison.runs[k].metrics.ruptures[0].slave_overshoot_m;
 //! assert!(overshoot_m(0).is_some_and(|classical| classical > 8e-3));
@@ -96,7 +119,8 @@
 //! |---|---|---|
 //! | 8 | `trocar` | the command line, the page and its server |
 //! | 7 | `trocar-report` | [`report`] (renders documents and draws figures; no lower layer prints) |
-//! | 6 | `trocar-studies` | [`run`], [`compare`], [`roc`], [`sweep`], [`design`](mod@design), [`stability_check`] (comparison of the linear analysis with simulations) |
+//! | 6 | `trocar-studies` | [`compare`], [`roc`], [`sweep`], [`design`](mod@design), [`stability_check`] (comparison of the linear analysis with simulations) |
+//! | 5 | `trocar-run` | [`run`] (metrics and traces of scenarios; `trocar-studies` adds documents and warnings) |
 //! | 5 | `trocar-detect` | [`detect`] (recordings: alarms, scores, calibration) |
 //! | 5 | `trocar-figures` | [`figures`] (every figure as a description) |
 //! | 5 | `trocar-stability` | [`stability`] (the linear loop, without the engine) |
@@ -113,25 +137,28 @@
 
 pub use trocar_base::warning;
 pub use trocar_core::{augmentation, chain, detector, error, estimation, lane, rig, settings, time};
-pub use trocar_detect as detect;
-pub use trocar_document as document;
 pub use trocar_engine::{channel, engine, operator, plant, sensor, teleoperation, tissue};
-pub use trocar_figures as figures;
-pub use trocar_identify as identify;
 pub use trocar_lti as lti;
 pub use trocar_metrics as metrics;
 pub use trocar_recording as recording;
-pub use trocar_report as report;
+#[cfg(not(feature = "studies"))]
+pub use trocar_run as run;
 pub use trocar_scenario as scenario;
 pub use trocar_scenario::population;
-pub use trocar_stability as stability;
-pub use trocar_studies::{compare, design, reference, roc, run, stability_check, sweep};
 
+#[cfg(feature = "studies")]
+mod studies;
+#[cfg(feature = "studies")]
+pub use studies::*;
+
+#[cfg(feature = "cli")]
 mod cli;
+#[cfg(feature = "cli")]
 mod explore;
 #[cfg(feature = "fuzzing")]
 #[doc(hidden)]
 pub use explore::read_message;
 
+#[cfg(feature = "cli")]
 #[doc(hidden)]
 pub use cli::main;

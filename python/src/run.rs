@@ -9,7 +9,7 @@ use trocar_document::Study as _;
 use trocar_document::to_json;
 use trocar_engine::engine::{COLUMNS, ColumnValues, Observer, Signals, TRACE_COLUMNS, TRUST_COLUMNS};
 use trocar_metrics::Metrics;
-use trocar_studies::run::{RunError, observe, observe_with};
+use trocar_studies::run::{RunError, RunReport, observe, observe_with};
 
 use crate::arrays::put;
 use crate::figures::run_trust;
@@ -37,23 +37,23 @@ pub(crate) struct Run {
 impl Run {
     /// The content of `summary.json`.
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        convert::parsed(py, &to_json(&self.run.summary()))
+        convert::parsed(py, &to_json(&RunReport::of(&self.run).summary()))
     }
 
     /// Returns only the warnings of `summary.json`.
     fn warnings<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let all = serde_json::to_value(self.run.warnings()).map_err(error::value)?;
+        let all = serde_json::to_value(RunReport::of(&self.run).warnings()).map_err(error::value)?;
         convert::python(py, &all)
     }
 
     /// Returns `summary.json` as text.
     fn summary_json(&self) -> String {
-        to_json(&self.run.summary())
+        to_json(&RunReport::of(&self.run).summary())
     }
 
     /// The document, without its figures.
     fn document<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        document::dictionary(py, &self.run.document(), false)
+        document::dictionary(py, &RunReport::of(&self.run).document(), false)
     }
 
     fn trust<'py>(&self, py: Python<'py>, columns: &Bound<'py, PyDict>) -> PyResult<Bound<'py, PyDict>> {

@@ -11,7 +11,7 @@ use super::{OutputArgs, ScenarioArgs, progress, report, terminal};
 use trocar_document::{Study as _, to_json};
 use trocar_report::{Destination, Folder, OutputError, write_document};
 use trocar_scenario::Scenario;
-use trocar_studies::run::{Run, run as run_scenario};
+use trocar_studies::run::{Run, RunReport, run as run_scenario};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -50,7 +50,8 @@ pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
     for scenario in scenarios {
         let folder = destination.open(WRITER, &[&scenario.name])?.folder(&scenario.name);
         let run = run_scenario(scenario)?;
-        let document = run.document();
+        let report = RunReport::of(&run);
+        let document = report.document();
         let report = args.report.then(|| report::again("trocar run", std::slice::from_ref(&run), []));
         let finish = Finish { output: &args.output, folder, all: false, report };
         finish.write(&document)?;
@@ -86,6 +87,7 @@ pub(super) fn open<'a>(
 }
 
 pub(super) fn write_runs(folder: &Folder, runs: &[Run]) -> Result<(), CliError> {
-    let write = |run: &Run| write_document(&folder.folder(&run.scenario.name).by(WRITER), &run.document());
+    let write =
+        |run: &Run| write_document(&folder.folder(&run.scenario.name).by(WRITER), &RunReport::of(run).document());
     Ok(runs.par_iter().try_for_each(write)?)
 }

@@ -24,7 +24,7 @@ use trocar_report::draw::FigureWidth;
 use trocar_report::draw::{FigureFormat, file};
 use trocar_studies::animation::animation;
 use trocar_studies::compare::{NoiseCheck, rows, verdict_of_schemes};
-use trocar_studies::run::Run;
+use trocar_studies::run::{Run, RunReport};
 
 const BEFORE_S: f64 = 0.3;
 const AFTER_S: f64 = 1.5;
@@ -71,7 +71,10 @@ pub(super) fn frame(pair: &Pair, noise: &[NoiseCheck], show: &Show, began: Insta
 }
 
 pub(super) fn signals<'a>(runs: &'a [Run; 2], ticks: &Range<usize>) -> Result<Figure<'a>, FigureError> {
-    let views: Vec<_> = runs.iter().map(|run| (run.view().at(ticks), run.estimation().at(ticks))).collect();
+    let views: Vec<_> = runs
+        .iter()
+        .map(|run| (RunReport::of(run).view().at(ticks), RunReport::of(run).estimation().at(ticks)))
+        .collect();
     let times_s = views.iter().flat_map(|(run, _)| run.time_s.first().into_iter().chain(run.time_s.last())).copied();
     let window = times_s.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)));
     figures::signals(&views, window)
@@ -98,7 +101,8 @@ pub(super) fn picture(
     let animation = animation(&runs.each_ref());
     let run = &runs[which];
     let whole_s = (0.0, run.trace.time_s.last().copied().unwrap_or(0.0));
-    let figure = figures::comparison(&[run.view()], Some(window_s(window, animation.as_ref(), whole_s)))?;
+    let figure =
+        figures::comparison(&[RunReport::of(run).view()], Some(window_s(window, animation.as_ref(), whole_s)))?;
     let png = file(&figure, FigureFormat::Png, width).map_err(PictureError::from)?;
     packed(&json!({ "type": "file", "id": id, "name": name }), &png)
 }
@@ -122,7 +126,7 @@ fn description(run: &Run) -> Json {
             Outcome::Completed | Outcome::Oscillating { .. } => None,
             Outcome::Diverged { time_s } => Some(time_s),
         },
-        "warnings": run.warnings(),
+        "warnings": RunReport::of(run).warnings(),
     })
 }
 

@@ -6,7 +6,7 @@ mod tables;
 
 use trocar::estimation::{AnyEstimator, Estimate, Estimator, Forgetting, FrictionShape, Parameters, RlsSettings};
 use trocar::report::ColumnFormat;
-use trocar::run::{run, trace_table};
+use trocar::run::{RunReport, run, trace_table};
 use trocar::scenario::{Scenario, Source};
 
 const TICK_S: f64 = 1e-3;
@@ -174,7 +174,7 @@ fn files_contain_the_additional_estimates() {
         let csv = String::from_utf8(csv).expect("text");
         let widths: Vec<usize> = csv.lines().map(|line| line.split(',').count()).collect();
         assert!(widths.len() > 1000 && widths.iter().all(|width| *width == widths[0]), "{parameters}");
-        let summary: serde_json::Value = run.summary();
+        let summary: serde_json::Value = RunReport::of(&run).summary();
         (csv.lines().next().expect("a header").to_owned(), summary["further_estimate"].clone())
     };
     let (plain, none) = columns("stiffness-and-damping");

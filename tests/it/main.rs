@@ -31,6 +31,7 @@ mod lab_files;
 mod lanes;
 mod layer_ranges;
 mod layers_paper;
+mod light;
 mod link_delays;
 mod link_parts;
 mod link_random;

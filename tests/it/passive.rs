@@ -9,7 +9,7 @@
 
 use rayon::prelude::*;
 use trocar::engine::Trace;
-use trocar::run::{Run, force_bound_gap, promise_gaps, run};
+use trocar::run::{Run, RunReport, force_bound_gap, promise_gaps, run};
 use trocar::scenario::{Scenario, Source};
 use trocar::teleoperation::Scheme;
 use trocar::warning::Code;
@@ -237,7 +237,8 @@ fn a_broken_promise_causes_a_warning_with_its_place_and_amount() {
         "operator.speed_m_per_s=0.2",
     ];
     let run = ran("passivity/late-wall", &with("time-domain", &settings));
-    let warning = run.warnings().into_iter().find(|warning| warning.code == Code::PromiseBroken).expect("broken");
+    let warning =
+        RunReport::of(&run).warnings().into_iter().find(|warning| warning.code == Code::PromiseBroken).expect("broken");
     assert_eq!(warning.place.as_deref(), Some("passivity.scheme"));
     assert!(
         warning.message.contains("mJ") && warning.message.contains(" s, with the needle at"),
@@ -246,6 +247,6 @@ fn a_broken_promise_causes_a_warning_with_its_place_and_amount() {
     );
     for scheme in SCHEMES {
         let run = ran("passivity/late-wall", &with(scheme, &[]));
-        assert!(run.warnings().iter().all(|warning| warning.code != Code::PromiseBroken), "{scheme}");
+        assert!(RunReport::of(&run).warnings().iter().all(|warning| warning.code != Code::PromiseBroken), "{scheme}");
     }
 }

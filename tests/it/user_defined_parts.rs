@@ -6,7 +6,7 @@ use trocar::engine::{Trace, UserDefinedParts};
 use trocar::estimation::{AnyEstimator, Estimate, Estimator};
 use trocar::metrics::Outcome;
 use trocar::operator::Operator;
-use trocar::run::{Run, empty_trace_with, observe_with, run, run_with};
+use trocar::run::{Run, RunReport, empty_trace_with, observe_with, run, run_with};
 use trocar::scenario::{Scenario, Source};
 use trocar::tissue::{Reaction, Tissue};
 use trocar::warning::Code;
@@ -217,7 +217,8 @@ fn a_run_with_user_defined_parts_reports_what_it_cannot_know() {
         }
     }
     let with = |name: &str, settings: &[&str]| {
-        run_with(scenario(name, settings), UserDefinedParts::default().detector(Silent)).expect("runs").warnings()
+        let parts = UserDefinedParts::default().detector(Silent);
+        RunReport::of(&run_with(scenario(name, settings), parts).expect("runs")).warnings()
     };
     let missed = with("layers/skin-augmented", &[]);
     assert!(missed.iter().any(|warning| warning.code == Code::MissedRupture), "{missed:?}");

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::Value as Json;
 use trocar::engine::{Observer, Signals};
 use trocar::metrics::{MissReason, Outcome};
-use trocar::run::{Run, observe, run};
+use trocar::run::{Run, RunReport, observe, run};
 use trocar::scenario::{Scenario, Source, shipped_questions};
 use trocar::stability::{left_out, loop_limits};
 use trocar::warning::Code;
@@ -18,7 +18,7 @@ fn load(name: &str, settings: &[&str]) -> Scenario {
 }
 
 fn codes(run: &Run) -> Vec<Code> {
-    run.warnings().iter().map(|warning| warning.code).collect()
+    RunReport::of(run).warnings().iter().map(|warning| warning.code).collect()
 }
 
 fn codes_of(name: &str, settings: &[&str]) -> Vec<Code> {

@@ -20,5 +20,9 @@ pub mod parallel;
 pub mod quantiles;
 #[doc(hidden)]
 pub mod rows;
+#[cfg(feature = "schema")]
+mod schema;
+#[cfg_attr(not(feature = "parallel"), path = "one_thread.rs")]
+mod threads;
 pub mod unit;
 pub mod warning;

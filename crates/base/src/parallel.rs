@@ -5,15 +5,9 @@
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use rayon::prelude::*;
-
 use crate::interrupt;
-
-/// Runs two pieces of work in parallel if this thread belongs to a pool. Otherwise it starts no threads, because they
-/// would not survive a fork of the process.
-pub fn join_in_pool<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
-    if rayon::current_thread_index().is_some() { rayon::join(a, b) } else { (a(), b()) }
-}
+use crate::threads::for_each;
+pub use crate::threads::join_in_pool;
 
 /// The results of `count` pieces of work in the order of their indices, from 0.
 pub fn map<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
@@ -51,7 +45,7 @@ pub fn try_map<T: Send, E: Send>(count: usize, work: impl Fn(usize) -> Result<T,
 
 fn each(count: usize, work: &(dyn Fn(usize) + Sync)) {
     // Unwinding takes microseconds: skip work that has not begun, and unwind only running work.
-    (0..count).into_par_iter().for_each(|index| {
+    for_each(count, |index| {
         if !interrupt::is_requested() {
             work(index)
         }
@@ -63,6 +57,7 @@ fn each(count: usize, work: &(dyn Fn(usize) + Sync)) {
 mod tests {
     use super::*;
 
+    #[cfg(feature = "parallel")]
     #[test]
     fn two_pieces_of_work_run_inside_and_outside_a_pool() {
         let both = || join_in_pool(|| 1, || 2);

@@ -1,10 +1,10 @@
 //! The units in which quantities are displayed.
 
-use schemars::JsonSchema;
 use serde::Serialize;
 
 /// The unit in which a quantity is displayed; the value itself is in SI units.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Unit {
     /// Metres, displayed in mm.

@@ -2,10 +2,8 @@
 //!
 //! Terminal, JSON files, reports and Python show the same warnings.
 
-use std::borrow::Cow;
 use std::fmt::{self, Display, Formatter};
 
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
 
 use super::names::with_short_words;
@@ -265,19 +263,9 @@ impl Serialize for Code {
     }
 }
 
-impl JsonSchema for Code {
-    fn schema_name() -> Cow<'static, str> {
-        "Code".into()
-    }
-
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let codes = Self::ALL.iter().map(|code| json_schema!({ "const": code.word(), "description": code.meaning() }));
-        json_schema!({ "description": "The code of a warning.", "oneOf": codes.collect::<Vec<_>>() })
-    }
-}
-
 /// A warning.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Warning {
     /// Its code.
     pub code: Code,

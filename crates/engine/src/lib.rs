@@ -3,6 +3,11 @@
 //!
 //! It uses `trocar-core`, `trocar-base`, `trocar-lti` and `trocar-fmu-import`, and neither scenario files nor studies.
 //! The crate `trocar` re-exports it.
+//!
+//! Without its features `fmu` and `dop853`, units and numerical integration are refused by errors.
+
+// Without an integrator, the equations of the integrated machines are not evaluated.
+#![cfg_attr(not(feature = "dop853"), allow(dead_code))]
 
 pub mod channel;
 pub mod engine;

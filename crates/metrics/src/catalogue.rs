@@ -4,14 +4,13 @@
 //! reader. Each scope has its table beside its numbers: a run's in `summary.rs`, a rupture's in `rupture.rs`. Structs,
 //! JSON, comparison tables, sweep columns and documentation are generated from them.
 
-use schemars::{JsonSchema, Schema};
 use serde::Serialize;
-use serde_json::Value as Json;
 
 use super::Unit;
 
 /// The values of a metric that are better, other things being equal.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Better {
     /// Smaller values.
@@ -193,25 +192,12 @@ impl<T: MetricValue> MetricValue for Option<T> {
     }
 }
 
-/// A transform of a scope's JSON Schema that appends the unit to each metric's description.
-pub fn with_units<Read>(metrics: &'static [Metric<Read>]) -> impl FnMut(&mut Schema) {
-    move |schema| {
-        let Some(properties) = schema.get_mut("properties") else { return };
-        for Declaration { name, unit, .. } in metrics.iter().map(|metric| &metric.declaration) {
-            let description = properties.get_mut(name).and_then(|property| property.get_mut("description"));
-            if let (Some(Json::String(description)), false) = (description, unit.si() == "1") {
-                description.push_str(&format!(" In {}.", unit.si()));
-            }
-        }
-    }
-}
-
 /// Declares the metrics of a scope and, with `pub struct`, the fields from which they are read.
 ///
 /// An entry is a doc comment of one line and `name: Type = "label", Unit signed, Better [Shown] was "former_name" =>
 /// |of| read;`. Without `: Type` the entry declares no field and needs `=> read`. Without `= "label"` it declares a
-/// field that is not a metric. `signed`, `[Shown]`, `was` and `=> read` are optional. The struct derives its JSON
-/// Schema, with the metrics' units.
+/// field that is not a metric. `signed`, `[Shown]`, `was` and `=> read` are optional. A struct with a JSON
+/// Schema transforms it by `schema::with_units`.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! metrics {
@@ -226,7 +212,6 @@ macro_rules! metrics {
         }
     ) => {
         $(#[$attribute])*
-        #[schemars(transform = $crate::catalogue::with_units(Self::METRICS))]
         pub struct $owner {
             $($(#[doc = $meaning] pub $name: $type,)?)*
         }

@@ -1,6 +1,5 @@
 //! The metrics of one augmented event.
 
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::metrics;
@@ -11,7 +10,8 @@ use trocar_engine::engine::Signals;
 
 metrics! {
     /// The metrics of one event, from the alarm to the return to teleoperation.
-    #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+    #[derive(Debug, Clone, PartialEq, Serialize)]
+    #[cfg_attr(feature = "schema", derive(schemars::JsonSchema), schemars(transform = crate::schema::with_units(Self::METRICS)))]
     pub struct EventMetrics in Event {
         /// Time at which the alarm was accepted.
         start_s: f64 = "start", Second, Neither [Never];

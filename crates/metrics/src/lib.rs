@@ -13,6 +13,9 @@ mod observer;
 mod ports;
 mod run_metric;
 mod rupture;
+#[cfg(feature = "schema")]
+#[doc(hidden)]
+pub mod schema;
 mod summary;
 mod sums;
 

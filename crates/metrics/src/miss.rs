@@ -4,7 +4,6 @@ use std::borrow::Cow;
 use std::fmt::{self, Display, Formatter};
 use std::ops::RangeInclusive;
 
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use trocar_base::warning::{Code, Warning};
@@ -18,7 +17,8 @@ use trocar_core::time::nearest_ticks;
 const FAR_M: f64 = 1e3;
 
 /// The cause that prevented the detector's alarm, or the supervisor's event.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "reason", rename_all = "kebab-case")]
 pub enum MissReason {
     /// The estimator's contact position is deeper than the needle.
@@ -236,7 +236,8 @@ impl Display for MissReason {
 }
 
 /// The reasons why a rupture has no alarm within its window.
-#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Miss {
     /// The main reason.
     #[serde(flatten)]

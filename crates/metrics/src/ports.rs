@@ -1,6 +1,5 @@
 //! The energies at the ports of a run, and the energy balance of each part between two ports.
 
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::metrics;
@@ -13,7 +12,8 @@ metrics! {
     /// augmentation (feedback force to reference), and the slave with its controller (reference to needle). The
     /// balances of the link and of the teleoperator scale the slave's energies to the master by force scale over
     /// position scale.
-    #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+    #[cfg_attr(feature = "schema", derive(schemars::JsonSchema), schemars(transform = crate::schema::with_units(Self::METRICS)))]
     pub struct PortMetrics in Port {
         /// Work of the hand on the master, ∫ F_h dx_h.
         hand_energy_j: f64 = "work of the hand", Joule signed, Neither [Never];

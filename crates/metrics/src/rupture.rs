@@ -1,6 +1,5 @@
 //! The metrics of one rupture.
 
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::intent::Aftermath;
@@ -14,7 +13,8 @@ use trocar_engine::engine::Signals;
 metrics! {
     /// The metrics of one rupture. "At the rupture" means the tick of the rupture, the last one under load. A metric
     /// over a window is undefined if the run ended before the window.
-    #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+    #[derive(Debug, Clone, PartialEq, Serialize)]
+    #[cfg_attr(feature = "schema", derive(schemars::JsonSchema), schemars(transform = crate::schema::with_units(Self::METRICS)))]
     pub struct RuptureMetrics in Rupture {
         /// Time at which the layer ruptured.
         time_s: f64 = "time", Second, Neither [Never];

@@ -1,6 +1,5 @@
 //! The metrics of a run and of its link.
 
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::{EventMetrics, PortMetrics, RuptureMetrics};
@@ -9,7 +8,8 @@ use trocar_core::time::TickGrid;
 use trocar_engine::teleoperation::LinkReport;
 
 /// How a run ended. Divergence is a result, not an error.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Outcome {
     /// Every tick was run.
@@ -30,7 +30,8 @@ pub enum Outcome {
 }
 
 /// An accepted alarm.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Alarm {
     /// The time of the alarm in s.
     pub time_s: f64,
@@ -39,7 +40,8 @@ pub struct Alarm {
 }
 
 /// Time spent in each mode, in s.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ModeTimes {
     /// Time in teleoperation, when the slave follows the master.
     pub teleoperation_s: f64,
@@ -51,7 +53,8 @@ pub struct ModeTimes {
 
 metrics! {
     /// The metrics of the link between master and slave.
-    #[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+    #[cfg_attr(feature = "schema", derive(schemars::JsonSchema), schemars(transform = crate::schema::with_units(Self::METRICS)))]
     pub struct LinkMetrics in Link {
         /// Number of outages of the link, in either direction.
         outages: u64 = "outages", Count, Neither [WhereNonZero];
@@ -98,7 +101,8 @@ impl LinkMetrics {
 
 metrics! {
     /// Every metric of one run.
-    #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+    #[derive(Debug, Clone, PartialEq, Serialize)]
+    #[cfg_attr(feature = "schema", derive(schemars::JsonSchema), schemars(transform = crate::schema::with_units(Self::METRICS)))]
     pub struct Metrics in Run {
         /// The outcome of the run.
         outcome: Outcome;

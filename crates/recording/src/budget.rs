@@ -9,7 +9,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use super::Limits;
-use super::containers::{Array, listed};
 use super::error::Problem;
 use super::format::Format;
 
@@ -120,15 +119,14 @@ impl Budget {
         self.hold("signals and their names", count.saturating_mul(SIGNAL_BYTES + COPIES * name_bytes))
     }
 
-    /// Charges an array with its signals, and creates it without texts.
-    pub(crate) fn array(&self, name: &str, dims: Vec<usize>) -> Result<Array, Problem> {
+    /// Charges an array of which `signals` are listed.
+    pub(crate) fn charge_array(&self, name: &str, dims: &[usize], signals: usize) -> Result<(), Problem> {
         self.check_name(name.len())?;
         check(dims.len(), MAX_DIMENSIONS, || format!("an array of {} dimensions", dims.len()))?;
-        match listed(&dims) {
-            0 => self.hold("signals and their names", ARRAY_BYTES + COPIES * name.len())?,
-            count => self.signals(count, name.len())?,
+        match signals {
+            0 => self.hold("signals and their names", ARRAY_BYTES + COPIES * name.len()),
+            count => self.signals(count, name.len()),
         }
-        Ok(Array::new(name, dims))
     }
 
     /// Reads everything, and charges it as it arrives. A problem of the budget is in the error; see [`recover`].
@@ -224,9 +222,9 @@ mod tests {
     #[test]
     fn names_depths_and_dimensions_are_bounded() {
         let budget = budget(1 << 20);
-        assert!(budget.array(&"a".repeat(MAX_NAME_BYTES + 1), vec![2]).is_err());
-        assert!(budget.array("a", vec![1; MAX_DIMENSIONS + 1]).is_err());
+        assert!(budget.charge_array(&"a".repeat(MAX_NAME_BYTES + 1), &[2], 1).is_err());
+        assert!(budget.charge_array("a", &[1; MAX_DIMENSIONS + 1], 0).is_err());
         assert!(budget.check_depth(MAX_DEPTH + 1).is_err());
-        assert!((0..1000).any(|_| budget.array("a", vec![2]).is_err()));
+        assert!((0..1000).any(|_| budget.charge_array("a", &[2], 1).is_err()));
     }
 }

@@ -162,12 +162,19 @@ pub enum Problem {
     Binary,
     /// The format needs a feature that this build lacks.
     #[error(
-        "is {0}, and this trocar was built without the feature {feature}; build it with `cargo install --path . --features {feature}`, \
-         or export the file as {instead}",
+        "is {0}, and this trocar was built without the feature {feature}; build it with {how}, or export the file as {instead}",
+        how = .0.command(),
         feature = .0.feature(),
         instead = .0.alternative()
     )]
     Unsupported(Format),
+    /// A text that gzip has compressed, and a build without the feature `formats`.
+    #[error(
+        "is compressed by gzip, and this trocar was built without the feature formats; build it with {}, or decompress the file with \
+         gunzip",
+        Format::Csv.command()
+    )]
+    GzipUnsupported,
     /// A log of ROS 1, which another program converts.
     #[error(
         "is a ROS 1 bag, which trocar does not read; convert it with `mcap convert {0} {0}.mcap` (the program mcap, from \

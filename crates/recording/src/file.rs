@@ -1,13 +1,11 @@
 //! Opens recordings, delay traces and labels on disk.
 
 use std::fs::{File, FileType, Metadata};
-use std::io::{BufRead, BufReader, Cursor, Read, Seek, SeekFrom};
+use std::io::{BufRead, Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use flate2::read::MultiGzDecoder;
-
 use super::budget::Budget;
-use super::containers::{self, Container};
+use super::containers::{ArrayFile, gunzipped};
 use super::error::{Place, Problem};
 use super::read::{names_csv, scan_csv};
 use super::signals::Signal;
@@ -40,7 +38,7 @@ pub fn open_recording(path: &Path, columns: &Columns, limits: &Limits) -> Result
     let budget = Budget::new(limits);
     match opened(path, &budget)? {
         (name, Opened::Text(file)) => read_csv(&name, file, columns, limits),
-        (name, Opened::Arrays(mut container)) => containers::read(&name, container.as_mut(), columns, &budget),
+        (name, Opened::Arrays(mut file)) => file.recording(&name, columns, &budget),
     }
 }
 
@@ -52,7 +50,7 @@ pub fn list_signals(path: &Path, limits: &Limits) -> Result<Vec<Signal>, Recordi
     let budget = Budget::new(limits);
     match opened(path, &budget)? {
         (name, Opened::Text(file)) => scan_csv(&name, file, limits),
-        (name, Opened::Arrays(mut container)) => containers::scan(&name, container.as_mut(), &budget),
+        (name, Opened::Arrays(mut file)) => file.signals(&name, &budget),
     }
 }
 
@@ -63,15 +61,13 @@ pub fn list_signals(path: &Path, limits: &Limits) -> Result<Vec<Signal>, Recordi
 pub fn signal_names(path: &Path, limits: &Limits) -> Result<Vec<String>, RecordingError> {
     match opened(path, &Budget::new(limits))? {
         (name, Opened::Text(file)) => names_csv(&name, file, limits),
-        (_, Opened::Arrays(container)) => {
-            Ok(containers::vectors(container.arrays()).into_iter().map(|v| v.name).collect())
-        }
+        (_, Opened::Arrays(file)) => Ok(file.signal_names()),
     }
 }
 
 enum Opened {
     Text(Box<dyn Read>),
-    Arrays(Box<dyn Container>),
+    Arrays(ArrayFile),
 }
 
 /// Opens a file of any format, and returns it with its name in messages.
@@ -80,14 +76,15 @@ fn opened(path: &Path, budget: &Budget) -> Result<(String, Opened), RecordingErr
     let refuse = |problem| Place::file(&name).error(problem);
     let unreadable = |error| refuse(Problem::Unreadable(error));
     let mut format = Format::of(path, &mut file).map_err(unreadable)?;
-    let mut text: Box<dyn Read> = match gunzipped(&mut file).map_err(unreadable)? {
-        None if format == Format::Rosbag1 => return Err(refuse(Problem::Rosbag1(name.as_str().into()))),
-        None if !matches!(format, Format::Csv | Format::JsonLines) => {
-            let container = containers::open(format, file, budget).map_err(refuse)?;
-            return Ok((name, Opened::Arrays(container)));
+    let mut text: Box<dyn Read> = match is_gzipped(&mut file).map_err(unreadable)? {
+        false if format == Format::Rosbag1 => return Err(refuse(Problem::Rosbag1(name.as_str().into()))),
+        false if !matches!(format, Format::Csv | Format::JsonLines) => {
+            let arrays = ArrayFile::open(format, file, budget).map_err(refuse)?;
+            return Ok((name, Opened::Arrays(arrays)));
         }
-        None => Box::new(file),
-        Some(mut inside) => {
+        false => Box::new(file),
+        true => {
+            let mut inside = gunzipped(file).map_err(refuse)?;
             let beginning = inside.fill_buf().map_err(unreadable)?.to_vec();
             format = Format::of(Path::new(""), &mut Cursor::new(beginning)).map_err(unreadable)?;
             Box::new(inside)
@@ -95,22 +92,18 @@ fn opened(path: &Path, budget: &Budget) -> Result<(String, Opened), RecordingErr
     };
     let opened = match format {
         Format::Csv => Opened::Text(text),
-        Format::JsonLines => Opened::Arrays(Box::new(containers::open_json_lines(&name, &mut text, budget)?)),
+        Format::JsonLines => Opened::Arrays(ArrayFile::of_json_lines(&name, &mut text, budget)?),
         other => return Err(refuse(Problem::Gzipped(other))),
     };
     Ok((name, opened))
 }
 
-/// Returns the decompressed content of a file that gzip has compressed; `None` for other files, which are then read from
-/// their beginning.
-fn gunzipped(file: &mut File) -> std::io::Result<Option<impl BufRead + use<>>> {
+/// Returns true for a file that gzip has compressed. The file is then read from its beginning.
+fn is_gzipped(file: &mut File) -> std::io::Result<bool> {
     let mut mark = vec![];
     file.by_ref().take(2).read_to_end(&mut mark)?;
     file.seek(SeekFrom::Start(0))?;
-    if mark != b"\x1f\x8b" {
-        return Ok(None);
-    }
-    Ok(Some(BufReader::new(MultiGzDecoder::new(file.try_clone()?))))
+    Ok(mark == b"\x1f\x8b")
 }
 
 /// Reads a delay trace from a file; see [`read_delays`].
@@ -223,6 +216,19 @@ mod tests {
         assert!(
             message.contains("--features lab-formats`, or export the file as MATLAB v7 (save -v7), Parquet or CSV")
         );
+    }
+
+    #[cfg(not(feature = "formats"))]
+    #[test]
+    fn without_formats_all_but_text_is_refused_and_names_the_feature() {
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        for content in [&b"PAR1"[..], b"\x93NUMPY", b"{\"a\": 1}", b"\x1f\x8b\x08"] {
+            std::fs::write(file.path(), content).expect("written");
+            let message = message(file.path());
+            assert!(message.contains("without the feature formats; build it with features = [\"formats\"]"), "{message}");
+        }
+        std::fs::write(file.path(), "time_s,position_m,force_n\n0,0,0\n0.001,0,1\n").expect("written");
+        assert_eq!(list_signals(file.path(), &Limits::default()).expect("text").len(), 3);
     }
 
     #[test]

@@ -9,6 +9,9 @@ use super::utf16;
 /// The feature that adds the formats of large libraries.
 const LAB_FORMATS: &str = "lab-formats";
 
+/// The feature that adds every format but tables in text, for programs that use trocar as a library.
+const FORMATS: &str = "formats";
+
 /// The features that add formats whose libraries take long to build.
 const ARROW_FORMATS: &str = "arrow-formats";
 const ROS_FORMATS: &str = "ros-formats";
@@ -80,7 +83,17 @@ impl Format {
         match self {
             Self::Arrow => ARROW_FORMATS,
             Self::Rosbag2 => ROS_FORMATS,
-            _ => LAB_FORMATS,
+            Self::Hdf5 | Self::Excel => LAB_FORMATS,
+            _ => FORMATS,
+        }
+    }
+
+    /// How to add the format to a build.
+    pub(super) fn command(self) -> String {
+        match self.feature() {
+            // The program always has it.
+            FORMATS => "features = [\"formats\"] in Cargo.toml".into(),
+            feature => format!("`cargo install --path . --features {feature}`"),
         }
     }
 

@@ -8,6 +8,8 @@
 //! Text is streamed: only the requested columns are kept, and [`Limits`] bounds the bytes and the samples. Every error
 //! names the file, the line and the column, and gives a remedy.
 //!
+//! Without the feature `formats` it reads tables in text alone, and refuses every other format by an error.
+//!
 //! It may use `trocar-core` and `trocar-base`. The crate `trocar` re-exports it as `trocar::recording`.
 //!
 //! ```
@@ -28,10 +30,14 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+// The readers of other files than text use some parts alone.
+#![cfg_attr(not(feature = "formats"), allow(dead_code))]
+
 mod arrays;
 mod block;
 mod budget;
 mod column;
+#[cfg_attr(not(feature = "formats"), path = "no_containers.rs")]
 mod containers;
 mod delays;
 mod error;
@@ -41,6 +47,8 @@ mod guard;
 mod head;
 mod header;
 mod in_vivo_like;
+#[cfg(feature = "formats")]
+mod keep;
 mod labels;
 mod labview;
 mod limits;
@@ -68,11 +76,13 @@ pub use error::{Place, Problem, RecordingError, Row};
 pub use file::{list_signals, open_delays, open_labels, open_recording, open_response, read_file, signal_names};
 pub use format::Format;
 pub use in_vivo_like::{InVivoLikeVariant, RUPTURES_S, in_vivo_like_csv, in_vivo_like_variant_csv};
+#[cfg(feature = "formats")]
+pub use keep::keep;
 pub use labels::{LabelRow, read_labels};
 pub use limits::Limits;
 pub use live::{LiveLine, LiveSample, LiveTable};
 pub use matrices::{Matrix, read_matrices};
-pub use memory::{MEMORY, keep, kept};
+pub use memory::{MEMORY, kept};
 pub use quantity::Quantity;
 pub use read::{read_csv, scan_csv};
 pub use resample::{ResampleError, Resampled};

@@ -1,7 +1,7 @@
 //! Matrices in MATLAB files.
 
 use super::budget::Budget;
-use super::containers::open_mat;
+use super::containers::ArrayFile;
 use super::error::Place;
 use super::{Limits, RecordingError};
 
@@ -20,24 +20,12 @@ pub struct Matrix {
 /// # Errors
 /// [`RecordingError`] for a damaged file, and for one that exceeds the limits.
 pub fn read_matrices(file: &str, bytes: Vec<u8>, limits: &Limits) -> Result<Vec<Matrix>, RecordingError> {
-    let refuse = |problem| Place::file(file).error(problem);
     let budget = Budget::new(limits);
-    let mut container = open_mat(bytes, &budget).map_err(refuse)?;
-    let arrays = container.arrays().to_vec();
-    let mut matrices = vec![];
-    for (index, array) in arrays.iter().enumerate() {
-        let &[height, width] = array.dims.as_slice() else { continue };
-        let (rows, size) = (height.saturating_mul(size_of::<Vec<f64>>()), array.len().saturating_mul(size_of::<f64>()));
-        budget.hold("matrices", rows.saturating_add(size)).map_err(refuse)?;
-        let values = container.values(index, &budget).map_err(|fault| refuse(fault.problem))?;
-        let at = |i: usize, j: usize| if array.column_major { j * height + i } else { i * width + j };
-        let row = |i: usize| (0..width).map(|j| values.get(at(i, j)).copied().unwrap_or(f64::NAN)).collect();
-        matrices.push(Matrix { name: array.name.clone(), rows: (0..height).map(row).collect() });
-    }
-    Ok(matrices)
+    let mut opened = ArrayFile::of_matlab(bytes, &budget).map_err(|problem| Place::file(file).error(problem))?;
+    opened.matrices(file, &budget)
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "formats"))]
 mod tests {
     use super::*;
 

@@ -42,7 +42,7 @@ pub enum Source {
         /// The text in TOML.
         text: Arc<str>,
     },
-    /// A recording in memory, by the name that [`keep`](trocar_recording::keep) returned.
+    /// A recording in memory, by the name that `trocar_recording::keep` returned.
     Memory(String),
     /// A file on disk or a text, with the kept content of it and of the files that it names.
     Kept(Box<Source>, KeptFiles),

@@ -65,6 +65,29 @@ impl Scenario {
         Self::load_changed(source, &[settings])
     }
 
+    /// Like [`Scenario::load`], with keys and typed values. A number may also be a text with a unit.
+    ///
+    /// ```
+    /// # mod trocar { pub use trocar_scenario as scenario; }
+    /// use trocar::scenario::{Scenario, Source};
+    ///
+    /// let source = Source::parse("layers/skin-augmented");
+    /// let settings = [("scaling.force", 0.8.into()), ("simulation.seed", 7.into()), ("operator.end_m", "30 mm".into())];
+    /// let scenario = Scenario::load_with(&source, &settings)?;
+    /// assert_eq!((scenario.seed, scenario.link.machines.force_scale), (7, 0.8));
+    ///
+    /// let error = Scenario::load_with(&source, &[("scaling.forse", 0.8.into())]).expect_err("no such key");
+    /// assert!(error.to_string().contains("did you mean scaling.force?"));
+    /// # Ok::<(), trocar::scenario::ScenarioError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// The errors of [`Scenario::load`].
+    pub fn load_with(source: &Source, settings: &[(&str, Value)]) -> Result<Self, ScenarioError> {
+        let written: Vec<String> = settings.iter().map(|(key, value)| format!("{key}={}", value.to_toml())).collect();
+        Self::load(source, &written)
+    }
+
     /// Like [`Scenario::load`], with several lists of settings. A later list overrides earlier ones and may change a
     /// kind, which disables earlier settings.
     ///

@@ -34,6 +34,27 @@ impl From<Constant> for Value {
     }
 }
 
+/// Converts numbers, flags and texts of Rust, for [`Scenario::load_with`](super::Scenario::load_with).
+macro_rules! from {
+    ($($Type:ty: $value:ident => $converted:expr;)*) => {
+        $(impl From<$Type> for Value {
+            fn from($value: $Type) -> Self {
+                $converted
+            }
+        })*
+    };
+}
+
+from! {
+    f64: number => Self::Number(number);
+    i32: number => u64::try_from(number).map_or(Self::Number(number.into()), Self::Whole);
+    u64: number => Self::Whole(number);
+    bool: flag => Self::Flag(flag);
+    &str: text => Self::Text(text.into());
+    String: text => Self::Text(text);
+    Vec<f64>: numbers => Self::Numbers(numbers);
+}
+
 fn number(toml: &Toml) -> Option<f64> {
     toml.as_float().or_else(|| toml.as_integer().map(|v| v as f64))
 }

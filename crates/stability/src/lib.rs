@@ -48,7 +48,6 @@ mod shares;
 mod side;
 mod switching;
 mod systems;
-mod tissue;
 mod varying;
 mod winding;
 mod worst;
@@ -79,6 +78,6 @@ pub use switching::{
     SwitchingSettings, adversary,
 };
 pub use systems::{Locus, LoopSystem, PolesAndZeros};
-pub use tissue::{TissueRange, TissueSource};
+pub use trocar_scenario::{TissueRange, TissueSource};
 pub use varying::{DelayRange, VaryingDelays};
 pub use z_width::{Walls, ZWidth};

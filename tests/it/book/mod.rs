@@ -79,6 +79,33 @@ fn the_scenario_of_the_readme_detects_its_ruptures_with_every_seed() {
 }
 
 #[test]
+fn the_rust_of_the_book_is_that_of_examples_which_cargo_compiles() {
+    let mut found = 0;
+    for page in pages() {
+        let text = std::fs::read_to_string(&page).expect("there");
+        for block in text.split("```rust").skip(1) {
+            let (_, inside) = block.split_once('\n').expect("lines");
+            let line = inside.split("\n```").next().and_then(|line| line.strip_prefix("{{#include "));
+            let line = line.and_then(|line| line.strip_suffix("}}")).filter(|line| !line.contains('\n'));
+            let line = line.unwrap_or_else(|| panic!("{}: {inside}", page.display()));
+            let path = page.parent().expect("a folder").join(line.split(':').next().unwrap_or_default());
+            assert!(path.is_file() && path.parent().is_some_and(|folder| folder.ends_with("examples")), "{}", path.display());
+            found += 1;
+        }
+    }
+    assert!(found >= 4, "{found}");
+}
+
+/// The page names `trocar-core` as the only dependency; cargo compiles the examples of this package with it alone.
+#[test]
+fn the_program_of_the_rig_page_is_an_example_of_the_core() {
+    let page = std::fs::read_to_string(file("docs/src/howto/rig.md")).expect("there");
+    assert!(page.contains("trocar-core = {") && page.contains("crates/core/examples/rig_step.rs"));
+    let manifest = std::fs::read_to_string(file("crates/core/Cargo.toml")).expect("there");
+    assert!(!manifest.contains("trocar-") || manifest.matches("trocar-").count() == manifest.matches("trocar-core").count());
+}
+
+#[test]
 fn the_commands_of_the_first_pages_print_what_they_show() {
     execute("");
     execute("reference");

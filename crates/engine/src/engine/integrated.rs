@@ -3,10 +3,10 @@
 //! The equations use the paper's letters and coefficients and no code of `lti`, so an error in a realisation or a hold
 //! shows as a difference. About a hundred times slower than the exact step.
 
-use ode_solvers::dop_shared::OutputType;
-use ode_solvers::{Dop853, SVector, System};
+use nalgebra::SVector;
 
-use super::{IntegrationError, MasterOutput, Plants, SlaveOutput, TissueForce};
+use super::integrator::integrate;
+use super::{Differential, IntegrationError, MasterOutput, Plants, SlaveOutput, TissueForce};
 use crate::plant::{
     ActuatorLimits, ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, SlaveParameters,
 };
@@ -16,9 +16,6 @@ type State = SVector<f64, 9>;
 
 /// `State`, and the outputs `U_m` and `U_s` of motors with a lag.
 type LaggedState = SVector<f64, 11>;
-
-const RELATIVE_TOLERANCE: f64 = 1e-12;
-const ABSOLUTE_TOLERANCE: f64 = 1e-14;
 
 #[derive(Debug, Clone)]
 struct Equations {
@@ -91,8 +88,8 @@ impl Equations {
     }
 }
 
-impl System<f64, State> for &Equations {
-    fn system(&self, _time: f64, s: &State, derivative: &mut State) {
+impl Differential<State> for &Equations {
+    fn system(&self, s: &State, derivative: &mut State) {
         let (motor, control) = match self.timing {
             ControlTiming::Continuous => (self.motor(s), self.slave_control(s)),
             ControlTiming::Sampled => (self.motor, self.held_slave_control),
@@ -101,8 +98,8 @@ impl System<f64, State> for &Equations {
     }
 }
 
-impl System<f64, LaggedState> for Lagged<'_> {
-    fn system(&self, _time: f64, s: &LaggedState, derivative: &mut LaggedState) {
+impl Differential<LaggedState> for Lagged<'_> {
+    fn system(&self, s: &LaggedState, derivative: &mut LaggedState) {
         let Self(equations) = self;
         let lags = [equations.limits.master_lag_s, equations.limits.slave_lag_s];
         let held = [equations.motor, equations.held_slave_control];
@@ -192,30 +189,16 @@ impl IntegratedPlants {
         if self.equations.timing == ControlTiming::Sampled && (master_lag_s > 0.0 || slave_lag_s > 0.0) {
             return self.integrate_lagged(duration_s);
         }
-        let (equations, state) = (&self.equations, self.state);
-        let mut solver =
-            Dop853::new(equations, 0.0, duration_s, duration_s, state, RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE);
-        solver.set_output(OutputType::Sparse);
-        solver.integrate()?;
-        if let Some(last) = solver.y_out().last() {
-            self.state = *last;
-        }
-        Ok(())
+        Ok(integrate(&self.equations, duration_s, &mut self.state)?)
     }
 
     fn integrate_lagged(&mut self, duration_s: f64) -> Result<(), IntegrationError> {
         let mut state = LaggedState::zeros();
         state.fixed_rows_mut::<9>(0).copy_from(&self.state);
         (state[9], state[10]) = (self.actual[0], self.actual[1]);
-        let lagged = Lagged(&self.equations);
-        let mut solver =
-            Dop853::new(lagged, 0.0, duration_s, duration_s, state, RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE);
-        solver.set_output(OutputType::Sparse);
-        solver.integrate()?;
-        if let Some(last) = solver.y_out().last() {
-            self.state = last.fixed_rows::<9>(0).into_owned();
-            self.actual = [last[9], last[10]];
-        }
+        integrate(Lagged(&self.equations), duration_s, &mut state)?;
+        self.state = state.fixed_rows::<9>(0).into_owned();
+        self.actual = [state[9], state[10]];
         Ok(())
     }
 

@@ -4,16 +4,14 @@
 //! The equations use no code of `lti` or of the exact step with friction. Friction keeps its direction over a tenth of
 //! the tick; a mass whose velocity changes its sign within one stops there.
 
-use ode_solvers::dop_shared::OutputType;
-use ode_solvers::{DVector, Dop853, System};
+use nalgebra::DVector;
 
 use super::integrated_slave::Equations;
-use super::{IntegrationError, MasterOutput};
+use super::integrator::integrate;
+use super::{Differential, IntegrationError, MasterOutput};
 use crate::plant::{ArmParameters, GeneralMaster, MasterModel, PlantError};
 
 const PARTS: usize = 10;
-const RELATIVE_TOLERANCE: f64 = 1e-12;
-const ABSOLUTE_TOLERANCE: f64 = 1e-14;
 
 /// The machine's states, position and velocity of the arm, and the desired position.
 type State = DVector<f64>;
@@ -27,8 +25,8 @@ struct Driven<'a> {
     is_held: bool,
 }
 
-impl System<f64, State> for Driven<'_> {
-    fn system(&self, _time: f64, state: &State, derivative: &mut State) {
+impl Differential<State> for Driven<'_> {
+    fn system(&self, state: &State, derivative: &mut State) {
         let IntegratedMaster { equations, arm, .. } = self.master;
         let n = equations.states();
         let (arm_m, arm_m_per_s, desired_m) = (state[n], state[n + 1], state[n + 2]);
@@ -116,14 +114,9 @@ impl IntegratedMaster {
             let friction_n = if is_held || self.friction_n == 0.0 { 0.0 } else { direction * self.friction_n };
             let external_n = self.constant_n - friction_n;
             let driven = Driven { master: self, desired_m_per_s, motor_n, external_n, is_held };
-            let state = self.state.clone();
-            let mut solver = Dop853::new(driven, 0.0, part_s, part_s, state, RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE);
-            solver.set_output(OutputType::Sparse);
-            solver.integrate()?;
-            let after = solver.y_out().last().cloned();
-            if let Some(after) = after {
-                self.state = after;
-            }
+            let mut state = self.state.clone();
+            integrate(driven, part_s, &mut state)?;
+            self.state = state;
             if self.friction_n > 0.0 && !is_held && self.state[1] * direction <= 0.0 {
                 self.state[1] = 0.0;
             }

@@ -4,15 +4,13 @@
 //! The equations use the matrices and coefficients of the settings and no code of `lti` or of the sliding mass. Friction
 //! keeps its direction over a tenth of the tick; a mass whose velocity changes its sign within one stops there.
 
-use ode_solvers::dop_shared::OutputType;
-use ode_solvers::{DVector, Dop853, System};
+use nalgebra::DVector;
 
-use super::IntegrationError;
+use super::integrator::integrate;
+use super::{Differential, IntegrationError};
 use crate::plant::{PlantError, SlaveModel, SlaveParameters};
 
 const PARTS: usize = 10;
-const RELATIVE_TOLERANCE: f64 = 1e-12;
-const ABSOLUTE_TOLERANCE: f64 = 1e-14;
 
 type State = DVector<f64>;
 
@@ -32,8 +30,8 @@ struct Driven<'a> {
     external_n: f64,
 }
 
-impl System<f64, State> for Driven<'_> {
-    fn system(&self, _time: f64, state: &State, derivative: &mut State) {
+impl Differential<State> for Driven<'_> {
+    fn system(&self, state: &State, derivative: &mut State) {
         for i in 0..self.equations.states() {
             derivative[i] = self.equations.derivative(i, state.as_slice(), self.command, self.external_n);
         }
@@ -117,11 +115,9 @@ impl IntegratedSlave {
 
     fn integrate(&self, command: f64, external_n: f64) -> Result<State, IntegrationError> {
         let driven = Driven { equations: &self.equations, command, external_n };
-        let (part_s, state) = (self.part_s, self.state.clone());
-        let mut solver = Dop853::new(driven, 0.0, part_s, part_s, state, RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE);
-        solver.set_output(OutputType::Sparse);
-        solver.integrate()?;
-        Ok(solver.y_out().last().unwrap_or(&self.state).clone())
+        let mut state = self.state.clone();
+        integrate(driven, self.part_s, &mut state)?;
+        Ok(state)
     }
 }
 

@@ -27,6 +27,8 @@ mod instruction_set;
 mod integrated;
 mod integrated_master;
 mod integrated_slave;
+#[cfg_attr(not(feature = "dop853"), path = "no_integrator.rs")]
+mod integrator;
 mod limited;
 mod motor;
 mod observer;
@@ -107,6 +109,11 @@ impl<P: Plants<W::Lane>, W: Wiring> Engine<P, W> {
         }
         self.parts.tissue_outcome()
     }
+}
+
+/// A system of ordinary differential equations that do not depend on the time.
+trait Differential<V> {
+    fn system(&self, state: &V, derivative: &mut V);
 }
 
 /// Combines eight engines, the first in lane 0; `None` if they differ in more than numbers. `plants` combines their

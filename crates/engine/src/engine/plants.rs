@@ -7,7 +7,7 @@ use trocar_core::lane::Lane;
 /// The integrator failed, for example because the run diverges.
 #[derive(Debug, Error)]
 #[error("the numerical integration failed within a tick: {0}; use simulation.engine = \"exact\"")]
-pub struct IntegrationError(#[from] ode_solvers::dop_shared::IntegrationError);
+pub struct IntegrationError(#[from] super::integrator::Failure);
 
 /// The outputs of the master side at a tick.
 #[derive(Debug, Clone, Copy)]

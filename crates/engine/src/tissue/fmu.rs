@@ -3,38 +3,15 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use trocar_fmu_import::{Causality, Fmu as Unit, FmuError, Instance, Variable};
+use trocar_fmu_import::{Causality, Fmu as Unit, Instance, Variable};
+
+pub use trocar_fmu_import::FmuError;
 
 use super::model::NEEDS_FILE;
-use super::{Model, Reaction, Tissue, TissueFailure};
+use super::{FmuSettings, Model, Reaction, Tissue, TissueFailure, UnfitUnit, UnitProblem};
 use trocar_core::error::InvalidValue;
 use trocar_core::lane::{Gather, LANES, Lane};
 use trocar_core::time::whole_ticks;
-
-trocar_core::settings! {
-    /// Settings of a tissue in a functional mock-up unit.
-    #[derive(Debug, Clone, PartialEq)]
-    pub struct FmuSettings in "tissue.fmu." no const {
-        /// Functional mock-up unit of the tissue: FMI 2.0 or 3.0, co-simulation. A run executes its code, so use only
-        /// trusted units.
-        file: Option<String> [FILE],
-        /// Communication step, a whole number of ticks. The force is held between the steps.
-        step_s: Option<f64> [POSITIVE] => "simulation.tick_s",
-        /// Name of the input for the needle's position, in m, increasing into the tissue.
-        position: String = "needle.position_m",
-        /// Name of the input for the needle's velocity, in m/s; by default needle.velocity_m_per_s, if the unit has
-        /// that input.
-        velocity: Option<String>,
-        /// Name of the output with the force on the needle, in N, positive when it resists insertion.
-        force: String = "reaction.force_n",
-        /// Name of the output that becomes true, or changes from 0 to another number, when a layer ruptures; by default
-        /// reaction.ruptured, if the unit has that output. Without it no rupture is known.
-        ruptured: Option<String>,
-        /// Values of the unit's parameters, as in "stiffness = 300; damping = 4", in the units of the parameters; true
-        /// is 1.
-        parameters: Option<String>,
-    }
-}
 
 /// Names in units that trocar exports, used if their keys have no value. The shaft force, which has no key, is the part
 /// of the force on the shaft.
@@ -46,24 +23,6 @@ const RUPTURED: &str = "reaction.ruptured";
 const METRE: (&str, [i32; 8]) = ("m", [0, 1, 0, 0, 0, 0, 0, 0]);
 const METRE_PER_SECOND: (&str, [i32; 8]) = ("m/s", [0, 1, -1, 0, 0, 0, 0, 0]);
 const NEWTON: (&str, [i32; 8]) = ("N", [1, 1, -2, 0, 0, 0, 0, 0]);
-
-/// A setting that does not fit its unit.
-#[derive(Debug, Clone, PartialEq)]
-pub struct UnfitUnit {
-    /// Key of the setting.
-    pub key: &'static str,
-    /// Problem of the setting.
-    pub problem: UnitProblem,
-}
-
-/// Problem of a setting of a unit.
-#[derive(Debug, Clone, PartialEq)]
-pub enum UnitProblem {
-    /// The unit itself, or one of its variables.
-    Unit(FmuError),
-    /// The setting, as a sentence that follows the key.
-    Setting(String),
-}
 
 /// The unpacked unit of a tissue, with its inputs, outputs and parameters.
 #[derive(Debug, Clone)]
@@ -133,18 +92,6 @@ impl UnitTissue {
             .map(|item| parameter(&unit, item).map_err(|problem| UnfitUnit { key: parameters, problem }))
             .collect::<Result<_, _>>()?;
         Ok(Self { unit, tick_s, step_s, step_ticks, inputs, outputs, ruptured, parameters })
-    }
-
-    /// Key of the unit's file.
-    #[must_use]
-    pub fn file_key() -> &'static str {
-        FmuSettings::KEYS[0].path
-    }
-
-    /// Key of the communication step.
-    #[must_use]
-    pub fn step_key() -> &'static str {
-        FmuSettings::KEYS[1].path
     }
 
     /// Loads the unit's library, which executes its code.
@@ -367,11 +314,6 @@ mod tests {
         );
         assert_eq!((is_multiple(1.0 + 0.9e-6, 1.0), is_multiple(1.0 + 1.1e-6, 1.0)), (true, false));
         assert_eq!((is_multiple(4.0 + 3.9e-6, 1.0), is_multiple(4.0 + 4.1e-6, 1.0)), (true, false));
-    }
-
-    #[test]
-    fn the_keys_of_file_and_step_are_the_keys_of_the_settings() {
-        assert_eq!([UnitTissue::file_key(), UnitTissue::step_key()], ["tissue.fmu.file", "tissue.fmu.step_s"]);
     }
 
     #[test]

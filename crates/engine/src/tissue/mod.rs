@@ -2,6 +2,7 @@
 
 mod depth;
 mod failure;
+#[cfg_attr(not(feature = "fmu"), path = "no_fmu.rs")]
 mod fmu;
 mod generalised;
 mod hunt_crossley;
@@ -22,11 +23,12 @@ mod tearing;
 mod tearing_layer;
 #[cfg(test)]
 mod tests;
+mod unit_settings;
 mod viscoelastic;
 
 pub use depth::{DepthCurves, DepthReplay};
 pub use failure::TissueFailure;
-pub use fmu::{Fmu, FmuSettings, UnfitUnit, UnitProblem, UnitTissue};
+pub use fmu::{Fmu, FmuError, UnitTissue};
 pub use generalised::{Generalised, GeneralisedSettings, MAX_DEPTHS};
 pub use hunt_crossley::{HuntCrossley, HuntCrossleySettings};
 pub use kelvin_voigt::{KelvinVoigt, KelvinVoigtSettings};
@@ -42,6 +44,7 @@ pub use shaft::ShaftParameters;
 pub use surface::Surface;
 pub use tearing::{Crack, Tearing, TearingSettings};
 pub use tearing_layer::TearingLayer;
+pub use unit_settings::{FmuSettings, UnfitUnit, UnitProblem};
 
 use self::literature::Outside;
 use trocar_core::error::InvalidValue;

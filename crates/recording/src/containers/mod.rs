@@ -3,8 +3,10 @@
 //! A [`Container`] lists its arrays with names and sizes; [`name`] selects a signal from them, and [`read`] combines
 //! signals to a recording. A new format needs a module here, a line in [`Format`] and one in [`open`].
 
+mod array_file;
 mod bytes;
 mod foreign;
+mod gzip;
 mod join;
 mod json;
 mod json_lines;
@@ -45,12 +47,11 @@ use super::Format;
 use super::budget::Budget;
 use super::error::{Problem, Row};
 
-pub(super) use foreign::guarded;
-pub(crate) use json_lines::open as open_json_lines;
+pub(super) use array_file::ArrayFile;
+use foreign::guarded;
+pub(super) use gzip::gunzipped;
 use loaded::Loaded;
-pub(super) use mat::open as open_mat;
-pub(super) use name::{has_signals, listed, vectors};
-pub(super) use read::{read, scan};
+use name::{has_signals, listed};
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Array {
@@ -91,6 +92,14 @@ impl Array {
     }
 }
 
+impl Budget {
+    /// Charges an array with its signals, and creates it without texts.
+    fn array(&self, name: &str, dims: Vec<usize>) -> Result<Array, Problem> {
+        self.charge_array(name, &dims, listed(&dims))?;
+        Ok(Array::new(name, dims))
+    }
+}
+
 /// A problem at a sample of an array.
 #[derive(Debug)]
 pub(super) struct Fault {
@@ -121,7 +130,7 @@ pub(super) trait Container {
     }
 }
 
-pub(super) fn open(format: Format, mut file: File, budget: &Budget) -> Result<Box<dyn Container>, Problem> {
+fn open(format: Format, mut file: File, budget: &Budget) -> Result<Box<dyn Container>, Problem> {
     let mut whole = || {
         let mut bytes = vec![];
         file.by_ref().take(budget.limits().max_bytes).read_to_end(&mut bytes).map_err(Problem::Unreadable)?;

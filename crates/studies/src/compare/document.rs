@@ -7,7 +7,7 @@ use super::{
     Comparison, ComparisonTable, Fact, NoiseCheck, Row, SchemeRow, SeedStudy, Spread, rows, verdict, verdict_over_seeds,
 };
 use crate::animation::animation_with_pictures;
-use crate::run::{REDUCED, Run, RunFile, about, event_shade, outcome, seeds_without_effect, windows};
+use crate::run::{REDUCED, Run, RunFile, RunReport, about, event_shade, outcome, seeds_without_effect, windows};
 use trocar_base::warning::Warning;
 use trocar_document::{Cell, DataTable, Digits, Document, Number, Section, Shown, Study, Table, Values, json_of, show};
 use trocar_figures::{self as figures, EstimationView, RunView};
@@ -76,10 +76,10 @@ impl<'a> ComparisonReport<'a> {
             ..Document::default()
         };
         let drawn: Vec<&'a Run> = runs.into_iter().filter(|run| !run.trace.is_empty()).collect();
-        let views: Vec<_> = drawn.iter().map(|run| run.view()).collect();
+        let views: Vec<_> = drawn.iter().map(|run| RunReport::of(run).view()).collect();
         document.sketch = figures::sketch(&views).ok();
         document.animation = animation_with_pictures(&drawn);
-        let estimations: Vec<_> = drawn.iter().take(MAX_RUNS).map(|run| run.estimation()).collect();
+        let estimations: Vec<_> = drawn.iter().take(MAX_RUNS).map(|run| RunReport::of(run).estimation()).collect();
         add_figures(&mut document, &views, estimations);
         document
     }

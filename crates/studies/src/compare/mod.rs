@@ -38,7 +38,7 @@ pub use verdict::{verdict, verdict_of_schemes, verdict_over_seeds};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use crate::run::{Run, RunError, run};
+use crate::run::{Run, RunError, RunReport, run};
 use trocar_base::parallel::try_map;
 use trocar_base::warning::Warning;
 use trocar_scenario::Scenario;
@@ -76,7 +76,7 @@ impl Comparison {
     /// The warnings about the runs, in their order.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
-        self.runs.iter().flat_map(Run::warnings).collect()
+        self.runs.iter().flat_map(|run| RunReport::of(run).warnings()).collect()
     }
 
     /// The table of the metrics.

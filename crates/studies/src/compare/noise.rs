@@ -20,6 +20,7 @@ metrics! {
     /// The detection of a scenario with white noise added to its force, by the scenario's detector and by the paper's
     /// baseline.
     #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+    #[schemars(transform = trocar_metrics::schema::with_units(Self::METRICS))]
     pub struct NoiseCheck in Noise {
         /// Standard deviation of the added noise, in N.
         added_noise_std_n: f64;

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value as Json;
 
-use super::{Run, trace_table};
+use super::{Run, RunReport, trace_table};
 use crate::animation::animation;
 use crate::compare::{events_table, metric_tables, verdict};
 use trocar_base::warning::Warning;
@@ -20,27 +20,28 @@ const MAX_WINDOWS: usize = 6;
 
 const TELEOPERATION: &str = "teleoperation";
 
-impl Study for Run {
+impl Study for RunReport<'_> {
     fn document(&self) -> Document<'_> {
-        let mut verdict = verdict(&[self]);
-        verdict.sentences.insert(0, format!("{}.", state(self)));
+        let run = self.run;
+        let mut verdict = verdict(&[run]);
+        verdict.sentences.insert(0, format!("{}.", state(run)));
         if let Some(unreached) = self.unreached_sentence() {
             verdict.sentences.insert(1, unreached);
         }
         let mut document = Document {
             name: "summary",
-            title: self.scenario.name.clone(),
+            title: run.scenario.name.clone(),
             verdict,
             warnings: self.warnings(),
-            sections: sections(self),
-            data: vec![trace_table(&self.trace, |_| true)],
-            files: vec![TextFile { name: "scenario.toml".into(), text: self.scenario.echo() }],
+            sections: sections(run),
+            data: vec![trace_table(&run.trace, |_| true)],
+            files: vec![TextFile { name: "scenario.toml".into(), text: run.scenario.echo() }],
             json: self.summary(),
             ..Document::default()
         };
-        if !self.trace.is_empty() {
+        if !run.trace.is_empty() {
             document.sketch = figures::sketch(&[self.view()]).ok();
-            document.animation = animation(&[self]);
+            document.animation = animation(&[run]);
             add_figures(&mut document, self.view(), &self.estimation(), &self.energies());
         }
         document
@@ -168,17 +169,17 @@ impl<'a> RunFile<'a> {
             scenario: &run.scenario.name,
             seed: run.scenario.seed,
             tick_s: run.scenario.grid.tick_s(),
-            warnings: run.warnings(),
+            warnings: RunReport::of(run).warnings(),
             metrics: &run.metrics,
             further_estimate: ExtraParameterEstimate::of(&run.trace.extra_parameter),
         }
     }
 }
 
-impl Run {
+impl RunReport<'_> {
     /// The content of `summary.json`: every metric, the events, the seed and the version.
     #[must_use]
-    pub fn summary(&self) -> Json {
-        json_of(&RunFile::of(self))
+    pub fn summary(self) -> Json {
+        json_of(&RunFile::of(self.run))
     }
 }

@@ -1,6 +1,6 @@
 //! The warnings about limits of the safety stage that acted.
 
-use super::Run;
+use super::RunReport;
 use trocar_base::warning::{Code, Warning};
 use trocar_document::{counted, significant};
 
@@ -11,19 +11,20 @@ fn is_at(value: f64, limit: f64) -> bool {
     value >= limit * (1.0 - AT_LIMIT)
 }
 
-impl Run {
+impl RunReport<'_> {
     /// The limits that acted, from the commands of the trace.
-    pub(super) fn acting_limits(&self) -> Vec<Warning> {
-        let safety = &self.scenario.safety;
+    pub(super) fn acting_limits(self) -> Vec<Warning> {
+        let run = self.run;
+        let safety = &run.scenario.safety;
         if !safety.acts_in_simulation() {
             return vec![];
         }
-        let tick_s = self.scenario.grid.tick_s();
-        let (force_n, reference_m) = (&self.trace.feedback_force_n, &self.trace.slave_reference_m);
+        let tick_s = run.scenario.grid.tick_s();
+        let (force_n, reference_m) = (&run.trace.feedback_force_n, &run.trace.slave_reference_m);
         let steps = |column: &[f64], limit: f64| {
             column.windows(2).filter(|pair| is_at((pair[1] - pair[0]).abs(), limit * tick_s)).count()
         };
-        let ahead = reference_m.iter().zip(&self.trace.slave_position_m);
+        let ahead = reference_m.iter().zip(&run.trace.slave_position_m);
         let counts = [
             (
                 "safety.force_limit_n",

@@ -1,40 +1,15 @@
 //! Reports what a run does not reach: the tissue, a layer, the end of the operator's movement.
 
-use super::Run;
+use super::{Reach, RunReport};
 use trocar_base::warning::{Code, Warning};
 use trocar_core::settings::KeySource as _;
-use trocar_core::time::{TickGrid, nearest_ticks};
 use trocar_document::counted;
-use trocar_engine::engine::Trace;
 use trocar_engine::operator::MotionSettings;
-use trocar_metrics::{ALARM_WINDOW_S, Metrics, Outcome, RUPTURE_WINDOW_S, RuptureMetrics};
+use trocar_metrics::{ALARM_WINDOW_S, Outcome, RUPTURE_WINDOW_S};
 use trocar_scenario::{OperatorSpec, Scenario, TissueSpec};
 
 /// Maximum remaining share of a movement at the end of a run without a warning.
 const MAX_LEFT_SHARE: f64 = 0.01;
-
-/// How far the needle got in a run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reach {
-    /// Deepest position, in m.
-    pub deepest_m: f64,
-    /// True if the tissue force is 0 in the whole run.
-    pub is_untouched: bool,
-    /// The largest tissue force after the last rupture, in N.
-    pub last_force_n: f64,
-}
-
-impl Reach {
-    pub(super) fn of(grid: &TickGrid, metrics: &Metrics, trace: &Trace) -> Option<Self> {
-        let tick_after = |rupture: &RuptureMetrics| nearest_ticks(rupture.time_s, grid.tick_s()) as usize + 1;
-        let first = metrics.ruptures.last().map_or(0, tick_after);
-        Some(Self {
-            deepest_m: trace.slave_position_m.iter().copied().reduce(f64::max)?,
-            is_untouched: trace.tissue_force_n.iter().all(|force_n| *force_n == 0.0),
-            last_force_n: trace.tissue_force_n.iter().skip(first).copied().fold(0.0, f64::max),
-        })
-    }
-}
 
 enum Unreached<'a> {
     /// The first layer that does not rupture.
@@ -45,15 +20,15 @@ enum Unreached<'a> {
     Depth(f64),
 }
 
-impl Run {
-    pub(super) fn unreached(&self) -> Vec<Warning> {
+impl<'a> RunReport<'a> {
+    pub(super) fn unreached(self) -> Vec<Warning> {
         let Some(reach) = self.completed_reach() else { return vec![] };
-        let motion = if self.is_user_defined("operator") { None } else { motion_beyond_run(&self.scenario) };
+        let motion = if self.is_user_defined("operator") { None } else { motion_beyond_run(&self.run.scenario) };
         let tissue = self.untouched(&reach).or_else(|| self.unruptured(&reach));
         motion.into_iter().chain(tissue).collect()
     }
 
-    pub(super) fn unreached_sentence(&self) -> Option<String> {
+    pub(super) fn unreached_sentence(self) -> Option<String> {
         let reach = self.completed_reach()?;
         if reach.is_untouched {
             return Some("The needle never touches the tissue.".into());
@@ -67,16 +42,16 @@ impl Run {
         })
     }
 
-    fn completed_reach(&self) -> Option<Reach> {
-        self.reach.filter(|_| !matches!(self.metrics.outcome, Outcome::Diverged { .. }))
+    fn completed_reach(self) -> Option<Reach> {
+        self.run.reach.filter(|_| !matches!(self.run.metrics.outcome, Outcome::Diverged { .. }))
     }
 
-    fn untouched(&self, reach: &Reach) -> Option<Warning> {
+    fn untouched(self, reach: &Reach) -> Option<Warning> {
         if !reach.is_untouched {
             return None;
         }
         let deepest = format!("the needle gets to {:.2} mm", 1e3 * reach.deepest_m);
-        let surface_m = self.scenario.tissue.settings().and_then(|settings| settings.surface_m());
+        let surface_m = self.run.scenario.tissue.settings().and_then(|settings| settings.surface_m());
         let (message, place) = match surface_m.filter(|_| !self.is_user_defined("tissue")) {
             Some(surface_m) => (
                 format!("the needle never touches the tissue: {deepest}, the surface is at {:.2} mm", 1e3 * surface_m),
@@ -89,15 +64,17 @@ impl Run {
         Some(Warning::new(Code::TissueNotTouched, message).at(place).remedy(remedy))
     }
 
-    fn first_unreached(&self, reach: &Reach) -> Option<Unreached<'_>> {
+    fn first_unreached(self, reach: &Reach) -> Option<Unreached<'a>> {
         if self.is_user_defined("tissue") {
             return None;
         }
-        let occurred = self.metrics.ruptures.len();
-        match &self.scenario.tissue {
-            TissueSpec::Model(_) => self.scenario.layers_to_rupture().into_iter().nth(occurred).map(Unreached::Layer),
+        let occurred = self.run.metrics.ruptures.len();
+        match &self.run.scenario.tissue {
+            TissueSpec::Model(_) => {
+                self.run.scenario.layers_to_rupture().into_iter().nth(occurred).map(Unreached::Layer)
+            }
             TissueSpec::Recording { rupture_ticks, .. } => {
-                rupture_ticks.get(occurred).map(|&tick| Unreached::Label(self.scenario.grid.time_s(tick)))
+                rupture_ticks.get(occurred).map(|&tick| Unreached::Label(self.run.scenario.grid.time_s(tick)))
             }
             TissueSpec::Depth { rupture_depths_m, .. } => {
                 rupture_depths_m.iter().copied().find(|depth_m| *depth_m > reach.deepest_m).map(Unreached::Depth)
@@ -106,16 +83,16 @@ impl Run {
         }
     }
 
-    fn unruptured(&self, reach: &Reach) -> Option<Warning> {
-        let end_s = self.scenario.grid.time_s(self.metrics.ticks);
+    fn unruptured(self, reach: &Reach) -> Option<Warning> {
+        let end_s = self.run.scenario.grid.time_s(self.run.metrics.ticks);
         let deepest_mm = 1e3 * reach.deepest_m;
         Some(match self.first_unreached(reach)? {
             Unreached::Layer(name) => {
-                let layers = self.scenario.layers_to_rupture();
-                let occurred = self.metrics.ruptures.len();
+                let layers = self.run.scenario.layers_to_rupture();
+                let occurred = self.run.metrics.ruptures.len();
                 let force_n = reach.last_force_n;
                 let key = format!("tissue.layer.{name}.rupture_force_n");
-                let needed = self.scenario.values().optional_number(&key).map(|needed_n| {
+                let needed = self.run.scenario.values().optional_number(&key).map(|needed_n| {
                     let shared = if force_n < needed_n { "" } else { ", of which the layer bears a part" };
                     format!("{shared}; it ruptures at {needed_n} N")
                 });
@@ -149,8 +126,8 @@ impl Run {
         })
     }
 
-    pub(super) fn stray_alarms(&self) -> Vec<Warning> {
-        let ruptures = &self.metrics.ruptures;
+    pub(super) fn stray_alarms(self) -> Vec<Warning> {
+        let ruptures = &self.run.metrics.ruptures;
         let of = |time_s: f64| {
             let index =
                 ruptures.iter().rposition(|rupture| (0.0..=RUPTURE_WINDOW_S).contains(&(time_s - rupture.time_s)))?;
@@ -158,7 +135,7 @@ impl Run {
             let is_missed = rupture.detection_delay_s.is_none();
             is_missed.then(|| {
                 let after_s = time_s - rupture.time_s;
-                let why = if after_s > ALARM_WINDOW_S + 0.5 * self.scenario.grid.tick_s() {
+                let why = if after_s > ALARM_WINDOW_S + 0.5 * self.run.scenario.grid.tick_s() {
                     format!("a detection follows within {:.0} ms", 1e3 * ALARM_WINDOW_S)
                 } else {
                     "the tissue force had not fallen".to_owned()
@@ -176,7 +153,7 @@ impl Run {
             })
         };
         let is_false = |alarm: &&trocar_metrics::Alarm| !alarm.matched;
-        self.metrics.alarms.iter().filter(is_false).filter_map(|alarm| of(alarm.time_s)).collect()
+        self.run.metrics.alarms.iter().filter(is_false).filter_map(|alarm| of(alarm.time_s)).collect()
     }
 }
 

@@ -1,7 +1,6 @@
 //! The warnings about a run.
 
-use super::Run;
-use super::oscillation::{Swing, lasting_swing};
+use super::RunReport;
 use super::reach::motion_beyond_run;
 use trocar_base::warning::{Code, Warning};
 use trocar_core::settings::KeySource as _;
@@ -12,6 +11,7 @@ use trocar_engine::plant::ControlTiming;
 use trocar_engine::tissue::TissueSettings;
 use trocar_engine::tissue::literature::Outside;
 use trocar_metrics::{Miss, MissReason, Outcome, RuptureMetrics};
+use trocar_run::{Swing, lasting_swing};
 use trocar_scenario::{OperatorSpec, Scenario, TissueSpec, idle_keys};
 
 /// Mean power between hand and master in W that no person sustains for the length of a run.
@@ -27,10 +27,10 @@ const MAX_GIVEN_SHARE: f64 = 0.1;
 const ROUNDING_J: f64 = 1e-9;
 const ROUNDING_SHARE: f64 = 1e-9;
 
-impl Run {
+impl<'a> RunReport<'a> {
     /// The warnings about the run, in the order of the codes.
     #[must_use]
-    pub fn warnings(&self) -> Vec<Warning> {
+    pub fn warnings(self) -> Vec<Warning> {
         let mut all: Vec<Warning> = self.missed_ruptures().collect();
         all.extend(self.stray_alarms());
         all.extend(self.unreached());
@@ -38,34 +38,34 @@ impl Run {
         all.extend(self.energy_of_the_hand());
         all.extend(self.acting_limits());
         all.extend(self.broken_promise());
-        all.extend(delay_beyond_run(&self.scenario));
-        all.extend(delays_rounded(&self.scenario));
-        all.extend(replayed(&self.scenario));
-        all.extend(idle_keys(&self.scenario));
+        all.extend(delay_beyond_run(&self.run.scenario));
+        all.extend(delays_rounded(&self.run.scenario));
+        all.extend(replayed(&self.run.scenario));
+        all.extend(idle_keys(&self.run.scenario));
         if !self.is_user_defined("tissue") {
-            all.extend(outside_measured(&self.scenario));
+            all.extend(outside_measured(&self.run.scenario));
         }
-        all.into_iter().map(|warning| warning.of(&self.scenario.name)).collect()
+        all.into_iter().map(|warning| warning.of(&self.run.scenario.name)).collect()
     }
 
-    pub(super) fn is_user_defined(&self, role: &str) -> bool {
-        self.user_defined_parts.contains(&role)
+    pub(super) fn is_user_defined(self, role: &str) -> bool {
+        self.run.user_defined_parts.contains(&role)
     }
 
     /// True for a rupture missed because of an unmatched alarm, which has a separate warning.
-    fn is_of_stray_alarm(&self, miss: &Miss) -> bool {
+    fn is_of_stray_alarm(self, miss: &Miss) -> bool {
         let MissReason::AlarmOfAnother { alarm_s } = miss.reason else { return false };
-        let half_tick_s = 0.5 * self.scenario.grid.tick_s();
-        self.metrics.alarms.iter().any(|alarm| !alarm.matched && (alarm.time_s - alarm_s).abs() < half_tick_s)
+        let half_tick_s = 0.5 * self.run.scenario.grid.tick_s();
+        self.run.metrics.alarms.iter().any(|alarm| !alarm.matched && (alarm.time_s - alarm_s).abs() < half_tick_s)
     }
 
-    fn missed_ruptures(&self) -> impl Iterator<Item = Warning> + '_ {
+    fn missed_ruptures(self) -> impl Iterator<Item = Warning> + 'a {
         let of = |(index, rupture): (usize, &RuptureMetrics)| {
             let miss = rupture.miss.as_ref().filter(|miss| !self.is_of_stray_alarm(miss))?;
             Some(miss.warning(index + 1, rupture.time_s))
         };
-        let (missed, all) = (self.metrics.missed_ruptures, self.metrics.ruptures.len());
-        let unexplained = (!self.user_defined_parts.is_empty() && missed > 0).then(|| {
+        let (missed, all) = (self.run.metrics.missed_ruptures, self.run.metrics.ruptures.len());
+        let unexplained = (!self.run.user_defined_parts.is_empty() && missed > 0).then(|| {
             let message = format!(
                 "{missed} of {all} ruptures have no alarm; trocar does not search for reasons if parts are \
                     user-defined"
@@ -73,12 +73,12 @@ impl Run {
             let remedy = "look at the decision and the residual after the ruptures in the trace";
             Warning::new(Code::MissedRupture, message).remedy(remedy)
         });
-        self.metrics.ruptures.iter().enumerate().filter_map(of).chain(unexplained)
+        self.run.metrics.ruptures.iter().enumerate().filter_map(of).chain(unexplained)
     }
 
-    fn oscillation(&self) -> Option<Warning> {
-        if !self.user_defined_parts.is_empty() && self.metrics.outcome == Outcome::Completed {
-            let Swing { swing_m, frequency_hz } = lasting_swing(&self.scenario, &self.trace)?;
+    fn oscillation(self) -> Option<Warning> {
+        if !self.run.user_defined_parts.is_empty() && self.run.metrics.outcome == Outcome::Completed {
+            let Swing { swing_m, frequency_hz } = lasting_swing(&self.run.scenario, &self.run.trace)?;
             let message = format!(
                 "it swings by {:.3} mm at {frequency_hz:.2} Hz at the end; if parts are user-defined, trocar cannot \
                  tell whether the hand causes the swing",
@@ -88,7 +88,7 @@ impl Run {
                 Warning::new(Code::Oscillating, message).remedy("compare with a run whose hand rests at the end"),
             );
         }
-        let Outcome::Oscillating { frequency_hz, swing_m } = self.metrics.outcome else { return None };
+        let Outcome::Oscillating { frequency_hz, swing_m } = self.run.metrics.outcome else { return None };
         let message = format!(
             "it swings by {:.3} mm at {frequency_hz:.2} Hz at the end, and the swing does not decay",
             1e3 * swing_m
@@ -99,9 +99,9 @@ impl Run {
         ))
     }
 
-    fn energy_of_the_hand(&self) -> Option<Warning> {
-        let (hand_j, tissue_j) = (self.metrics.operator_energy_j?, self.metrics.tissue_energy_j?);
-        let duration_s = self.metrics.ticks as f64 * self.scenario.grid.tick_s();
+    fn energy_of_the_hand(self) -> Option<Warning> {
+        let (hand_j, tissue_j) = (self.run.metrics.operator_energy_j?, self.run.metrics.tissue_energy_j?);
+        let duration_s = self.run.metrics.ticks as f64 * self.run.scenario.grid.tick_s();
         let power_w = hand_j.abs() / duration_s;
         if power_w > MAX_HAND_POWER_W {
             let message = format!(
@@ -114,8 +114,8 @@ impl Run {
                     .remedy("reduce scaling.force, the delays or the stiffness until the run settles"),
             );
         }
-        let is_model = matches!(self.scenario.tissue, TissueSpec::Model(_)) && !self.is_user_defined("tissue");
-        let is_passive = is_model && !self.scenario.organ_motion.moves();
+        let is_model = matches!(self.run.scenario.tissue, TissueSpec::Model(_)) && !self.is_user_defined("tissue");
+        let is_passive = is_model && !self.run.scenario.organ_motion.moves();
         let allowed_j = MAX_GIVEN_J.max(MAX_GIVEN_SHARE * tissue_j.abs());
         (is_passive && hand_j < -allowed_j).then(|| {
             let message = format!(
@@ -129,9 +129,9 @@ impl Run {
     }
 }
 
-impl Run {
-    fn broken_promise(&self) -> Option<Warning> {
-        let (link, ports) = (self.metrics.link.as_ref()?, self.metrics.ports.as_ref()?);
+impl RunReport<'_> {
+    fn broken_promise(self) -> Option<Warning> {
+        let (link, ports) = (self.run.metrics.link.as_ref()?, self.run.metrics.ports.as_ref()?);
         let promised_j = link.promised_energy_j?;
         let moved_j = ports.hand_energy_j.abs() + ports.needle_energy_j.abs();
         (ports.generated_j > promised_j + ROUNDING_J + ROUNDING_SHARE * moved_j).then(|| {

@@ -12,8 +12,9 @@ use super::part::{Outcome, PACK_CASES, PackRows, Part};
 use super::plan::{CaseMaker, Plan};
 use super::shared_runs::{Row, SharedRuns};
 use super::stability::LoopOfCase;
-use crate::run::{RunError, ports};
+use crate::run::RunError;
 use trocar_engine::sensor::NoiseBank;
+use trocar_run::ports;
 
 /// Maximum number of noise samples in the caches of all threads, 64 MB.
 const MAX_NUMBERS_KEPT: usize = 8 << 20;

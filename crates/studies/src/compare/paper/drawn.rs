@@ -2,9 +2,9 @@
 
 use super::measures::terms;
 use super::{PAPER_VARIANCE_N2, PaperStudy, quiet_residual_n};
-use crate::run::Run;
+use crate::run::{Run, RunReport};
 use trocar_document::Figure;
-use trocar_figures::{self as figures, EstimationView, FigureError};
+use trocar_figures::{self as figures, EstimationView, FigureError, RunView};
 
 /// Time of the puncture in figures 4 and 5 of the paper, in s (3.2.1).
 pub(super) const PUNCTURE_S: f64 = 4.6;
@@ -28,7 +28,11 @@ pub(super) fn in_the_papers_terms(run: &Run, shift_s: f64) -> Run {
 }
 
 fn estimation(run: &Run) -> EstimationView<'_> {
-    EstimationView { standard_errors: None, ..run.estimation() }
+    EstimationView { standard_errors: None, ..RunReport::of(run).estimation() }
+}
+
+fn view(run: &Run) -> RunView<'_> {
+    RunReport::of(run).view()
 }
 
 impl PaperStudy {
@@ -41,15 +45,15 @@ impl PaperStudy {
             5 => parameters(direct, &self.direct),
             6 => figures::estimation(&estimation(classical)),
             7 => parameters(classical, &self.classical),
-            8 => figures::force(&classical.view()),
-            9 => figures::distance(&noisy.view(), "Squared change of the force (N²)", &*self.noisy_changes_n2),
+            8 => figures::force(&view(classical)),
+            9 => figures::distance(&view(noisy), "Squared change of the force (N²)", &*self.noisy_changes_n2),
             10 => Ok(figures::principle()),
             11 => Ok(self.distribution_drawn()),
-            12 => figures::distance(&noisy.view(), "Squared prediction error (N²)", &*noisy.trace.distance),
+            12 => figures::distance(&view(noisy), "Squared prediction error (N²)", &*noisy.trace.distance),
             13 => figures::decision(&estimation(classical)),
             14 => Ok(figures::augmented_controller()),
-            15 => figures::comparison(&[classical.view()], None),
-            16 => figures::comparison(&[augmented.view()], None),
+            15 => figures::comparison(&[view(classical)], None),
+            16 => figures::comparison(&[view(augmented)], None),
             _ => Err(FigureError::Empty { figure: "paper" }),
         }
     }

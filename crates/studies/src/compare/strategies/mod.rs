@@ -19,7 +19,7 @@ use serde::Serialize;
 
 use self::windows::{OfWindows, Windows};
 use super::sensitivity::{Noticed, Sensitivity};
-use crate::run::{RunError, run, run_pack_observed, run_pack_sharing};
+use crate::run::{RunError, run, run_pack_sharing};
 use crate::stability_check::linear_loop;
 use crate::sweep::{CaseMaker, Plan, SweepError, is_sweep};
 use trocar_base::parallel::try_map;
@@ -28,6 +28,7 @@ use trocar_core::time::nearest_ticks;
 use trocar_engine::engine::InstructionSet;
 use trocar_engine::sensor::NoiseBank;
 use trocar_metrics::{HORIZON_S, Metrics, Outcome};
+use trocar_run::run_pack_observed;
 use trocar_scenario::{CaseFactory, Scenario, ScenarioError, Source, Template};
 use trocar_stability::ClosedLoop;
 

@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use crate::run::RunObserver;
 use trocar_core::lane::{Lane, Mask};
 use trocar_engine::engine::{EventObserver, SelectedSignals};
 use trocar_engine::operator::OperatorTraits;
 use trocar_metrics::Pursuit;
+use trocar_run::RunObserver;
 use trocar_scenario::Scenario;
 
 /// The horizons in s; the metric "excess advance" uses 2 s.

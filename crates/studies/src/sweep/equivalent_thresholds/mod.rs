@@ -19,12 +19,13 @@
 
 use std::ops::Range;
 
-use crate::run::{RunError, RunObserver, run_pack_observed, run_pack_sharing};
+use crate::run::{RunError, run_pack_sharing};
 use trocar_core::lane::{Lane, Mask};
 use trocar_core::time::nearest_ticks;
 use trocar_engine::engine::{EventObserver, InstructionSet, SelectedSignals};
 use trocar_engine::sensor::NoiseBank;
 use trocar_metrics::Metrics;
+use trocar_run::{RunObserver, run_pack_observed};
 use trocar_scenario::Scenario;
 
 #[derive(Debug, Clone)]

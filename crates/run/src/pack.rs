@@ -43,17 +43,27 @@ fn metrics_of(runs: Vec<Result<(Metrics, ()), RunError>>) -> Vec<Result<Metrics,
     runs.into_iter().map(|run| run.map(|(metrics, ())| metrics)).collect()
 }
 
-pub(crate) trait RunObserver {
+/// Observes the runs of a pack, and gives a finding about each.
+#[doc(hidden)]
+pub trait RunObserver {
+    /// The observer over lanes.
     type OverLanes<L: Lane>: EventObserver<L>;
+    /// What is found in a run.
     type Finding;
+    /// False if nothing is observed.
     const OBSERVES: bool = true;
 
     /// Creates an observer of the scenarios at these indices, the first in lane 0. Unused lanes repeat the last
     /// scenario.
     fn over_lanes<L: Lane>(&self, places: Range<usize>) -> Self::OverLanes<L>;
 
+    /// The finding about the run of a lane.
     fn finding<L: Lane>(observer: &Self::OverLanes<L>, lane: usize) -> Self::Finding;
 
+    /// Runs the scenario at an index by itself.
+    ///
+    /// # Errors
+    /// As [`observe`].
     fn run_alone(&self, scenario: &Scenario, place: usize) -> Result<(Metrics, Self::Finding), RunError> {
         let mut over_one = self.over_lanes::<f64>(place..place + 1);
         let metrics = observe(scenario, &mut Additional(Some(&mut over_one)))?;
@@ -75,9 +85,13 @@ impl RunObserver for () {
     }
 }
 
-type ObservedRun<R> = Result<(Metrics, <R as RunObserver>::Finding), RunError>;
+/// The metrics of a run and the finding about it.
+#[doc(hidden)]
+pub type ObservedRun<R> = Result<(Metrics, <R as RunObserver>::Finding), RunError>;
 
-pub(crate) fn run_pack_observed<R: RunObserver>(
+/// [`run_pack_sharing`] with a given instruction set and an observer.
+#[doc(hidden)]
+pub fn run_pack_observed<R: RunObserver>(
     set: InstructionSet,
     bank: &mut NoiseBank,
     scenarios: &[Scenario],

@@ -1,6 +1,6 @@
-//! One step of a rig's controller: `cargo run --release --example rig_step`.
+//! One step of a rig's controller: `cargo run --release -p trocar-core --example rig_step`.
 
-use trocar::rig::{HapticController, Sample, Settings};
+use trocar_core::rig::{HapticController, Sample, Settings};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut controller = HapticController::new(&Settings { contact_m: 0.012, ..Settings::default() })?;

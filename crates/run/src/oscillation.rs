@@ -54,10 +54,13 @@ const MAX_REST_TICKS: u64 = 400_000;
 const REST_EVENTS: f64 = 4.0;
 const REST_ROUND_TRIPS: u64 = 8;
 
+/// A swing at the end of a run.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Swing {
-    pub(super) swing_m: f64,
-    pub(super) frequency_hz: f64,
+pub struct Swing {
+    /// Its size in m.
+    pub swing_m: f64,
+    /// Its frequency in Hz.
+    pub frequency_hz: f64,
 }
 
 /// Returns `Oscillating` for a completed run that oscillates without decaying, otherwise its outcome.
@@ -72,7 +75,9 @@ pub(super) fn outcome(scenario: &Scenario, trace: &Trace, outcome: Outcome) -> R
     Ok(swing.map_or(outcome, |Swing { frequency_hz, swing_m }| Outcome::Oscillating { frequency_hz, swing_m }))
 }
 
-pub(super) fn lasting_swing(scenario: &Scenario, trace: &Trace) -> Option<Swing> {
+/// The swing that does not decay at the end of a run, if there is one.
+#[must_use]
+pub fn lasting_swing(scenario: &Scenario, trace: &Trace) -> Option<Swing> {
     Tail::of(scenario, trace).lasting()
 }
 

@@ -10,14 +10,13 @@ use trocar_core::augmentation::Mode;
 use trocar_engine::engine::{BuiltInOr, Trace, UserDefinedEngine, UserDefinedParts, Wiring};
 use trocar_engine::operator::{HumanOperator, Operator};
 use trocar_metrics::MetricsObserver;
-use trocar_scenario::{Scenario, ScenarioError};
-use trocar_stability::TissueRange;
+use trocar_scenario::{Scenario, ScenarioError, TissueRange};
 
 /// A run that the caller advances tick by tick, optionally with the person's position from another program or a person.
 ///
 /// ```
 /// # mod trocar {
-/// #     pub use {trocar_engine::engine, trocar_scenario as scenario, trocar_studies::run};
+/// #     pub use {trocar_engine::engine, trocar_scenario as scenario, trocar_run as run};
 /// # }
 /// use trocar::engine::UserDefinedParts;
 /// use trocar::run::SteppedRun;

@@ -1,7 +1,8 @@
-//! The tissue in a linear loop.
+//! The tissue in a linear loop, from the parameters of a scenario.
 
+use super::scenario::Scenario;
+use super::specs::{OperatorSpec, TissueSpec};
 use trocar_engine::tissue::Springs;
-use trocar_scenario::{OperatorSpec, Scenario, TissueSpec};
 
 /// The origin of the stiffness of a scenario's tissue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,0 +1,46 @@
+//! Files of named arrays and gzip in a build without the feature `formats`: none can be opened, so [`ArrayFile`] has no
+//! values.
+
+use std::convert::Infallible;
+use std::fs::File;
+use std::io::{BufReader, Read};
+
+use crate::budget::Budget;
+use crate::error::{Place, Problem};
+use crate::{Columns, Format, Matrix, Recording, RecordingError, Signal};
+
+pub(crate) struct ArrayFile(Infallible);
+
+impl ArrayFile {
+    pub(crate) fn open(format: Format, _: File, _: &Budget) -> Result<Self, Problem> {
+        Err(Problem::Unsupported(format))
+    }
+
+    pub(crate) fn of_json_lines(file: &str, _: impl Read, _: &Budget) -> Result<Self, RecordingError> {
+        Err(Place::file(file).error(Problem::Unsupported(Format::JsonLines)))
+    }
+
+    pub(crate) fn of_matlab(_: Vec<u8>, _: &Budget) -> Result<Self, Problem> {
+        Err(Problem::Unsupported(Format::Mat))
+    }
+
+    pub(crate) fn recording(&mut self, _: &str, _: &Columns, _: &Budget) -> Result<Recording, RecordingError> {
+        match self.0 {}
+    }
+
+    pub(crate) fn signals(&mut self, _: &str, _: &Budget) -> Result<Vec<Signal>, RecordingError> {
+        match self.0 {}
+    }
+
+    pub(crate) fn signal_names(&self) -> Vec<String> {
+        match self.0 {}
+    }
+
+    pub(crate) fn matrices(&mut self, _: &str, _: &Budget) -> Result<Vec<Matrix>, RecordingError> {
+        match self.0 {}
+    }
+}
+
+pub(crate) fn gunzipped(_: File) -> Result<BufReader<File>, Problem> {
+    Err(Problem::GzipUnsupported)
+}
