@@ -5,7 +5,7 @@
 use trocar::detector::{Decision, Detector, DetectorInput};
 use trocar::document::Study as _;
 use trocar::engine::UserDefinedParts;
-use trocar::run::{Run, run_with};
+use trocar::run::{Run, RunReport, run_with};
 use trocar::scenario::{Scenario, Source};
 
 /// Raises an alarm if the force falls below its exponential moving average by more than a threshold. Requires some
@@ -48,6 +48,6 @@ pub fn run() -> Result<Run, Box<dyn std::error::Error>> {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let run = run()?;
-    print!("{}", trocar::report::document_text(&run.document(), false));
+    print!("{}", trocar::report::document_text(&RunReport::of(&run).document(), false));
     Ok(())
 }

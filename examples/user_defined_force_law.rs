@@ -5,7 +5,7 @@
 use trocar::augmentation::{AugmentedTick, ForceLaw};
 use trocar::document::Study as _;
 use trocar::engine::UserDefinedParts;
-use trocar::run::{Run, run_with};
+use trocar::run::{Run, RunReport, run_with};
 use trocar::scenario::{Scenario, Source};
 
 /// Decreases the force from its value before the alarm to 0 in equal steps.
@@ -30,6 +30,6 @@ pub fn run() -> Result<Run, Box<dyn std::error::Error>> {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let run = run()?;
-    print!("{}", trocar::report::document_text(&run.document(), false));
+    print!("{}", trocar::report::document_text(&RunReport::of(&run).document(), false));
     Ok(())
 }

@@ -225,7 +225,10 @@ mod tests {
         for content in [&b"PAR1"[..], b"\x93NUMPY", b"{\"a\": 1}", b"\x1f\x8b\x08"] {
             std::fs::write(file.path(), content).expect("written");
             let message = message(file.path());
-            assert!(message.contains("without the feature formats; build it with features = [\"formats\"]"), "{message}");
+            assert!(
+                message.contains("without the feature formats; build it with features = [\"formats\"]"),
+                "{message}"
+            );
         }
         std::fs::write(file.path(), "time_s,position_m,force_n\n0,0,0\n0.001,0,1\n").expect("written");
         assert_eq!(list_signals(file.path(), &Limits::default()).expect("text").len(), 3);

@@ -12,7 +12,7 @@ use trocar_engine::engine::Trace;
 use trocar_link::{Difference, Direction, Role, delays_csv, first_difference, read_direction};
 use trocar_report::{Destination, document_text};
 use trocar_scenario::{Scenario, Source};
-use trocar_studies::run::run as run_scenario;
+use trocar_studies::run::{RunReport, run as run_scenario};
 
 const EXAMPLES: &str = "\
 Example:
@@ -66,11 +66,12 @@ pub(super) fn run(args: &ReplayArgs) -> Result<(), CliError> {
     folder.commit()?;
 
     let replay = run_scenario(load("replay.toml")?)?;
+    let report = RunReport::of(&replay);
     if !args.quiet {
-        replay.warnings().iter().for_each(|warning| anstream::eprint!("{}", warnings::text(warning)));
+        report.warnings().iter().for_each(|warning| anstream::eprint!("{}", warnings::text(warning)));
     }
     let own = run_scenario(scenario)?;
-    let (mut text, mut is_same) = (format!("{}\n", document_text(&replay.document(), false)), true);
+    let (mut text, mut is_same) = (format!("{}\n", document_text(&report.document(), false)), true);
     for ((name, log), role) in traces.into_iter().zip([Role::Master, Role::Slave]) {
         let compared = |trace: &Trace| first_difference(&name, &log, trace).map_err(LinkError::from);
         let (ticks, difference) = compared(&replay.trace)?;

@@ -89,7 +89,11 @@ fn the_rust_of_the_book_is_that_of_examples_which_cargo_compiles() {
             let line = line.and_then(|line| line.strip_suffix("}}")).filter(|line| !line.contains('\n'));
             let line = line.unwrap_or_else(|| panic!("{}: {inside}", page.display()));
             let path = page.parent().expect("a folder").join(line.split(':').next().unwrap_or_default());
-            assert!(path.is_file() && path.parent().is_some_and(|folder| folder.ends_with("examples")), "{}", path.display());
+            assert!(
+                path.is_file() && path.parent().is_some_and(|folder| folder.ends_with("examples")),
+                "{}",
+                path.display()
+            );
             found += 1;
         }
     }
@@ -102,7 +106,9 @@ fn the_program_of_the_rig_page_is_an_example_of_the_core() {
     let page = std::fs::read_to_string(file("docs/src/howto/rig.md")).expect("there");
     assert!(page.contains("trocar-core = {") && page.contains("crates/core/examples/rig_step.rs"));
     let manifest = std::fs::read_to_string(file("crates/core/Cargo.toml")).expect("there");
-    assert!(!manifest.contains("trocar-") || manifest.matches("trocar-").count() == manifest.matches("trocar-core").count());
+    assert!(
+        !manifest.contains("trocar-") || manifest.matches("trocar-").count() == manifest.matches("trocar-core").count()
+    );
 }
 
 #[test]

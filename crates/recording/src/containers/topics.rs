@@ -234,7 +234,7 @@ mod tests {
         let column = |name: &str| name.parse().expect("a column");
         let columns =
             Columns { time: column(time), position: column("/a.value"), velocity: None, force: column("/b.value") };
-        super::super::read("log.mcap", &mut log, &columns, &Budget::new(&Limits::default()))
+        super::super::read::read("log.mcap", &mut log, &columns, &Budget::new(&Limits::default()))
     }
 
     #[test]

@@ -11,7 +11,7 @@ use trocar_figures::*;
 use trocar_lti::{Complex64, StepResponse};
 use trocar_scenario::{Scenario, Source};
 use trocar_stability::{DwellPoint, Hybrid, Locus, LoopResponse, Margins, Parameter, PortPoint, Walls, ZWidth};
-use trocar_studies::run::run;
+use trocar_studies::run::{RunReport, run};
 
 /// Columns of a needle insertion with a rupture at 5.52 s.
 #[derive(Default)]
@@ -295,7 +295,7 @@ fn studies(mut each: impl FnMut(&str, Figure<'_>)) {
     let with_tank = run(with_tank).expect("runs");
     each("principle", principle());
     let figures = [
-        ("energy", energy(&with_tank.energies())),
+        ("energy", energy(&RunReport::of(&with_tank).energies())),
         ("ports", ports("classical", &port_points)),
         ("loop", loop_response("classical", &response)),
         ("switching", switching("augmented", &dwells, 1e-3)),

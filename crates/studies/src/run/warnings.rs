@@ -60,7 +60,7 @@ impl<'a> RunReport<'a> {
     }
 
     fn missed_ruptures(self) -> impl Iterator<Item = Warning> + 'a {
-        let of = |(index, rupture): (usize, &RuptureMetrics)| {
+        let of = move |(index, rupture): (usize, &RuptureMetrics)| {
             let miss = rupture.miss.as_ref().filter(|miss| !self.is_of_stray_alarm(miss))?;
             Some(miss.warning(index + 1, rupture.time_s))
         };
