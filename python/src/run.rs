@@ -1,5 +1,6 @@
 //! Runs of scenarios.
 
+use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
 use numpy::PyArray1;
@@ -8,7 +9,7 @@ use pyo3::types::PyDict;
 use trocar_document::Study as _;
 use trocar_document::to_json;
 use trocar_engine::engine::{COLUMNS, ColumnValues, Observer, Signals, TRACE_COLUMNS, TRUST_COLUMNS};
-use trocar_metrics::Metrics;
+use trocar_metrics::{Metrics, RunMetric};
 use trocar_studies::run::{RunError, RunReport, observe, observe_with};
 
 use crate::arrays::put;
@@ -65,6 +66,13 @@ impl Run {
         put(&all, excitation, trust.excitation)?;
         put(&all, flags, trust.estimate_flags)?;
         Ok(all)
+    }
+
+    /// Every metric under its name in sweeps, in SI units.
+    fn named_metrics(&self) -> HashMap<String, Option<f64>> {
+        let metrics = &self.run.metrics;
+        let all = RunMetric::of_run_with(metrics.ruptures.len(), metrics.events.len());
+        all.map(|metric| (metric.key(), metric.read(metrics))).collect()
     }
 
     #[getter]

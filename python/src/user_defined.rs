@@ -72,7 +72,10 @@ impl Role {
     fn named(name: &str) -> PyResult<&'static Self> {
         ROLES.iter().find(|role| role.name == name).ok_or_else(|| {
             let known = ROLES.iter().map(|role| role.name).chain(ROLES_OF_METHODS).collect::<Vec<_>>().join(", ");
-            PyTypeError::new_err(format!("there is no role {name}; the roles are {known}"))
+            PyTypeError::new_err(format!(
+                "there is no role {name}; the roles are {known}. A key is changed in the scenario, as in \
+                 trocar.Scenario.load(path, **{{\"scaling.force\": 0.5, \"simulation.seed\": 3}})"
+            ))
         })
     }
 }
@@ -245,13 +248,17 @@ fn method<'py>(object: &Bound<'py, PyAny>, name: &str) -> PyResult<Option<Bound<
     Ok(object.getattr_opt(name)?.filter(|method| method.is_callable()))
 }
 
-/// The object of a part at the beginning of a run: a new one of a class, or the given one after its `reset`. An object
+/// The object of a part at the beginning of a run, after its `reset`: a new one of a class, or the given one. An object
 /// with the method `needed` and without `reset` is refused, as a second run would begin in the state of the first.
 pub(crate) fn begun<'py>(role: &str, given: &Bound<'py, PyAny>, needed: &str) -> PyResult<Bound<'py, PyAny>> {
     if let Ok(class) = given.cast::<PyType>()
         && class.hasattr(needed)?
     {
-        return class.call0();
+        let made = class.call0()?;
+        if let Some(reset) = method(&made, "reset")? {
+            reset.call0()?;
+        }
+        return Ok(made);
     }
     match method(given, "reset")? {
         Some(reset) => drop(reset.call0()?),

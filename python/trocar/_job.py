@@ -17,7 +17,7 @@ from ._frames import as_list, columns_of_frame, is_frame
 from ._grid import is_label
 from ._settings import RECORDING, dotted, key_of, value
 from .people import Patients
-from .ranges import Range
+from .ranges import Range, check_varied
 from .scenario import Scenario, scenario_of
 
 if TYPE_CHECKING:
@@ -78,6 +78,8 @@ def job_of(
     points: int | Points | Patients | None,
     design_seed: int | None,
 ) -> Job:
+    if axes is not None:
+        check_varied("axes", axes)
     given = None if points is None or isinstance(points, (int, np.integer)) else _columns(points)
     drawn = base if isinstance(base, Patients) else None
     if drawn is not None:
@@ -181,7 +183,10 @@ def _columns(points: Points | Patients) -> dict[str, list[Any]]:
     else:
         rows: list[Any] = list(points)  # type: ignore[arg-type]
         if not all(isinstance(row, Mapping) for row in rows):
-            raise TypeError("points are a table, a dictionary of columns, or a list of dictionaries")
+            raise TypeError(
+                "points are a table, a dictionary of columns, or a list of dictionaries; an array has no names of keys: give "
+                "dict(zip(keys, array.T))"
+            )
         keys = list(rows[0]) if rows else []
         for index, row in enumerate(rows):
             if sorted(row) != sorted(keys):

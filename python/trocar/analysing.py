@@ -243,7 +243,7 @@ def axis_text(name: str, axis: Any) -> str:
         if values.points is None:
             raise ValueError(f"{name} has a Range without points, must have a number of points from 2 to 2000")
         low, high, count, spacing = values.start, values.stop, values.points, ":log" if values.log else ":linear"
-    elif isinstance(values, (tuple, list)) and len(values) == 3:
+    elif isinstance(values, tuple) and len(values) == 3:
         low, high, count = values
     else:
         raise TypeError(f"{name} has the values {values!r}, must have a Range or a tuple (low, high, count)")
@@ -326,12 +326,15 @@ class Margins:
     sentence: str
 
     def __str__(self) -> str:
-        return self.sentence
+        rows = [f"{name}: {_shown(value)}" for name, value in self._rows()]
+        return "\n".join([self.sentence, *rows])
+
+    def _rows(self) -> list[tuple[str, Any]]:
+        margins = [(one.name, getattr(self, one.name)) for one in fields(self) if one.name not in ("sentence", "limits", "scenario")]
+        return [*margins, *((f"limit of {key}", limit) for key, limit in self.limits.items())]
 
     def _repr_html_(self) -> str:
-        rows = [[one.name, _shown(getattr(self, one.name))] for one in fields(self) if one.name not in ("sentence", "limits", "scenario")]
-        rows += [[f"limit of {key}", _shown(limit)] for key, limit in self.limits.items()]
-        return table(["margin", self.scenario], rows, self.sentence)
+        return table(["margin", self.scenario], [[name, _shown(value)] for name, value in self._rows()], self.sentence)
 
 
 def _shown(value: Any) -> str:

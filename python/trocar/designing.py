@@ -14,7 +14,7 @@ from ._progress import Progress
 from ._settings import document, dotted, settings, value
 from ._stored import Stored
 from .documents import Documented
-from .ranges import Range
+from .ranges import Range, check_varied
 from .scenario import Scenario
 from .warnings import warn
 
@@ -165,6 +165,7 @@ def _text(design: Mapping[str, Any]) -> tuple[str, list[_core.Recording]]:
     """Returns a design as the text of its file, and the recordings in memory that it names."""
     lines = []
     for section in _OF_KEYS:
+        check_varied(section, design.get(section, {}))
         for key, given in design.get(section, {}).items():
             path = f"{section}.{dotted(key)}"
             lines.append(f"{path} = {value(path, given._table() if isinstance(given, Range) else given)}\n")

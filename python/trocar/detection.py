@@ -231,10 +231,15 @@ def _samples(
     time: ArrayLike | Recorded, position: ArrayLike | None, velocity: ArrayLike | None, force: ArrayLike | None
 ) -> tuple[Samples, Samples, Samples | None, Samples]:
     """Returns the samples of a recording, from arrays or from a DataFrame or dictionary in place of the times."""
-    if position is None and velocity is None and force is None:
+    if position is None and velocity is None and force is None and not isinstance(time, (str, os.PathLike)):
         time, position, velocity, force = columns_of(time)
-    if position is None or force is None:
-        raise TypeError("position and force are missing: give time, position, velocity and force, or one recording")
+    if isinstance(time, (str, os.PathLike)):
+        raise TypeError(f"the recording is a path: read it, as in trocar.detect(**trocar.read_recording({os.fspath(time)!r}))")
+    missing = [name for name, given in {"position": position, "force": force}.items() if given is None]
+    if missing:
+        raise TypeError(
+            f"{' and '.join(missing)} missing: give time, position, velocity and force (velocity=None estimates it), or one recording"
+        )
     return samples("time", cast(ArrayLike, time)), samples("position", position), velocities(velocity), samples("force", force)
 
 

@@ -71,6 +71,8 @@ class Patients:
             if which not in self.columns:
                 raise KeyError(f"no column {which!r}; the columns are {', '.join(self.columns)}")
             return self.columns[which]
+        if not -len(self) <= which < len(self):
+            raise IndexError(f"there is no patient [{which}] of {len(self)}; the first is [0]")
         index = range(len(self))[which]
         values = {key: self.columns[key][index].item() for key in self.drawn}
         return self.scenario.replace(**values, name=f"{self.scenario.name}-patient-{index + 1}")

@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
+
+def check_varied(name: str, given: Any) -> None:
+    """Raises an error for what is no dictionary of keys that vary."""
+    if not isinstance(given, Mapping):
+        raise TypeError(f"{name} is {given!r}, must be a dictionary of keys, each with a list of values or a trocar.Range")
+    for key, values in given.items():
+        # Elsewhere a tuple is a range, so that its meaning here would be a guess.
+        if isinstance(values, tuple):
+            raise TypeError(f"{name} has the tuple {values!r} for {key}, must have a list of values or trocar.Range(first, last, points)")
 
 
 @dataclass(frozen=True)

@@ -85,24 +85,30 @@ class Run(Columns, Documented, Stored):
 
     def __getstate__(self) -> tuple[Scenario, dict[str, NDArray[Any]], _Kept]:
         core = self._core
-        return self.scenario, self.traces, _Kept(core.name, core.summary_json(), core.document())
+        return self.scenario, self.traces, _Kept(core.name, core.summary_json(), core.document(), core.named_metrics())
 
     def __setstate__(self, state: tuple[Scenario, dict[str, NDArray[Any]], _Kept]) -> None:
         self.scenario, self._recorded, self._core = state
         freeze(self._recorded)
 
-    _keys = {"name", "toml", "summary", "document"}
+    _keys = {"name", "toml", "summary", "document", "metrics"}
 
     def _kept(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         scenario, traces, core = self.__getstate__()
-        about = {"name": core.name, "summary": core.summary_text, "document": core.contents, "toml": scenario.to_toml()}
+        about = {
+            "name": core.name,
+            "summary": core.summary_text,
+            "document": core.contents,
+            "metrics": core.named,
+            "toml": scenario.to_toml(),
+        }
         return samples_of(scenario) | traces, about
 
     @classmethod
     def _of_kept(cls, arrays: dict[str, NDArray[Any]], about: dict[str, Any]) -> Run:
         run = cls.__new__(cls)
         scenario = scenario_from(about["name"], about["toml"], arrays)
-        run.__setstate__((scenario, arrays, _Kept(about["name"], about["summary"], about["document"])))
+        run.__setstate__((scenario, arrays, _Kept(about["name"], about["summary"], about["document"], about["metrics"])))
         return run
 
     @cached_property
@@ -112,8 +118,33 @@ class Run(Columns, Documented, Stored):
 
     @property
     def metrics(self) -> Metrics:
-        """All metrics, in SI units; names end with the unit. Undefined values are ``None``."""
+        """All metrics as ``summary.json`` has them, in SI units: those of the run, and lists of its ruptures, events and
+        alarms. Names end with the unit. Undefined values are ``None``. :meth:`metric` has those of sweeps by name."""
         return cast(Metrics, dict(self.summary["metrics"]))
+
+    @cached_property
+    def _named(self) -> dict[str, float | None]:
+        return self._core.named_metrics()
+
+    def metric(self, name: str) -> float | None:
+        """Returns a metric by its name in sweeps and tables, which :func:`trocar.metrics` lists; ``None`` if undefined.
+
+        Raises
+        ------
+        KeyError
+            For an unknown name, and for a rupture or an event that the run does not have.
+
+        >>> import trocar
+        >>> run = trocar.run("paper/augmented")
+        >>> run.metric("detected_ruptures"), run.metric("rupture_2_detection_delay_s")
+        (2.0, 0.008)
+        """
+        if name not in self._named:
+            raise KeyError(
+                f"no metric {name!r}; trocar.metrics() lists the names, and this run has {len(self.ruptures)} ruptures and "
+                f"{len(self.events)} events"
+            )
+        return self._named[name]
 
     @property
     def events(self) -> list[Event]:
@@ -195,6 +226,7 @@ class _Kept:
     name: str
     summary_text: str
     contents: dict[str, Any]
+    named: dict[str, float | None]
 
     def summary(self) -> dict[str, Any]:
         summary: dict[str, Any] = json.loads(self.summary_text)
@@ -209,6 +241,9 @@ class _Kept:
 
     def document(self) -> dict[str, Any]:
         return self.contents
+
+    def named_metrics(self) -> dict[str, float | None]:
+        return self.named
 
 
 def load(path: str | os.PathLike[str]) -> Run:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import difflib
 import os
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -170,7 +171,8 @@ class Scenario:
                 # Layers are a list; a key names them.
                 found = {one["name"]: one for one in found if isinstance(one, dict) and "name" in one}
             if not isinstance(found, dict) or part not in found:
-                raise KeyError(key)
+                near = difflib.get_close_matches(str(key), (known for known, *_ in _core.keys()), 1)
+                raise KeyError(f"{key}; did you mean {near[0]}?" if near and near[0] != key else key)
             found = found[part]
         return copy.deepcopy(found) if isinstance(found, (dict, list)) else found
 
@@ -262,4 +264,6 @@ def _restored(*origin: Any) -> Scenario:
 
 def scenario_of(given: Scenario | str | os.PathLike[str]) -> Scenario:
     """Returns a scenario, or loads it from its path."""
+    if not isinstance(given, (Scenario, str, os.PathLike)):
+        raise TypeError(f"the scenario is {given!r}, must be a Scenario or a path; a dictionary becomes one by trocar.Scenario.from_dict")
     return given if isinstance(given, Scenario) else Scenario.load(given)

@@ -70,6 +70,12 @@ impl RunMetric {
         Self::of_whole_run().chain(Self::of_rupture(1)).chain(Self::of_event(1))
     }
 
+    /// The metrics of a run with so many ruptures and events: those of the whole run, then those of each of them.
+    pub fn of_run_with(ruptures: usize, events: usize) -> impl Iterator<Item = Self> {
+        let of_ruptures = (1..=ruptures).flat_map(Self::of_rupture);
+        Self::of_whole_run().chain(of_ruptures).chain((1..=events).flat_map(Self::of_event))
+    }
+
     /// Finds a metric by its current or former key, such as `rupture_2_detection_delay_s`.
     #[must_use]
     pub fn named(key: &str) -> Option<Self> {

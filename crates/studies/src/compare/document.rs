@@ -344,7 +344,8 @@ pub(crate) fn events_table(runs: &[&Run]) -> Option<Table> {
     let columns = [("time", "time"), ("scenario", "scenario"), ("event", "event"), ("outcome", "outcome")];
     let mut table = Table::new("events", "Events in order of time", columns).of_text();
     for (time_s, [scenario, event, outcome]) in rows {
-        table.row([format!("{time_s:.3} s"), scenario, event, outcome]);
+        let time = Number::si(time_s, "s").digits(Digits::Decimals(3));
+        table.row([time.into(), Cell::Text(scenario), Cell::Text(event), Cell::Text(outcome)]);
     }
     (!table.rows.is_empty()).then_some(table)
 }

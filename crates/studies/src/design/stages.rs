@@ -163,7 +163,7 @@ impl<F: Follower> Stages<'_, F> {
         state: &State,
         front: &Front,
     ) -> Result<Validation, DesignError<F::Error>> {
-        self.follower.at(Stage::OtherPatients, 0, Validation::runs(fresh, front.shown.len()) as u64);
+        self.follower.at(Stage::OtherPatients, 0, Validation::runs((training, fresh), front.shown.len()) as u64);
         let advance = |runs| self.follower.advance(runs);
         let progress = (self.stop, &advance as &(dyn Fn(u64) + Sync));
         Validation::of(self.problem, (training, fresh), state, (&front.shown, front.knee), progress)

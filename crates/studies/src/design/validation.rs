@@ -62,10 +62,11 @@ pub struct Validation {
 }
 
 impl Validation {
-    /// Number of runs on the other patients and of the shipped strategies, for so many designs.
+    /// Number of runs for so many designs: theirs on both groups of patients, and those of the shipped strategies on the
+    /// other patients.
     #[must_use]
-    pub fn runs(fresh: &Patients, designs: usize) -> usize {
-        (designs + STRATEGIES.len()) * fresh.population().runs()
+    pub fn runs((training, fresh): (&Patients, &Patients), designs: usize) -> usize {
+        designs * training.population().runs() + (designs + STRATEGIES.len()) * fresh.population().runs()
     }
 
     /// Evaluates designs of the archive. `done` receives the number of runs of each.
