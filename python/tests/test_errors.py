@@ -1,5 +1,6 @@
 """Errors have the text and the place of the command line."""
 
+import numpy as np
 import pytest
 
 import trocar
@@ -160,3 +161,25 @@ def test_invalid_numbers_are_named(call, text):
 def test_the_number_of_threads_must_be_whole(threads):
     with pytest.raises(TypeError, match="threads is .*, must be a whole number"):
         trocar.compare(threads=threads)
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "remedy"),
+    [
+        (lambda: trocar.sweep(CLASSICAL, {"scaling.force": (1, 10, 3)}), TypeError, "a list of values or trocar.Range"),
+        (lambda: trocar.sweep(CLASSICAL, ["scaling.force"]), TypeError, "a dictionary of keys"),
+        (lambda: trocar.sweep(CLASSICAL, points=np.ones((2, 2))), TypeError, "dict[(]zip[(]keys, array.T[)][)]"),
+        (lambda: trocar.stability(CLASSICAL, {"scaling.force": [1, 2, 3]}), TypeError, "a Range or a tuple"),
+        (lambda: trocar.design({"base": CLASSICAL, "patients": 20}), TypeError, "patients is 20, must be a dictionary of keys"),
+        (lambda: trocar.design({"base": CLASSICAL, "free": {"scaling.force": (0.5, 1)}}), TypeError, "free has the tuple"),
+        (lambda: trocar.patients(3)[10], IndexError, "no patient .10. of 3"),
+        (lambda: trocar.run({"base": CLASSICAL}), TypeError, "trocar.Scenario.from_dict"),
+        (lambda: trocar.run(CLASSICAL, **{"scaling.force": 2.0}), TypeError, "changed in the scenario, as in trocar.Scenario.load"),
+        (lambda: trocar.Scenario.load(CLASSICAL)["scaling.forse"], KeyError, "did you mean scaling.force"),
+        (lambda: trocar.detect("trial.mat"), TypeError, "trocar.read_recording[(]'trial.mat'[)]"),
+        (lambda: trocar.detect([0.0, 0.1], [0.0, 0.1], [0.0, 0.1]), TypeError, "^force missing"),
+    ],
+)
+def test_what_a_newcomer_tries_is_answered_with_a_remedy(call, error, remedy):
+    with pytest.raises(error, match=remedy):
+        call()

@@ -249,3 +249,35 @@ def test_keys_and_metrics_are_listed():
     scope, label, unit, better, meaning = trocar.metrics()["rupture_1_detection_delay_s"]
     assert (scope, label, unit, better) == ("rupture", "rupture 1: detection delay", "s", "lower") and meaning.endswith(".")
     assert trocar.__version__
+
+
+@pytest.mark.filterwarnings("ignore::trocar.warnings.TrocarWarning")
+def test_a_run_has_the_metrics_of_a_sweep_by_their_names(tmp_path):
+    names = ["max_slave_overshoot_m", "rupture_2_excess_advance_m", "false_alarms"]
+    run = trocar.run("layers/skin-augmented")
+    sweep = trocar.sweep("layers/skin-augmented", {"simulation.seed": [run.scenario["simulation.seed"]]}, metrics=names)
+    assert [run.metric(name) for name in names] == [sweep[name][0] for name in names]
+    run.save(tmp_path / "run.npz")
+    assert trocar.load(tmp_path / "run.npz").metric(names[0]) == run.metric(names[0])
+    with pytest.raises(KeyError, match="this run has 3 ruptures"):
+        run.metric("rupture_7_excess_advance_m")
+
+
+@pytest.mark.filterwarnings("ignore::trocar.warnings.TrocarWarning")
+def test_a_class_of_parts_is_reset_like_its_objects():
+    class Gel:
+        def reset(self):
+            self.broken = False
+
+        def step(self, tick, position_m, velocity_m_per_s):
+            force_n = 0.0 if self.broken else 400.0 * max(position_m, 0.0)
+            self.broken |= force_n > 2.0
+            return force_n
+
+    of_class, of_object = (trocar.run("layers/skin-augmented", tissue=part) for part in (Gel, Gel()))
+    assert (of_class["tissue_force_n"] == of_object["tissue_force_n"]).all()
+
+
+def test_margins_print_what_they_are():
+    text = str(trocar.margins("layers/skin-augmented"))
+    assert "gain: 2.85" in text and "delay_s: " in text and "limit of scaling.force: " in text

@@ -4,6 +4,7 @@ use trocar::augmentation::Mode;
 use trocar::engine::{Observer, Signals};
 use trocar::lane::Lane;
 use trocar::rig::{Command, HapticController, Limits, Sample, Settings, VelocitySource};
+use trocar::run::{RunReport, run};
 use trocar::scenario::{Scenario, Source};
 
 #[derive(Default)]
@@ -106,13 +107,14 @@ fn with_the_same_limits_in_the_simulation_a_rig_gives_its_commands_and_the_run_r
         "augmentation.reengage=snap",
     ];
     assert!(replay("augmented", &limits) > 0);
-    let limited = trocar::run::run(scenario("augmented", &limits)).expect("runs");
-    let acting: Vec<_> = limited.warnings().into_iter().filter(|warning| warning.code.word() == "limit-acts").collect();
+    let limited = run(scenario("augmented", &limits)).expect("runs");
+    let acting: Vec<_> =
+        RunReport::of(&limited).warnings().into_iter().filter(|warning| warning.code.word() == "limit-acts").collect();
     assert_eq!(acting.len(), 3, "{acting:?}");
     assert!(limited.trace.feedback_force_n.iter().all(|force_n| force_n.abs() <= 3.0));
-    let free = trocar::run::run(scenario("augmented", &["augmentation.reengage=snap"])).expect("runs");
+    let free = run(scenario("augmented", &["augmentation.reengage=snap"])).expect("runs");
     assert!(free.trace.feedback_force_n.iter().any(|force_n| *force_n > 3.0));
-    assert!(free.warnings().iter().all(|warning| warning.code.word() != "limit-acts"));
+    assert!(RunReport::of(&free).warnings().iter().all(|warning| warning.code.word() != "limit-acts"));
 }
 
 #[test]
