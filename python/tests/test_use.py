@@ -255,7 +255,8 @@ def test_keys_and_metrics_are_listed():
 def test_a_run_has_the_metrics_of_a_sweep_by_their_names(tmp_path):
     names = ["max_slave_overshoot_m", "rupture_2_excess_advance_m", "false_alarms"]
     run = trocar.run("layers/skin-augmented")
-    sweep = trocar.sweep("layers/skin-augmented", {"simulation.seed": [run.scenario["simulation.seed"]]}, metrics=names)
+    seeds = [run.scenario["simulation.seed"]]
+    sweep = trocar.sweep("layers/skin-augmented", {"scaling.force": [1.0]}, seeds=seeds, metrics=names)
     assert [run.metric(name) for name in names] == [sweep[name][0] for name in names]
     run.save(tmp_path / "run.npz")
     assert trocar.load(tmp_path / "run.npz").metric(names[0]) == run.metric(names[0])

@@ -235,10 +235,10 @@ def _samples(
         time, position, velocity, force = columns_of(time)
     if isinstance(time, (str, os.PathLike)):
         raise TypeError(f"the recording is a path: read it, as in trocar.detect(**trocar.read_recording({os.fspath(time)!r}))")
-    missing = [name for name, given in {"position": position, "force": force}.items() if given is None]
-    if missing:
+    if position is None or force is None:
+        missing = " and ".join(name for name, given in {"position": position, "force": force}.items() if given is None)
         raise TypeError(
-            f"{' and '.join(missing)} missing: give time, position, velocity and force (velocity=None estimates it), or one recording"
+            f"{missing} missing: give time, position, velocity and force (velocity=None estimates it), or one recording"
         )
     return samples("time", cast(ArrayLike, time)), samples("position", position), velocities(velocity), samples("force", force)
 
