@@ -17,6 +17,9 @@ use crate::{convert, document, error};
 /// The stage of a design, with the number of its units that are done, and of all.
 type Progress = Arc<Mutex<(&'static str, u64, u64)>>;
 
+/// The content of `design.json`, the document, and the scenario files with their names.
+type Designed<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Vec<(String, String)>);
+
 /// Counts the units of the present stage, and keeps the state of the search in a file.
 struct Counted {
     progress: Progress,
@@ -44,10 +47,8 @@ impl Follower for Counted {
     }
 }
 
-/// The content of `design.json`, the document, and the scenario of each design by its name, in TOML. `source` is the
-/// path or the text of a design file. Calls `tell` with what is counted, the number of done units, and of all.
+/// Designs. `source` is the path or the text of a design file. Calls `tell` with what is counted, the number of done units, and of all.
 #[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "the Python wrapper passes them by name")]
 pub(crate) fn design<'py>(
     py: Python<'py>,
     source: &str,
@@ -56,7 +57,7 @@ pub(crate) fn design<'py>(
     search: Option<PathBuf>,
     threads: usize,
     tell: Option<Py<PyAny>>,
-) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, Vec<(String, String)>)> {
+) -> PyResult<Designed<'py>> {
     let source = match is_text {
         true => Source::Text { name: "design".into(), text: Arc::from(source) },
         false => Source::parse(source),
