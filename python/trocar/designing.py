@@ -34,6 +34,16 @@ class Design(Documented, Stored):
         The content of the command line's ``design.json``.
     files : dict of str to str
         The text of the scenario files by name: ``front/01.toml`` and so on, and ``designed.toml`` for the knee.
+
+    >>> import trocar
+    >>> found = trocar.design({
+    ...     "base": "layers/skin-augmented",
+    ...     "free": {"augmentation.min_hold_s": trocar.Range(0.05, 0.5)},
+    ...     "objectives": {"excess": {"minimise": "rupture_excess_advance_m"}},
+    ...     "validation": {"patients": 2, "seeds": 2}, "search": {"candidates": 4, "generations": 1},
+    ... })
+    >>> found, found.to_dataframe().shape
+    (Design('design', 1 on the front of excess), (1, 3))
     """
 
     def __init__(self, report: dict[str, Any], contents: dict[str, Any], files: dict[str, str]) -> None:
