@@ -84,7 +84,6 @@ pub(crate) fn design<'py>(
         Ok((to_json(&document.json), document::contents(&document, false), scenarios))
     })?;
     let (json, contents, scenarios) = designed.map_err(|error| match error {
-        DesignError::Scenario(error) => error::scenario(py, &error),
         DesignError::Run(error) => error::run(py, &error),
         DesignError::Keep(error) => PyOSError::new_err(error.to_string()),
         DesignError::Stopped(_) => error::value("the design was stopped"),

@@ -17,7 +17,7 @@ use crate::run::{Run, hand_over};
 use crate::scenario::Scenario;
 use crate::user_defined::{Failure, UserDefined};
 
-/// The last value of a column; `None` if there is none.
+/// The last value of a column for Python; `None` for an empty column.
 fn last<'py>(py: Python<'py>, values: ColumnValues<&[f64], &[u8]>) -> PyResult<Bound<'py, PyAny>> {
     match values {
         ColumnValues::Numbers(numbers) => numbers.last().into_bound_py_any(py),

@@ -251,18 +251,14 @@ fn method<'py>(object: &Bound<'py, PyAny>, name: &str) -> PyResult<Option<Bound<
 /// The object of a part at the beginning of a run, after its `reset`: a new one of a class, or the given one. An object
 /// with the method `needed` and without `reset` is refused, as a second run would begin in the state of the first.
 pub(crate) fn begun<'py>(role: &str, given: &Bound<'py, PyAny>, needed: &str) -> PyResult<Bound<'py, PyAny>> {
-    if let Ok(class) = given.cast::<PyType>()
-        && class.hasattr(needed)?
-    {
-        let made = class.call0()?;
-        if let Some(reset) = method(&made, "reset")? {
-            reset.call0()?;
-        }
-        return Ok(made);
-    }
-    match method(given, "reset")? {
+    let made = match given.cast::<PyType>() {
+        Ok(class) if class.hasattr(needed)? => Some(class.call0()?),
+        _ => None,
+    };
+    let object = made.as_ref().unwrap_or(given);
+    match method(object, "reset")? {
         Some(reset) => drop(reset.call0()?),
-        None if method(given, needed)?.is_some() => {
+        None if made.is_none() && method(given, needed)?.is_some() => {
             let kind = given.get_type().qualname()?;
             return Err(PyTypeError::new_err(format!(
                 "the {role} has a method {needed} and no method reset, so a second run would begin in the state of the \
@@ -271,7 +267,7 @@ pub(crate) fn begun<'py>(role: &str, given: &Bound<'py, PyAny>, needed: &str) ->
         }
         None => {}
     }
-    Ok(given.clone())
+    Ok(object.clone())
 }
 
 /// True if a Python function can be called with this number of positional arguments.

@@ -17,7 +17,7 @@ from ._frames import as_list, columns_of_frame, is_frame
 from ._grid import is_label
 from ._settings import RECORDING, dotted, key_of, value
 from .people import Patients
-from .ranges import Range, check_varied
+from .ranges import Range, check_varied, written
 from .scenario import Scenario, scenario_of
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ def job_of(
     shared = dict(set)
     lines = [f"{key} = {value(key, one)}" for key, one in header.items() if one is not None]
     lines += _section("set", shared)
-    lines += _section("axes", {key: one._table() if isinstance(one, Range) else one for key, one in axes.items()})
+    lines += _section("axes", {key: written(one) for key, one in axes.items()})
     scenario = scenario_of(base)
     if any(str(key).partition(".")[0] == "population" for key in (*set, *axes)) or (
         drawn is None and _core.population(scenario._core, 1)

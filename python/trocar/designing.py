@@ -14,7 +14,7 @@ from ._progress import Progress
 from ._settings import document, dotted, settings, value
 from ._stored import Stored
 from .documents import Documented
-from .ranges import Range, check_varied
+from .ranges import check_varied, written
 from .scenario import Scenario
 from .warnings import warn
 
@@ -178,6 +178,6 @@ def _text(design: Mapping[str, Any]) -> tuple[str, list[_core.Recording]]:
         check_varied(section, design.get(section, {}))
         for key, given in design.get(section, {}).items():
             path = f"{section}.{dotted(key)}"
-            lines.append(f"{path} = {value(path, given._table() if isinstance(given, Range) else given)}\n")
+            lines.append(f"{path} = {value(path, written(given))}\n")
     rest, recordings = document({key: given for key, given in design.items() if key not in _OF_KEYS})
     return rest + "".join(lines), recordings

@@ -19,6 +19,11 @@ def check_varied(name: str, given: Any) -> None:
             raise TypeError(f"{name} has the tuple {values!r} for {key}, must have a list of values or trocar.Range(first, last, points)")
 
 
+def written(values: Any) -> Any:
+    """Returns the values of a key that varies, or its range, as files have them."""
+    return values._table() if isinstance(values, Range) else values
+
+
 @dataclass(frozen=True)
 class Range:
     """An axis of a sweep from one value to another, with even or logarithmic spacing.

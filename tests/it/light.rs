@@ -20,7 +20,7 @@ edition = "2024"
 trocar = { path = "PATH", default-features = false }
 "#;
 
-/// The versions are those of this repository, so that the test needs no network.
+/// The program has this repository's Cargo.lock. Cargo then resolves the dependencies without a network.
 #[test]
 fn a_program_with_the_light_library_builds_few_packages() {
     let folder = TestFolder::new();

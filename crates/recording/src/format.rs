@@ -84,7 +84,15 @@ impl Format {
             Self::Arrow => ARROW_FORMATS,
             Self::Rosbag2 => ROS_FORMATS,
             Self::Hdf5 | Self::Excel => LAB_FORMATS,
-            _ => FORMATS,
+            Self::Csv
+            | Self::JsonLines
+            | Self::Npy
+            | Self::Npz
+            | Self::Mat
+            | Self::Parquet
+            | Self::Mcap
+            | Self::Tdms
+            | Self::Rosbag1 => FORMATS,
         }
     }
 

@@ -85,7 +85,6 @@ fn design(args: &DesignArgs) -> Result<(), CliError> {
 /// The error of a design; that of an interrupted one says what was kept.
 fn failed(error: DesignError<OutputError>, folder: &Folder, problem: &Problem) -> CliError {
     let kept = match error {
-        DesignError::Scenario(error) => return error.into(),
         DesignError::Run(error) => return error.into(),
         DesignError::Keep(error) => return error.into(),
         DesignError::Stopped(Stage::Generation(generation)) => {

@@ -10,7 +10,6 @@ use super::problem::Problem;
 use super::search::{Search, State, Stopped};
 use super::validation::Validation;
 use crate::run::RunError;
-use trocar_scenario::ScenarioError;
 
 /// A stage of a design.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,7 +33,8 @@ pub trait Follower: Sync {
     /// So many more units are done.
     fn advance(&self, units: u64);
 
-    /// Keeps the state after a generation or after certificates, so that the design can continue from it.
+    /// Stores the state. It is called after every generation and after every search for certificates; the design can
+    /// continue from the stored state.
     ///
     /// # Errors
     /// Any; it ends the design.
@@ -44,20 +44,12 @@ pub trait Follower: Sync {
 /// Why a design ended without a result.
 #[derive(Debug)]
 pub enum DesignError<E> {
-    /// A scenario is invalid.
-    Scenario(ScenarioError),
     /// A scenario is invalid for a patient, or its run failed.
     Run(RunError),
     /// It was stopped in this stage.
     Stopped(Stage),
     /// The state could not be kept.
     Keep(E),
-}
-
-impl<E> From<ScenarioError> for DesignError<E> {
-    fn from(error: ScenarioError) -> Self {
-        Self::Scenario(error)
-    }
 }
 
 impl<E> From<RunError> for DesignError<E> {
@@ -150,7 +142,7 @@ impl<F: Follower> Stages<'_, F> {
             if self.stop.load(Ordering::Relaxed) {
                 return Err(DesignError::Stopped(Stage::Certificates));
             }
-            // As many at once as there are threads, so that an interruption loses little.
+            // One certificate per thread, then the state is stored: an interruption loses these certificates only.
             let at_once = rayon::current_num_threads();
             certification.certify(state, &front.shown, at_once, &|| self.follower.advance(1))?;
             self.follower.keep(state).map_err(DesignError::Keep)?;
