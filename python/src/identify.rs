@@ -82,14 +82,16 @@ impl Used {
 
 type Identified<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Vec<(String, String)>, Bound<'py, PyDict>);
 
-/// The content of `identification.json`, the document, the files with their texts, and the data tables. Calls `tell`
-/// with the numbers of completed and of all steps.
+/// The content of `identification.json`, the document, the files with their texts, and the data tables. A recording in
+/// `folder` is known by its file name. Calls `tell` with the numbers of completed and of all steps.
 #[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "the Python wrapper passes them in this order")]
 pub(crate) fn identify<'py>(
     py: Python<'py>,
     machine: &str,
     recordings: Vec<PathBuf>,
     predict: Vec<PathBuf>,
+    folder: PathBuf,
     columns: Columns,
     max_memory_mib: u64,
     tell: Option<Py<PyAny>>,
@@ -102,10 +104,15 @@ pub(crate) fn identify<'py>(
         let [done, all] = counts.each_ref().map(|count| count.load(Ordering::Relaxed));
         tell.as_ref().map_or(Ok(()), |tell| tell.call1(py, (done, all)).map(drop))
     };
+    let name = move |path: &PathBuf| path.strip_prefix(&folder).unwrap_or(path).display().to_string();
     let identified = interruptible_with_progress(py, 0, tell, move |_| {
         let study: Box<dyn Study + Send> = match &used {
             Used::Slave(columns) => {
-                let open = |path: &PathBuf| Measured::open(path, columns, &limits);
+                let open = |path: &PathBuf| {
+                    let mut measured = Measured::open(path, columns, &limits)?;
+                    measured.name = name(path);
+                    Ok(measured)
+                };
                 let (training, predictions) = opened(&recordings, &predict, open)?;
                 let step = || {
                     counted[0].fetch_add(1, Ordering::Relaxed);
@@ -113,7 +120,11 @@ pub(crate) fn identify<'py>(
                 Box::new(slave(Request { training, predictions }, step)?)
             }
             Used::Part(part, columns) => {
-                let open = |path: &PathBuf| Signals::open(path, *part, columns, &limits);
+                let open = |path: &PathBuf| {
+                    let mut signals = Signals::open(path, *part, columns, &limits)?;
+                    signals.name = name(path);
+                    Ok(signals)
+                };
                 let (training, predictions) = opened(&recordings, &predict, open)?;
                 let step = |done: usize, all: usize| {
                     counted[0].store(done, Ordering::Relaxed);

@@ -31,6 +31,7 @@ mod simulation;
 mod stability;
 mod state_space;
 mod strategies;
+mod supervised;
 mod sweep;
 mod user_defined;
 mod user_defined_link;
@@ -94,6 +95,8 @@ mod _core {
     use crate::state_space::{StateSpace, state_space};
     #[pymodule_export]
     use crate::strategies::{compare_schemes, persons, strategies};
+    #[pymodule_export]
+    use crate::supervised::{SupervisedRun, advance_all};
     #[pymodule_export]
     use crate::sweep::{metrics, sweep, sweep_document, sweep_plan, sweep_with};
 

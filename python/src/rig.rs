@@ -189,17 +189,23 @@ impl HapticController {
         Ok(Self { initial: controller.clone(), controller })
     }
 
-    /// Processes a sample. NaN marks a missing number; `number` is the number of the sample, from 1, if it has one.
+    /// Processes a sample. `None` and NaN mark a missing number; `number` is the number of the sample, from 1, if it
+    /// has one.
     #[pyo3(signature = (master_position_m, slave_position_m, slave_velocity_m_per_s, force_n, number=None))]
     fn step(
         &mut self,
-        master_position_m: f64,
-        slave_position_m: f64,
-        slave_velocity_m_per_s: f64,
-        force_n: f64,
+        master_position_m: Option<f64>,
+        slave_position_m: Option<f64>,
+        slave_velocity_m_per_s: Option<f64>,
+        force_n: Option<f64>,
         number: Option<u64>,
     ) -> Command {
-        let sample = Sample { master_position_m, slave_position_m, slave_velocity_m_per_s, force_n };
+        let sample = Sample {
+            master_position_m: master_position_m.unwrap_or(f64::NAN),
+            slave_position_m: slave_position_m.unwrap_or(f64::NAN),
+            slave_velocity_m_per_s: slave_velocity_m_per_s.unwrap_or(f64::NAN),
+            force_n: force_n.unwrap_or(f64::NAN),
+        };
         let command = match number {
             None => self.controller.step(&sample),
             Some(number) => self.controller.step_numbered(&sample, number),

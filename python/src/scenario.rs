@@ -23,8 +23,22 @@ pub(crate) struct Scenario {
 
 impl Scenario {
     fn of(py: Python<'_>, source: Source, settings: Vec<Vec<String>>, recordings: Vec<Recording>) -> PyResult<Self> {
+        Self::from_changed(py, None, source, settings, recordings)
+    }
+
+    /// Loads a scenario from the source and the settings of another one and further settings.
+    fn from_changed(
+        py: Python<'_>,
+        other: Option<&Self>,
+        source: Source,
+        settings: Vec<Vec<String>>,
+        recordings: Vec<Recording>,
+    ) -> PyResult<Self> {
         let lists: Vec<&[String]> = settings.iter().map(Vec::as_slice).collect();
-        let load = || trocar_scenario::Scenario::load_changed(&source, &lists);
+        let load = || match other {
+            Some(other) => other.scenario.reload_changed(&source, &lists),
+            None => trocar_scenario::Scenario::load_changed(&source, &lists),
+        };
         let scenario = py.detach(load).map_err(|error| error::scenario(py, &named(error, &source)))?;
         Ok(Self { scenario, source, settings, recordings })
     }
@@ -113,7 +127,7 @@ impl Scenario {
     fn replace(&self, py: Python<'_>, settings: Vec<String>, recordings: Vec<PyRef<'_, Recording>>) -> PyResult<Self> {
         let settings = self.settings.iter().cloned().chain([settings]).collect();
         let recordings = self.recordings.iter().cloned().chain(cloned(&recordings)).collect();
-        Self::of(py, self.source.clone(), settings, recordings)
+        Self::from_changed(py, Some(self), self.source.clone(), settings, recordings)
     }
 
     /// The source: the path or `None`, the name, the text or `None`, the settings of each call, the recordings in

@@ -41,8 +41,7 @@ def test_a_held_needle_costs_time_and_never_exceeds():
 def test_without_a_hold_the_run_is_that_of_the_scenario_without_augmentation():
     environment = trocar.gym.Supervisor("layers/skin-augmented")
     reward, info = episode(environment, lambda observation: np.array([0.0, 1.0], np.float32))
-    scenario = environment._simulation.scenario
-    plain = trocar.run(scenario)
+    plain = trocar.run(info["run"].scenario)
     assert np.array_equal(info["run"]["slave_position_m"], plain["slave_position_m"])
     assert reward == pytest.approx(-1e3 * sum(rupture["excess_advance_m"] for rupture in plain.ruptures))
 
@@ -54,12 +53,69 @@ def test_the_rule_holds_after_every_rupture():
     assert weak["run"]["feedback_force_n"].max() < info["run"]["feedback_force_n"].max()
 
 
-def test_environments_are_vectorised():
-    environments = trocar.gym.make_vec(2, scenario="layers/skin-augmented")
-    observations, _ = environments.reset(seed=1)
-    actions = trocar.gym.hold_after_alarm(observations)
-    assert actions.shape == (2, 2) and environments.step(actions)[0].shape == (2, 8)
-    environments.close()
+class Commanded:
+    """The architecture of the environment, as a part in Python."""
+
+    def __init__(self, step_m):
+        self.holds, self.force_scale, self.target_m, self.step_m, self.was_held = False, 1.0, None, step_m, False
+
+    def reset(self):
+        """Is called before the run, whose object is new."""
+
+    def slave_target(self, position_m, velocity_m_per_s, hand_force_n, slave_m, slave_m_per_s, force_n):
+        if self.holds and not self.was_held:
+            self.target_m = slave_m
+        if not self.holds and self.target_m is not None:
+            self.target_m += min(max(position_m - self.target_m, -self.step_m), self.step_m)
+            if abs(position_m - self.target_m) <= self.step_m:
+                self.target_m = None
+        self.was_held = self.holds
+        return position_m if self.target_m is None else self.target_m
+
+    def master_force(self, force_n, *others):
+        return self.force_scale * force_n
+
+
+def test_a_run_equals_a_simulation_with_the_same_architecture_in_python():
+    generator = np.random.default_rng(2)
+    actions = [(bool(generator.random() < 0.3), 2.0 * generator.random()) for _ in range(2000)]
+    environment = trocar.gym.Supervisor("layers/skin-augmented")
+    environment.reset(seed=1)
+    used, is_over = iter(actions), False
+    while not is_over:
+        holds, force_scale = next(used)
+        _, _, is_over, _, info = environment.step([float(holds), force_scale])
+    scenario = info["run"].scenario
+    assert scenario["scaling.position"] == 1.0
+    commanded = Commanded(scenario.tick_s * trocar.Scenario.load("layers/skin-augmented")["augmentation.catch_up_speed_m_per_s"])
+    simulation = trocar.Simulation(scenario, architecture=commanded)
+    goes_on, ticks = simulation.step(), 1
+    while goes_on:
+        commanded.holds, commanded.force_scale = actions[(ticks - 1) // 10]
+        goes_on, ticks = simulation.step(), ticks + 1
+    expected = simulation.run()
+    for column in ("slave_position_m", "feedback_force_n", "master_position_m"):
+        assert np.array_equal(info["run"][column], expected[column])
+
+
+def test_vectorised_environments_give_what_single_ones_do():
+    together = trocar.gym.make_vec(3, scenario="layers/skin-augmented")
+    alone = [trocar.gym.Supervisor("layers/skin-augmented") for _ in range(3)]
+    observations, _ = together.reset(seed=1)
+    expected = np.stack([environment.reset(seed=1 + index)[0] for index, environment in enumerate(alone)])
+    over = np.zeros(3, bool)
+    while not over.all():
+        assert np.array_equal(observations, expected)
+        actions = trocar.gym.hold_after_alarm(observations)
+        observations, rewards, over, _, infos = together.step(actions)
+        steps = [environment.step(action) for environment, action in zip(alone, actions)]
+        expected = np.stack([step[0] for step in steps])
+        assert rewards.tolist() == [step[1] for step in steps] and over.tolist() == [step[2] for step in steps]
+    assert infos["held_s"].tolist() == [step[4]["held_s"] for step in steps]
+    # The next step begins new episodes.
+    _, rewards, over, _, _ = together.step(actions)
+    assert not rewards.any() and not over.any()
+    together.close()
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,7 @@
 """Studies of the command line in Python: patients, strategies, schemes, identification, margins, measured responses."""
 
+import math
+
 import numpy as np
 import polars
 import pytest
@@ -109,7 +111,21 @@ def test_machines_are_identified_from_tables(machine):
             found = trocar.identify([table], machine="slave", master="m", slave="s", actuator="u")
             assert found.parameters["mass_kg"]["value"] == pytest.approx(mass, rel=0.1)
     assert found.data and found.document.tables
+    assert [fit["recording"] for fit in found.report["fits"]] == ["recording_1.csv"]
     assert trocar.results.Identification._of_kept(*found._kept()).report == found.report
+
+
+def test_an_error_in_a_table_does_not_name_the_file_that_trocar_writes():
+    table = {"time_s": [0.0, 0.1, math.nan], "z": [0.0, 1.0, 2.0], "force_n": [0.0, 1.0, 2.0]}
+    with pytest.raises(ValueError, match="^recording_1.csv line 4, column 'time_s': 'nan' is not finite"):
+        trocar.identify(table, machine="tissue", slave="z")
+
+
+def test_a_frame_has_a_number_or_a_word_in_each_cell():
+    for frame in (trocar.strategies(seeds=2).to_dataframe(), trocar.roc(detectors=["adaptive"], seeds=2, thresholds=2).to_dataframe()):
+        cells = [cell for name in frame.columns for cell in frame[name]]
+        assert not any(isinstance(cell, (list, dict)) for cell in cells)
+    assert (frame["detection_low"] <= frame["detection"]).all() and (frame["detection"] <= frame["detection_high"]).all()
 
 
 def test_columns_of_an_identification_are_checked():

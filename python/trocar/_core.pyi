@@ -17,7 +17,9 @@ __all__ = [
     "Simulation",
     "StateSpace",
     "Step",
+    "SupervisedRun",
     "__version__",
+    "advance_all",
     "arm_stiffness",
     "arrow_stream",
     "calibrate",
@@ -141,6 +143,15 @@ class Simulation:
     def conclude(self) -> tuple[Run, _Traces]: ...
 
 @final
+class SupervisedRun:
+    def __new__(cls, scenario: Scenario, catch_up_m_per_s: float) -> SupervisedRun: ...
+    def advance(self, holds: bool, force_scale: float, ticks: int) -> tuple[bool, float]: ...
+    def observed(self) -> list[float]: ...
+    def conclude(self) -> tuple[Run, _Traces]: ...
+
+def advance_all(runs: list[SupervisedRun], commands: list[tuple[bool, float, int]]) -> list[tuple[bool, float]]: ...
+
+@final
 class Command:
     """The command of a rig's controller at one sample. Quantities are in SI units."""
 
@@ -200,10 +211,10 @@ class HapticController:
     def __new__(cls, scenario: Scenario, changes: list[tuple[str, float]]) -> HapticController: ...
     def step(
         self,
-        master_position_m: float,
-        slave_position_m: float,
-        slave_velocity_m_per_s: float,
-        force_n: float,
+        master_position_m: float | None,
+        slave_position_m: float | None,
+        slave_velocity_m_per_s: float | None,
+        force_n: float | None,
         number: int | None = None,
     ) -> Command: ...
     def stop(self) -> None: ...
@@ -332,6 +343,7 @@ def identify(
     machine: str,
     recordings: list[str],
     predict: list[str],
+    folder: str,
     columns: dict[str, str | None],
     max_memory_mib: int,
     tell: Callable[[int, int], None] | None,

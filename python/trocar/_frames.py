@@ -76,6 +76,22 @@ def as_list(column: Any) -> list[Any]:
     return list(np.asarray(column).tolist()) if not isinstance(column, list) else column
 
 
+def flat_rows(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Returns rows with one number or word per cell: the values of a dictionary as ``name.key``, the ends of an interval
+    as ``name_low`` and ``name_high``, the values of another list as ``name_1``, ``name_2`` and so on."""
+    nested = {name for row in rows for name, value in row.items() if isinstance(value, (dict, list))}
+
+    def cells(name: str, value: Any) -> dict[str, Any]:
+        if isinstance(value, dict):
+            return {f"{name}.{key}": one for key, one in value.items()}
+        if isinstance(value, list):
+            of, is_interval = name.removesuffix("_interval"), name.endswith("_interval")
+            return {f"{of}_{end}": one for end, one in zip(("low", "high") if is_interval else range(1, len(value) + 1), value)}
+        return {} if name in nested else {name: value}
+
+    return [{key: one for name, value in row.items() for key, one in cells(name, value).items()} for row in rows]
+
+
 def freeze(arrays: Mapping[str, NDArray[Any]] | Sequence[NDArray[Any]]) -> None:
     """Makes arrays read-only."""
     for array in arrays.values() if isinstance(arrays, Mapping) else arrays:

@@ -14,8 +14,7 @@ scaled for the hand. The scenario's own augmentation is off; its estimator and d
 from __future__ import annotations
 
 import os
-import warnings as _warnings
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,12 +24,12 @@ try:
 except ImportError as error:
     raise ImportError("trocar.gym needs gymnasium: pip install gymnasium") from error
 
+from . import _core
 from ._arrays import number, whole
-from .parts import Simulation
 from .people import Patients
 from .people import patients as drawn_patients
+from .running import Run
 from .scenario import Scenario, scenario_of
-from .warnings import TrocarWarning
 
 __all__ = ["Supervisor", "hold_after_alarm", "make_vec"]
 
@@ -57,42 +56,6 @@ OBSERVED = (
 
 # The largest magnitude of an observation.
 _BOUND = 1e3
-
-
-class _Supervised:
-    """The architecture in the loop: position forward and force back, as the agent commands."""
-
-    def __init__(self, scale: float, step_m: float) -> None:
-        self.holds = False
-        self.force_scale = 1.0
-        self.target_m: float | None = None
-        self._scale = scale
-        self._step_m = step_m
-        self._is_held = False
-
-    def reset(self) -> None:
-        """Does nothing: an environment makes a new one for every episode."""
-
-    def slave_target(
-        self, position_m: float, velocity_m_per_s: float, hand_force_n: float, slave_m: float, slave_m_per_s: float, force_n: float
-    ) -> float:
-        """Holds the slave, or lets it follow the hand, at a limited speed after a hold."""
-        hand_m = self._scale * position_m
-        if self.holds:
-            if not self._is_held:
-                self.target_m = slave_m
-        elif self.target_m is not None:
-            self.target_m += min(max(hand_m - self.target_m, -self._step_m), self._step_m)
-            if abs(hand_m - self.target_m) <= self._step_m:
-                self.target_m = None
-        self._is_held = self.holds
-        return hand_m if self.target_m is None else self.target_m
-
-    def master_force(
-        self, force_n: float, position_m: float, velocity_m_per_s: float, mode: int, hand_m: float, hand_m_per_s: float, hand_force_n: float
-    ) -> float:
-        """Returns the force of the tissue, scaled."""
-        return self.force_scale * force_n
 
 
 class Supervisor(gymnasium.Env[Observation, Action]):
@@ -151,7 +114,10 @@ class Supervisor(gymnasium.Env[Observation, Action]):
             self._patients = patients if isinstance(patients, Patients) else drawn_patients(whole("patients", 200 if patients is None else patients, 1))
         self.observation_space = gymnasium.spaces.Box(-_BOUND, _BOUND, (len(OBSERVED),), np.float32)
         self.action_space = gymnasium.spaces.Box(np.array([0.0, 0.0], np.float32), np.array([1.0, 2.0], np.float32))
-        self._simulation: Simulation | None = None
+        self._core: _core.SupervisedRun | None = None
+        self._is_over = True
+        # The outcome of an action whose ticks have run together with those of other environments.
+        self._advanced: tuple[bool, float] | None = None
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observation, dict[str, Any]]:
         """Begins an episode with another patient and other noise. ``options={"patient": 7}`` chooses the patient, from
@@ -168,14 +134,12 @@ class Supervisor(gymnasium.Env[Observation, Action]):
         catch_up_m_per_s = chosen[key] if key in chosen else _CATCH_UP_M_PER_S
         noise = int(self.np_random.integers(1, 2**31))
         chosen = chosen.replace(**{"augmentation.enabled": False, "simulation.seed": noise})
-        self._speed_scale = chosen["scaling.position"]
-        self._threshold = chosen["detector.threshold"]
-        tick_s = chosen.tick_s
-        self._ticks = max(1, round(_DECISION_S / tick_s))
-        self._supervised = _Supervised(self._speed_scale, catch_up_m_per_s * tick_s)
-        self._simulation = Simulation(chosen, architecture=self._supervised)
-        self._held_s = self._in_hold_s = self._last_n = self._decision = 0.0
-        self._is_over = not self._simulation.step()
+        self._chosen, self._position_scale, self._threshold = chosen, chosen["scaling.position"], chosen["detector.threshold"]
+        self._ticks = max(1, round(_DECISION_S / chosen.tick_s))
+        self._core = _core.SupervisedRun(chosen._core, catch_up_m_per_s)
+        self._held_s = self._in_hold_s = self._last_n = 0.0
+        self._advanced = None
+        self._is_over, self._decision = not self._core.advance(False, 1.0, 1)[0], 0.0
         return self._observed(), info
 
     def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
@@ -186,42 +150,38 @@ class Supervisor(gymnasium.Env[Observation, Action]):
         ValueError
             Before ``reset`` and after the end of an episode, and for an action that is not two finite numbers.
         """
-        if self._simulation is None or self._is_over:
-            raise ValueError("the episode has not begun or is over: call reset()")
-        given = np.asarray(action, dtype=np.float64).reshape(-1)
-        if given.shape != (2,) or not np.isfinite(given).all():
-            raise ValueError(f"the action is {action!r}, must be two finite numbers: hold, and the factor of the force")
-        supervised, decision_s = self._supervised, self._ticks * self._simulation.scenario.tick_s
-        supervised.holds, supervised.force_scale = bool(given[0] >= 0.5), float(min(max(given[1], 0.0), 2.0))
-        self._decision = 0.0
-        for _ in range(self._ticks):
-            self._is_over = not self._simulation.step()
-            # An alarm lasts one tick.
-            self._decision = max(self._decision, self._simulation["decision"])
-            if self._is_over:
-                break
-        self._in_hold_s = self._in_hold_s + decision_s if supervised.holds else 0.0
-        self._held_s += decision_s if supervised.holds else 0.0
-        reward = -self._hold_cost * decision_s if supervised.holds else 0.0
+        holds, force_scale, ticks = self._command(action)
+        assert self._core is not None
+        goes_on, self._decision = self._advanced or self._core.advance(holds, force_scale, ticks)
+        self._is_over, self._advanced = not goes_on, None
+        decision_s = self._ticks * self._chosen.tick_s
+        self._in_hold_s = self._in_hold_s + decision_s if holds else 0.0
+        self._held_s += decision_s if holds else 0.0
+        reward = -self._hold_cost * decision_s if holds else 0.0
         observed, info = self._observed(), {}
         if self._is_over:
-            with _warnings.catch_warnings():
-                _warnings.simplefilter("ignore", TrocarWarning)
-                run = self._simulation.run()
+            run = Run(self._chosen, *self._core.conclude())
             excess_m = [rupture["excess_advance_m"] or 0.0 for rupture in run.ruptures]
             reward -= 1e3 * sum(excess_m)
             info = {"excess_m": sum(excess_m), "ruptures": len(excess_m), "held_s": self._held_s, "run": run}
         return observed, reward, self._is_over, False, info
 
+    def _command(self, action: Action) -> tuple[bool, float, int]:
+        if self._core is None or self._is_over:
+            raise ValueError("the episode has not begun or is over: call reset()")
+        given = np.asarray(action, dtype=np.float64).reshape(-1)
+        if given.shape != (2,) or not np.isfinite(given).all():
+            raise ValueError(f"the action is {action!r}, must be two finite numbers: hold, and the factor of the force")
+        return bool(given[0] >= 0.5), float(min(max(given[1], 0.0), 2.0)), self._ticks
+
     def _observed(self) -> Observation:
-        assert self._simulation is not None
-        signals = self._simulation.signals
-        force_n = signals["measured_force_n"]
+        assert self._core is not None
+        force_n, residual_n, master_m, slave_m, master_m_per_s, slave_m_per_s = self._core.observed()
         change_n, self._last_n = force_n - self._last_n, force_n
-        behind_m = self._speed_scale * signals["master_position_m"] - signals["slave_position_m"]
-        velocities = 1e2 * signals["master_velocity_m_per_s"], 1e2 * signals["slave_velocity_m_per_s"]
+        behind_m = self._position_scale * master_m - slave_m
+        velocities = 1e2 * master_m_per_s, 1e2 * slave_m_per_s
         decision = self._decision / self._threshold
-        found = (force_n, change_n, signals["residual_n"], decision, 1e3 * behind_m, *velocities, self._in_hold_s)
+        found = (force_n, change_n, residual_n, decision, 1e3 * behind_m, *velocities, self._in_hold_s)
         return np.array(found, dtype=np.float32).clip(-_BOUND, _BOUND)
 
 
@@ -248,8 +208,22 @@ def hold_after_alarm(observation: Observation, hold_s: float = 0.5) -> Action:
     return action
 
 
+class _Together(gymnasium.vector.SyncVectorEnv):
+    """Environments whose ticks run together, in threads, before each of them reports its step."""
+
+    def step(self, actions: NDArray[np.float32]) -> tuple[Any, ...]:
+        """Steps all environments."""
+        # A vector resets an environment that is over instead of stepping it.
+        environments = (cast(Supervisor, environment) for environment in self.envs)
+        stepped = [(one, one._command(action)) for one, action in zip(environments, actions) if not one._is_over]
+        outcomes = _core.advance_all([one._core for one, _ in stepped if one._core], [command for _, command in stepped])
+        for (one, _), outcome in zip(stepped, outcomes):
+            one._advanced = outcome
+        return super().step(actions)
+
+
 def make_vec(count: int, **options: Any) -> gymnasium.vector.SyncVectorEnv:
-    """Returns several environments :class:`Supervisor`, which step one after the other in this process.
+    """Returns several environments :class:`Supervisor`, which step side by side in threads.
 
     Parameters
     ----------
@@ -263,7 +237,7 @@ def make_vec(count: int, **options: Any) -> gymnasium.vector.SyncVectorEnv:
     >>> environments.reset(seed=1)[0].shape
     (3, 8)
     """
-    return gymnasium.vector.SyncVectorEnv([lambda: Supervisor(**options) for _ in range(whole("count", count, 1))])
+    return _Together([lambda: Supervisor(**options) for _ in range(whole("count", count, 1))])
 
 
 gymnasium.register(id="trocar/Supervisor-v0", entry_point="trocar.gym:Supervisor")

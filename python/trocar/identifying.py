@@ -153,7 +153,12 @@ def identify(
         training, others = _paths(recordings, "recording", Path(folder)), _paths(predict, "prediction", Path(folder))
         if not training:
             raise ValueError("there is no recording to identify from")
-        report, contents, files, data = _core.identify(machine, training, others, columns, whole("max_memory", max_memory, 1), bar.tell)
+        memory_mib = whole("max_memory", max_memory, 1)
+        try:
+            report, contents, files, data = _core.identify(machine, training, others, folder, columns, memory_mib, bar.tell)
+        except ValueError as error:
+            # The user does not know the folder.
+            raise ValueError(str(error).replace(f"{folder}{os.sep}", "")) from None
     warn(contents["warnings"])
     return Identification(report, contents, dict(files), data)
 

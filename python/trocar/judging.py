@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from . import _core, warnings
 from ._arrays import Recorded, number, recording_of, whole
 from ._columns import Columns
+from ._frames import flat_rows
 from ._parts import Part, core_parts
 from ._progress import Progress
-from ._stored import Stored
+from ._reported import Reported
 from .detection import _changes
-from .documents import Documented
 from .scenario import Scenario
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ def trials(numbers: int | Iterable[int] = 1000) -> Iterator[Trial]:
     return map(Trial, numbers)
 
 
-class Roc(Documented, Stored):
+class Roc(Reported):
     """The operating characteristics of detectors, returned by :func:`roc`. ``print`` shows them as a table.
 
     Attributes
@@ -139,18 +139,7 @@ class Roc(Documented, Stored):
     True
     """
 
-    def __init__(self, report: dict[str, Any], contents: dict[str, Any]) -> None:
-        self.report = report
-        self._contents = contents
-
-    _keys = {"roc", "document"}
-
-    def _kept(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-        return {}, {"roc": self.report, "document": self._contents}
-
-    @classmethod
-    def _of_kept(cls, arrays: dict[str, NDArray[Any]], about: dict[str, Any]) -> Roc:
-        return cls(about["roc"], about["document"])
+    _name = "roc"
 
     @property
     def curves(self) -> dict[str, list[dict[str, Any]]]:
@@ -174,7 +163,7 @@ class Roc(Documented, Stored):
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Returns a pandas DataFrame with a row per condition, detector and threshold; the first condition combines
-        all conditions."""
+        all conditions. Intervals have two columns, as in ``detection_low`` and ``detection_high``."""
         import pandas
 
         studied = self.report["characteristics"]
@@ -183,7 +172,7 @@ class Roc(Documented, Stored):
             shared = {key: condition[key] for key in ("signal", "noise_std_n")}
             for curve in condition["curves"]:
                 rows += [{**shared, "detector": curve["detector"], **point} for point in curve["points"]]
-        return pandas.DataFrame(rows)
+        return pandas.DataFrame(flat_rows(rows))
 
     def plot(self, **options: Any) -> Figure:
         """Draws the best detection fraction and the delay of each detector over the false alarms with matplotlib.

@@ -86,11 +86,7 @@ class HapticController:
         OverflowError
             If the number of the sample is negative or above 2⁶⁴ - 1.
         """
-        nan = float("nan")
-        master, slave, velocity, force = (
-            nan if value is None else value for value in (master_position_m, slave_position_m, slave_velocity_m_per_s, force_n)
-        )
-        return self._core.step(master, slave, velocity, force, number)
+        return self._core.step(master_position_m, slave_position_m, slave_velocity_m_per_s, force_n, number)
 
     def stop(self) -> None:
         """Stops: the force decays within ``safety.decay_s``, and the reference holds until :meth:`enable`.

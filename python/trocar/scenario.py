@@ -120,12 +120,13 @@ class Scenario:
         """
         return cls._of(_core.Scenario.from_text(name, text, [], []))
 
-    def replace(self, **changes: Any) -> Scenario:
-        """Returns the scenario with changed keys. Defaults that depend on them change, too.
+    def replace(self, changes: Mapping[str, Any] | None = None, /, **more: Any) -> Scenario:
+        """Returns the scenario with changed keys, given as a dictionary or as keywords. Defaults that depend on them
+        change, too.
 
         >>> import trocar
         >>> scenario = trocar.Scenario.load("paper/classical")
-        >>> scenario.replace(**{"scaling.force": 2.0, "name": "strong"}).name
+        >>> scenario.replace({"scaling.force": 2.0, "name": "strong"}).name
         'strong'
 
         The key ``recording.file`` also accepts samples: a DataFrame or a dictionary of arrays, as for
@@ -133,7 +134,7 @@ class Scenario:
 
         The scenario keeps the loaded content of its file, bases and recording, even if the files have changed since.
 
-        >>> again = scenario.replace(**{"recording.file": trocar.record(2)})
+        >>> again = scenario.replace({"recording.file": trocar.record(2)})
         >>> trocar.run(again)["desired_position_m"].shape
         (17000,)
 
@@ -142,7 +143,9 @@ class Scenario:
         ScenarioError, ValueError, TypeError
             As for :class:`Scenario`.
         """
-        changed, recordings = settings(changes)
+        if changes is not None and not isinstance(changes, Mapping):
+            raise TypeError(f"the changes are {changes!r}, must be a dictionary of keys and values")
+        changed, recordings = settings({**(changes or {}), **more})
         return type(self)._of(self._core.replace(changed, recordings))
 
     def to_toml(self) -> str:

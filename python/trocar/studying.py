@@ -6,22 +6,20 @@ import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from numpy.typing import NDArray
-
 from . import _core
 from ._arrays import whole
+from ._frames import flat_rows
 from ._progress import Progress
+from ._reported import Reported
 from ._settings import settings as lines
-from ._stored import Stored
 from .warnings import warn
-from .documents import Documented
 from .scenario import Scenario
 
 if TYPE_CHECKING:
     import pandas
 
 
-class Strategies(Documented, Stored):
+class Strategies(Reported):
     """The strategies against a rupture, returned by :func:`strategies`. ``print`` shows its tables.
 
     Attributes
@@ -37,18 +35,7 @@ class Strategies(Documented, Stored):
     True
     """
 
-    def __init__(self, report: dict[str, Any], contents: dict[str, Any]) -> None:
-        self.report = report
-        self._contents = contents
-
-    _keys = {"strategies", "document"}
-
-    def _kept(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-        return {}, {"strategies": self.report, "document": self._contents}
-
-    @classmethod
-    def _of_kept(cls, arrays: dict[str, NDArray[Any]], about: dict[str, Any]) -> Strategies:
-        return cls(about["strategies"], about["document"])
+    _name = "strategies"
 
     @property
     def rows(self) -> list[dict[str, Any]]:
@@ -71,10 +58,11 @@ class Strategies(Documented, Stored):
     __iter__: None = None
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """Returns a pandas DataFrame with a row per strategy, in SI units."""
+        """Returns a pandas DataFrame with a row per strategy, in SI units. :func:`trocar.sweep` over the patients with a
+        scenario ``strategies/…`` as its base gives the values of each run."""
         import pandas
 
-        return pandas.json_normalize(self.rows).set_index("strategy")
+        return pandas.DataFrame(flat_rows(self.rows)).set_index("strategy")
 
     def __repr__(self) -> str:
         people = "patient" if self.patients == 1 else "patients"
@@ -145,7 +133,7 @@ def strategies(
     return Strategies(report, contents)
 
 
-class Paper(Documented, Stored):
+class Paper(Reported):
     """The reproduced figures of the paper, returned by :func:`paper`. ``print`` shows its tables.
 
     ``paper.document.figures["figure_13"].plot()`` draws a figure.
@@ -161,18 +149,7 @@ class Paper(Documented, Stored):
     <Figure size 800x600 with 4 Axes>
     """
 
-    def __init__(self, report: dict[str, Any], contents: dict[str, Any]) -> None:
-        self.report = report
-        self._contents = contents
-
-    _keys = {"paper", "document"}
-
-    def _kept(self) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-        return {}, {"paper": self.report, "document": self._contents}
-
-    @classmethod
-    def _of_kept(cls, arrays: dict[str, NDArray[Any]], about: dict[str, Any]) -> Paper:
-        return cls(about["paper"], about["document"])
+    _name = "paper"
 
     def __repr__(self) -> str:
         return f"Paper({len(self.document.figures)} figures)"

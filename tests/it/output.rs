@@ -173,7 +173,7 @@ fn ctrl_c_ends_with_a_message_and_code_130_and_leaves_the_old_results() {
     folder.good(&words("compare x.toml y.toml --quiet"));
     let before = results(&folder, "out");
     for line in [
-        "compare x.toml y.toml --seeds 2000 --quiet",
+        "compare x.toml y.toml --seeds 50000 --quiet",
         "run x.toml --set simulation.duration_s=2000 --quiet",
         "strategies x.toml --seeds 1000 --quiet",
         "stability x.toml --event-limits --quiet",

@@ -97,6 +97,17 @@ impl Scenario {
         Self::of_acting(Values::load_changed(source, settings)?)
     }
 
+    /// Loads a scenario like [`Scenario::load_changed`]. It shares the steps of the plants with `self`, if its machines
+    /// are the same, which takes half the time.
+    ///
+    /// # Errors
+    /// The errors of [`Scenario::load`].
+    pub fn reload_changed(&self, source: &Source, settings: &[&[String]]) -> Result<Self, ScenarioError> {
+        let values = Values::load_changed(source, settings)?;
+        values.check_acting(|_| false)?;
+        Self::resolve_sharing(values, Some(self))
+    }
+
     pub(super) fn of_acting(values: Values) -> Result<Self, ScenarioError> {
         values.check_acting(|_| false)?;
         Self::resolve(values)
@@ -122,7 +133,12 @@ impl Scenario {
     ///
     /// # Errors
     /// The errors of [`Scenario::load`].
-    pub fn resolve(mut values: Values) -> Result<Self, ScenarioError> {
+    pub fn resolve(values: Values) -> Result<Self, ScenarioError> {
+        Self::resolve_sharing(values, None)
+    }
+
+    /// Resolves values to a scenario, with the steps of the plants of another scenario if they fit.
+    fn resolve_sharing(mut values: Values, other: Option<&Self>) -> Result<Self, ScenarioError> {
         values.fill_layers();
         values.check_layers()?;
         let replays = replays_position(&values) || replays_force(&values);
@@ -140,6 +156,9 @@ impl Scenario {
         let mut update = ScenarioUpdate { scenario: &mut scenario, values: &mut values, replay: replay.as_ref() };
         GROUPS.iter().try_for_each(|group| (group.read)(&mut update))?;
         scenario.values = Arc::new(values);
+        if let Some(other) = other {
+            scenario.share_steps(other);
+        }
         scenario.check_parts()?;
         Ok(scenario)
     }

@@ -87,10 +87,12 @@ pub fn idle_keys(scenario: &Scenario) -> Vec<Warning> {
         } else {
             return None;
         };
-        let message = format!("{path} changes nothing here: {why}");
-        Some(Warning::new(Code::KeyWithoutEffect, message).at(path).remedy(remedy))
+        is_given(path).then(|| {
+            let message = format!("{path} changes nothing here: {why}");
+            Warning::new(Code::KeyWithoutEffect, message).at(path).remedy(remedy)
+        })
     };
-    KEYS.iter().map(|key| key.path).filter(|path| is_given(path)).filter_map(of).collect()
+    KEYS.iter().map(|key| key.path).filter_map(of).collect()
 }
 
 /// The sections without effect on the linear loop.

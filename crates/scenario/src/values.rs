@@ -238,8 +238,11 @@ impl Values {
         };
         let of_layers = self.written_of_layers().map(|(key, _)| key);
         let keys = KEYS.iter().map(KeyAt::from).chain(of_layers);
-        let inert = keys.filter(|key| !self.is_acting(key)).filter_map(|key| {
-            let written = layer(&key.path).filter(|layer| *layer > 0 || !acts_elsewhere(&key))?;
+        let inert = keys.filter_map(|key| {
+            let written = layer(&key.path).filter(|_| !self.is_acting(&key))?;
+            if written == 0 && acts_elsewhere(&key) {
+                return None;
+            }
             Some(self.without_effect(&key.path, self.place(&key.path), &unmet_at(&key, written)?))
         });
         let inert_list = self.list.iter().filter_map(|list| {
