@@ -114,7 +114,7 @@ def identify(
     machine
         What is identified.
     predict
-        Recordings that take no part in the estimation and are predicted.
+        Recordings that are predicted, and not used for the estimation.
     time, force
         The columns with the time and the force. A column that is not in SI units has a factor or a unit after a colon,
         as in ``"xs_mm:mm"``. The force of slave and tissue acts on the slave and is positive when it resists; that of

@@ -120,8 +120,8 @@ enum Command {
     ///
     /// The slave of a rig follows its master. From recordings of both positions, of the force on the slave and, if
     /// recorded, of the actuator's force, the command computes moving mass, friction and the gains of the controller.
-    /// Recordings of --predict take no part: their fit shows how well the machine generalises. The command says which
-    /// parameters the recordings cannot tell.
+    /// Recordings of --predict are not used for the estimation: their fit shows how well the machine generalises. The
+    /// command lists what the recordings do not determine.
     Identify(Box<identify::IdentifyArgs>),
     /// Compute operating characteristics of the detectors: detection, delay and false alarms by threshold
     ///

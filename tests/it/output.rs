@@ -225,8 +225,8 @@ fn verify_notices_every_damage_of_results() {
     for (number, (path, content)) in whole.iter().enumerate().filter(|(_, (path, _))| !path.ends_with("notes.txt")) {
         let name = format!("out/{}", path.display());
         for kind in 0..5 {
-            // Two kinds for each file.
-            if (kind + number) % 5 > 1 || !damage(&folder, &name, kind, &mut moments) {
+            // Three kinds for each file.
+            if (kind + number) % 5 > 2 || !damage(&folder, &name, kind, &mut moments) {
                 continue;
             }
             let outcome = folder.trocar(&["verify", "out"]);
@@ -241,7 +241,7 @@ fn verify_notices_every_damage_of_results() {
             tried += 1;
         }
     }
-    assert!(tried >= 60, "{tried}");
+    assert!(tried >= 100, "{tried}");
     folder.good(&["verify", "out", "--quiet"]);
     folder.refused(&["verify", "nowhere"], &["no manifest.json"]);
 }

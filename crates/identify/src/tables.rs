@@ -90,7 +90,7 @@ pub(crate) fn fit_sentences(
             percent(trained)
         )],
         Some((name, fit)) => vec![format!(
-            "It predicts the recordings that took no part with a mean fit of {}, at worst {} ({name}); the training recordings \
+            "It predicts the recordings that were not used for training with a mean fit of {}, at worst {} ({name}); the training recordings \
          have {}.",
             percent(predicted),
             percent(*fit),
@@ -115,7 +115,7 @@ pub(crate) fn doubts(parameters: &[Reported], mut whiteness: impl Iterator<Item 
     }
     if whiteness.any(|whiteness| whiteness.is_some_and(|whiteness| !whiteness.is_white())) {
         doubts.push(
-            "The errors of the simulation are correlated in time: the machine has parts beyond this structure. The intervals allow for \
+            "The errors of the simulation are correlated in time: the machine has dynamics that the model lacks. The intervals allow for \
              the correlation, but not for parts that only other motions excite."
                 .into(),
         );

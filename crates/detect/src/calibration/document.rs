@@ -198,7 +198,7 @@ impl Calibration {
              longer part of the recording (--first-s).",
         );
         let coloured = self.whiteness.is_some_and(|test| test.is_rejected()).then_some(
-            "The threshold gives the wanted interval for a white Gaussian residual. The quiet residual is not white, \
+            "The threshold gives the requested interval for a white Gaussian residual. The quiet residual is not white, \
              so no interval is predicted; the recording alone gives a bound. The threshold is at least twice the \
              largest harmless excursion.",
         );

@@ -213,12 +213,12 @@ pub(super) fn candidates(training: &[Signals]) -> Result<Vec<Candidate>, Identif
 
 pub(super) fn conclusions(training: &[Signals], chosen: &Chosen<'_>) -> Conclusions {
     let mut open: Vec<String> = vec![
-        "All values rest on the calibration of the force sensor at the hand, which is taken as right.".into(),
-        "An offset of the force sensor cannot be told from a constant force.".into(),
+        "All values rest on the calibration of the force sensor at the hand, which is assumed to be correct.".into(),
+        "An offset of the force sensor cannot be distinguished from a constant force.".into(),
     ];
     if !reverses(training) {
         open.push(
-            "The master never reverses, so that Coulomb friction cannot be told from a constant force, which is taken as 0. Record a \
+            "The master never reverses, so that Coulomb friction cannot be distinguished from a constant force, which is taken as 0. Record a \
              motion with reversals."
                 .into(),
         );

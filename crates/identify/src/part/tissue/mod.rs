@@ -182,7 +182,7 @@ pub(super) fn conclusions(training: &[Signals], chosen: &Chosen<'_>) -> Conclusi
     let mut open = vec![];
     if chosen.candidate.specs.iter().all(|spec| spec.key != "force_zero_n") {
         open.push(
-            "No recording has a part without contact, so that the zero of the force sensor cannot be told from the position of \
+            "No recording has a part without contact, so that the zero of the force sensor cannot be distinguished from the position of \
              the surface; the zero is taken as 0. Record the approach from free space."
                 .into(),
         );
@@ -190,12 +190,12 @@ pub(super) fn conclusions(training: &[Signals], chosen: &Chosen<'_>) -> Conclusi
     for (recording, rupture) in chosen.ruptures {
         let (position_mm, force_n) = (1e3 * rupture.position_m, rupture.force_n);
         open.push(format!(
-            "{recording}: the tissue ruptures at {position_mm:.3} mm and {force_n:.3} N. The samples after it take no part."
+            "{recording}: the tissue ruptures at {position_mm:.3} mm and {force_n:.3} N. The samples after it are not used."
         ));
     }
     if !reverses(training) {
         open.push(
-            "The needle never reverses, so that friction of the shaft cannot be told from stiffness. Record a retreat."
+            "The needle never reverses, so that friction of the shaft cannot be distinguished from stiffness. Record a retreat."
                 .into(),
         );
     }
