@@ -49,15 +49,13 @@ def runs():
         scenario = trocar.Scenario(
             {"operator": {"kind": "sine"}, "tissue.kind": "kelvin-voigt", "simulation.duration_s": duration_s}
         )
-        in_rust = [float("inf")]
-
-        def rust():
-            in_rust[0] = min(in_rust[0], _core.seconds_of_run(scenario._core, 1))
-
-        python_s, _ = least_s(lambda: trocar.run(scenario), rust, times=times)
+        in_rust = []
+        python_s, _ = least_s(
+            lambda: trocar.run(scenario), lambda: in_rust.append(_core.seconds_of_run(scenario._core)), times=times
+        )
         traces = trocar.run(scenario).traces
         (copy_s,) = least_s(lambda: [column.copy() for column in traces.values()], times=100)
-        note = f"{python_s / in_rust[0]:.2f} times Rust; a copy of the columns takes {1e6 * copy_s:.0f} µs"
+        note = f"{python_s / min(in_rust):.2f} times Rust; a copy of the columns takes {1e6 * copy_s:.0f} µs"
         row(f"`run` of {scenario.ticks} ticks", python_s, note)
 
 

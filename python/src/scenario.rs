@@ -22,12 +22,8 @@ pub(crate) struct Scenario {
 }
 
 impl Scenario {
-    fn of(py: Python<'_>, source: Source, settings: Vec<Vec<String>>, recordings: Vec<Recording>) -> PyResult<Self> {
-        Self::from_changed(py, None, source, settings, recordings)
-    }
-
-    /// Loads a scenario from the source and the settings of another one and further settings.
-    fn from_changed(
+    /// Loads a scenario. One that was changed is given its former self as `other`.
+    fn of(
         py: Python<'_>,
         other: Option<&Self>,
         source: Source,
@@ -35,10 +31,8 @@ impl Scenario {
         recordings: Vec<Recording>,
     ) -> PyResult<Self> {
         let lists: Vec<&[String]> = settings.iter().map(Vec::as_slice).collect();
-        let load = || match other {
-            Some(other) => other.scenario.reload_changed(&source, &lists),
-            None => trocar_scenario::Scenario::load_changed(&source, &lists),
-        };
+        let other = other.map(|other| &other.scenario);
+        let load = || trocar_scenario::Scenario::load_sharing(other, &source, &lists);
         let scenario = py.detach(load).map_err(|error| error::scenario(py, &named(error, &source)))?;
         Ok(Self { scenario, source, settings, recordings })
     }
@@ -87,7 +81,7 @@ impl Scenario {
         settings: Vec<Vec<String>>,
         recordings: Vec<PyRef<'_, Recording>>,
     ) -> PyResult<Self> {
-        Self::of(py, Source::parse(path).keeping(KeptFiles::default()), settings, cloned(&recordings))
+        Self::of(py, None, Source::parse(path).keeping(KeptFiles::default()), settings, cloned(&recordings))
     }
 
     /// Restores a scenario from its [`Scenario::origin`].
@@ -108,7 +102,7 @@ impl Scenario {
                 .map_or_else(|| Source::Disk(path.clone()), Source::parse),
             None => text_source(name, text.unwrap_or_default()),
         };
-        Self::of(py, source.keeping(files_of(files)), settings, cloned(&recordings))
+        Self::of(py, None, source.keeping(files_of(files)), settings, cloned(&recordings))
     }
 
     #[staticmethod]
@@ -119,7 +113,7 @@ impl Scenario {
         settings: Vec<Vec<String>>,
         recordings: Vec<PyRef<'_, Recording>>,
     ) -> PyResult<Self> {
-        Self::of(py, text_source(name, text).keeping(KeptFiles::default()), settings, cloned(&recordings))
+        Self::of(py, None, text_source(name, text).keeping(KeptFiles::default()), settings, cloned(&recordings))
     }
 
     /// The scenario with additional settings, which override earlier ones and may change their kinds. It
@@ -127,7 +121,7 @@ impl Scenario {
     fn replace(&self, py: Python<'_>, settings: Vec<String>, recordings: Vec<PyRef<'_, Recording>>) -> PyResult<Self> {
         let settings = self.settings.iter().cloned().chain([settings]).collect();
         let recordings = self.recordings.iter().cloned().chain(cloned(&recordings)).collect();
-        Self::from_changed(py, Some(self), self.source.clone(), settings, recordings)
+        Self::of(py, Some(self), self.source.clone(), settings, recordings)
     }
 
     /// The source: the path or `None`, the name, the text or `None`, the settings of each call, the recordings in

@@ -145,19 +145,20 @@ impl SupervisedRun {
     }
 }
 
-/// Advances several runs side by side, in threads, each with its command and its number of ticks. Returns for each what
-/// [`SupervisedRun::advance`] returns.
+/// Advances several runs side by side, in threads, each with the arguments of its [`SupervisedRun::advance`].
 #[pyfunction]
 pub(crate) fn advance_all(
     py: Python<'_>,
-    runs: Vec<PyRef<'_, SupervisedRun>>,
-    commands: Vec<(bool, f64, u64)>,
+    runs: Vec<(PyRef<'_, SupervisedRun>, bool, f64, u64)>,
 ) -> PyResult<Vec<(bool, f64)>> {
-    let all: Vec<(&SupervisedRun, _)> = runs.iter().map(|run| &**run).zip(commands).collect();
+    let all: Vec<(&SupervisedRun, Command, u64)> = runs
+        .iter()
+        .map(|(run, holds, force_scale, ticks)| (&**run, Command { holds: *holds, force_scale: *force_scale }, *ticks))
+        .collect();
     let outcomes = py.detach(|| {
         map(all.len(), |at| {
-            let (run, (holds, force_scale, ticks)) = all[at];
-            run.advanced(Command { holds, force_scale }, ticks)
+            let (run, command, ticks) = all[at];
+            run.advanced(command, ticks)
         })
     });
     outcomes.into_iter().map(|outcome| outcome.map_err(|ended| ended.raised(py))).collect()

@@ -60,7 +60,7 @@ class Commanded:
         self.holds, self.force_scale, self.target_m, self.step_m, self.was_held = False, 1.0, None, step_m, False
 
     def reset(self):
-        """Is called before the run, whose object is new."""
+        """Does nothing: each simulation has a new object."""
 
     def slave_target(self, position_m, velocity_m_per_s, hand_force_n, slave_m, slave_m_per_s, force_n):
         if self.holds and not self.was_held:

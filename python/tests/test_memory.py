@@ -20,7 +20,7 @@ warnings.simplefilter("ignore")
 trocar.detect(time_s[:100], position_m[:100], velocity_m_per_s[:100], force_n[:100])
 peak = lambda: 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 resident = lambda: 4096 * int(open("/proc/self/statm").read().split()[1])
-# Use up the memory that the arrays above needed temporarily, so that the peak is that of the detection.
+# Occupy memory up to the peak so far. Only the detection can then raise the peak.
 held = np.ones(max(peak() - resident(), 0) // 8)
 before = peak()
 found = trocar.detect(time_s, position_m, velocity_m_per_s, force_n)

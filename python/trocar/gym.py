@@ -14,6 +14,7 @@ scaled for the hand. The scenario's own augmentation is off; its estimator and d
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from typing import Any, cast
 
 import numpy as np
@@ -140,7 +141,7 @@ class Supervisor(gymnasium.Env[Observation, Action]):
         self._held_s = self._in_hold_s = self._last_n = 0.0
         self._advanced = None
         self._is_over, self._decision = not self._core.advance(False, 1.0, 1)[0], 0.0
-        return self._observed(), info
+        return self._observed(self._core), info
 
     def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Applies an action for 10 ms.
@@ -150,33 +151,32 @@ class Supervisor(gymnasium.Env[Observation, Action]):
         ValueError
             Before ``reset`` and after the end of an episode, and for an action that is not two finite numbers.
         """
-        holds, force_scale, ticks = self._command(action)
-        assert self._core is not None
-        goes_on, self._decision = self._advanced or self._core.advance(holds, force_scale, ticks)
+        core, holds, force_scale, ticks = self._command(action)
+        goes_on, self._decision = self._advanced or core.advance(holds, force_scale, ticks)
         self._is_over, self._advanced = not goes_on, None
         decision_s = self._ticks * self._chosen.tick_s
         self._in_hold_s = self._in_hold_s + decision_s if holds else 0.0
         self._held_s += decision_s if holds else 0.0
         reward = -self._hold_cost * decision_s if holds else 0.0
-        observed, info = self._observed(), {}
+        observed, info = self._observed(core), {}
         if self._is_over:
-            run = Run(self._chosen, *self._core.conclude())
+            run = Run(self._chosen, *core.conclude())
             excess_m = [rupture["excess_advance_m"] or 0.0 for rupture in run.ruptures]
             reward -= 1e3 * sum(excess_m)
             info = {"excess_m": sum(excess_m), "ruptures": len(excess_m), "held_s": self._held_s, "run": run}
         return observed, reward, self._is_over, False, info
 
-    def _command(self, action: Action) -> tuple[bool, float, int]:
+    def _command(self, action: Action) -> tuple[_core.SupervisedRun, bool, float, int]:
+        """Returns the run and the arguments of its ``advance`` for an action."""
         if self._core is None or self._is_over:
             raise ValueError("the episode has not begun or is over: call reset()")
         given = np.asarray(action, dtype=np.float64).reshape(-1)
         if given.shape != (2,) or not np.isfinite(given).all():
             raise ValueError(f"the action is {action!r}, must be two finite numbers: hold, and the factor of the force")
-        return bool(given[0] >= 0.5), float(min(max(given[1], 0.0), 2.0)), self._ticks
+        return self._core, bool(given[0] >= 0.5), float(min(max(given[1], 0.0), 2.0)), self._ticks
 
-    def _observed(self) -> Observation:
-        assert self._core is not None
-        force_n, residual_n, master_m, slave_m, master_m_per_s, slave_m_per_s = self._core.observed()
+    def _observed(self, core: _core.SupervisedRun) -> Observation:
+        force_n, residual_n, master_m, slave_m, master_m_per_s, slave_m_per_s = core.observed()
         change_n, self._last_n = force_n - self._last_n, force_n
         behind_m = self._position_scale * master_m - slave_m
         velocities = 1e2 * master_m_per_s, 1e2 * slave_m_per_s
@@ -214,11 +214,11 @@ class _Together(gymnasium.vector.SyncVectorEnv):
     def step(self, actions: NDArray[np.float32]) -> tuple[Any, ...]:
         """Steps all environments."""
         # A vector resets an environment that is over instead of stepping it.
-        environments = (cast(Supervisor, environment) for environment in self.envs)
-        stepped = [(one, one._command(action)) for one, action in zip(environments, actions) if not one._is_over]
-        outcomes = _core.advance_all([one._core for one, _ in stepped if one._core], [command for _, command in stepped])
-        for (one, _), outcome in zip(stepped, outcomes):
-            one._advanced = outcome
+        pairs = zip(cast(Sequence[Supervisor], self.envs), actions)
+        stepped = [(environment, environment._command(action)) for environment, action in pairs if not environment._is_over]
+        outcomes = _core.advance_all([command for _, command in stepped])
+        for (environment, _), outcome in zip(stepped, outcomes):
+            environment._advanced = outcome
         return super().step(actions)
 
 

@@ -60,13 +60,14 @@ impl Questions {
         }
         if !self.has_actuator {
             open.push(
-                "Without the actuator's force, a delay of the controller cannot be distinguished from less damping: the velocity gain is the effective \
-                 one, K_d - K_p δ.",
+                "Without the actuator's force, a delay of the controller cannot be distinguished from less damping: the \
+                 velocity gain is the effective one, K_d - K_p δ.",
             );
         }
         if !self.reverses {
             open.push(
-                "The slave never reverses, so that Coulomb friction cannot be distinguished from a constant force. Record a motion with reversals.",
+                "The slave never reverses, so that Coulomb friction cannot be distinguished from a constant force. Record a \
+                 motion with reversals.",
             );
         }
         if self.has_contact {

@@ -90,8 +90,8 @@ pub(crate) fn fit_sentences(
             percent(trained)
         )],
         Some((name, fit)) => vec![format!(
-            "It predicts the recordings that were not used for training with a mean fit of {}, at worst {} ({name}); the training recordings \
-         have {}.",
+            "It predicts the recordings that were not used for training with a mean fit of {}, at worst {} ({name}); the training \
+             recordings have {}.",
             percent(predicted),
             percent(*fit),
             percent(trained)

@@ -94,23 +94,18 @@ impl Scenario {
     /// # Errors
     /// The errors of [`Scenario::load`].
     pub fn load_changed(source: &Source, settings: &[&[String]]) -> Result<Self, ScenarioError> {
-        Self::of_acting(Values::load_changed(source, settings)?)
+        Self::load_sharing(None, source, settings)
     }
 
-    /// Loads a scenario like [`Scenario::load_changed`]. It shares the steps of the plants with `self`, if its machines
-    /// are the same, which takes half the time.
+    /// Loads a scenario like [`Scenario::load_changed`], and takes over the steps of the plants of another scenario with
+    /// the same machines.
     ///
     /// # Errors
     /// The errors of [`Scenario::load`].
-    pub fn reload_changed(&self, source: &Source, settings: &[&[String]]) -> Result<Self, ScenarioError> {
+    pub fn load_sharing(other: Option<&Self>, source: &Source, settings: &[&[String]]) -> Result<Self, ScenarioError> {
         let values = Values::load_changed(source, settings)?;
         values.check_acting(|_| false)?;
-        Self::resolve_sharing(values, Some(self))
-    }
-
-    pub(super) fn of_acting(values: Values) -> Result<Self, ScenarioError> {
-        values.check_acting(|_| false)?;
-        Self::resolve(values)
+        Self::resolve_sharing(other, values)
     }
 
     /// Loads several scenarios with the same settings. Each setting must have an effect in at least one scenario.
@@ -134,11 +129,10 @@ impl Scenario {
     /// # Errors
     /// The errors of [`Scenario::load`].
     pub fn resolve(values: Values) -> Result<Self, ScenarioError> {
-        Self::resolve_sharing(values, None)
+        Self::resolve_sharing(None, values)
     }
 
-    /// Resolves values to a scenario, with the steps of the plants of another scenario if they fit.
-    fn resolve_sharing(mut values: Values, other: Option<&Self>) -> Result<Self, ScenarioError> {
+    fn resolve_sharing(other: Option<&Self>, mut values: Values) -> Result<Self, ScenarioError> {
         values.fill_layers();
         values.check_layers()?;
         let replays = replays_position(&values) || replays_force(&values);

@@ -239,10 +239,8 @@ impl Values {
         let of_layers = self.written_of_layers().map(|(key, _)| key);
         let keys = KEYS.iter().map(KeyAt::from).chain(of_layers);
         let inert = keys.filter_map(|key| {
-            let written = layer(&key.path).filter(|_| !self.is_acting(&key))?;
-            if written == 0 && acts_elsewhere(&key) {
-                return None;
-            }
+            let acts = |layer: usize| self.is_acting(&key) || layer == 0 && acts_elsewhere(&key);
+            let written = layer(&key.path).filter(|layer| !acts(*layer))?;
             Some(self.without_effect(&key.path, self.place(&key.path), &unmet_at(&key, written)?))
         });
         let inert_list = self.list.iter().filter_map(|list| {

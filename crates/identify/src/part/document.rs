@@ -23,11 +23,13 @@ impl Study for PartIdentification {
             comparison: match self.criterion {
                 Criterion::HeldOut => {
                     "Each structure is fitted to the first two thirds of the training recordings and simulates the rest. The simplest \
-                     structure whose error is within 5 % of the smallest one is chosen, without those with a part that cannot be distinguished from 0."
+                     structure whose error is within 5 % of the smallest one is chosen, without those with a part that cannot be \
+                     distinguished from 0."
                 }
                 Criterion::Bayes => {
                     "The last third of a training recording has too little change to compare the structures. The one with the smallest \
-                     information criterion of Bayes is chosen, without those with a part that cannot be distinguished from 0."
+                     information criterion of Bayes is chosen, without those with a part that cannot be distinguished from \
+                     0."
                 }
             },
             names: self.names(),

@@ -218,8 +218,8 @@ pub(super) fn conclusions(training: &[Signals], chosen: &Chosen<'_>) -> Conclusi
     ];
     if !reverses(training) {
         open.push(
-            "The master never reverses, so that Coulomb friction cannot be distinguished from a constant force, which is taken as 0. Record a \
-             motion with reversals."
+            "The master never reverses, so that Coulomb friction cannot be distinguished from a constant force, which is \
+             taken as 0. Record a motion with reversals."
                 .into(),
         );
     }

@@ -116,7 +116,8 @@ struct Candidate {
     /// Values from which the optimiser starts, each with one value per parameter.
     starts: Vec<Vec<f64>>,
     simulate: Simulation,
-    /// The positive parameters that make the structure. If one of them cannot be distinguished from 0, a simpler structure is used.
+    /// The positive parameters that make the structure. If one of them cannot be distinguished from 0, a simpler
+    /// structure is used.
     essential: Vec<&'static str>,
     /// The same structure with another estimate of the velocity. The change of a value is a part of its interval.
     alternative: Option<Simulation>,
