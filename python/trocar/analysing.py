@@ -290,14 +290,14 @@ class Margins:
     spectral_radius, mode_frequency_hz, mode_damping_ratio : float
         The dominant mode: the modulus of its pole (stable below 1), its frequency in Hz, and its damping ratio.
     stiffness_n_per_m, damping_n_s_per_m : float
-        The tissue for which margins and mode hold: the worst stiffness in ``tissue_n_per_m``.
+        The tissue for which margins and mode hold: the worst spring and damper that the needle meets.
     tissue_n_per_m : (float, float)
-        The smallest and the largest stiffness that the needle meets, in N/m.
+        The smallest and the largest stiffness that the needle meets, on its way back too, in N/m.
     limits : dict of str to float or None
         The maximum stable value of each parameter, in SI units: infinite without a limit in the search range, ``None`` if
         no value is stable.
     left_out : list of str
-        What the linear loop leaves out.
+        The parts of the scenario with which the stability is unknown.
     sentence : str
         The verdict in a sentence.
 

@@ -102,7 +102,7 @@ pub(super) enum CheckedFile<'a> {
 #[serde(untagged)]
 pub(super) enum CheckedLoop<'a> {
     /// The verdict.
-    Known(Box<LoopPart<'a>>),
+    Known(Box<LoopPart>),
     /// The loop is not analysed.
     Unknown {
         /// The reason.
@@ -111,7 +111,7 @@ pub(super) enum CheckedLoop<'a> {
 }
 
 impl<'a> CheckedLoop<'a> {
-    fn known(verdict: &'a LoopVerdict) -> Self {
+    fn known(verdict: &LoopVerdict) -> Self {
         Self::Known(Box::new(LoopPart::of(verdict)))
     }
 }

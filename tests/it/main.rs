@@ -38,6 +38,7 @@ mod link_random;
 mod link_restart;
 mod link_schedule;
 mod link_sides;
+mod loop_verdicts;
 mod lti;
 mod measured_responses;
 mod metrics;

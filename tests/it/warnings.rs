@@ -350,7 +350,6 @@ fn a_verdict_is_unknown_if_a_part_is_left_out() {
         "channel.loss=0.3",
         "channel.jitter_s=0.01",
         "sensor.position_resolution_m=1e-5",
-        "perception.reflex=stop",
         "passivity.scheme=energy-tank",
     ] {
         let (stable, certified, said) = verdict(&folder, "paper/augmented", &[left_out]);
@@ -451,7 +450,6 @@ fn the_parts_that_a_verdict_leaves_out_are_named_by_key() {
         "channel.jitter_s=0.01",
         "channel.loss=0.1",
         "channel.outages_s=[1.0, 1.5]",
-        "perception.reflex=stop",
         "passivity.scheme=energy-tank",
         "sensor.force_range_n=20",
         "sensor.force_resolution_n=0.01",

@@ -19,8 +19,8 @@ macro_rules! embedded {
 
 const FILES: &[(&str, &[u8])] = embedded! {
     scenarios:
-        "paper/classical" "paper/augmented" "paper/amplified" "paper/depth-classical" "paper/depth-augmented" "paper/real-classical"
-        "paper/real-augmented"
+        "paper/classical" "paper/augmented" "paper/amplified" "paper/depth-classical" "paper/depth-augmented" "paper/depth-swing"
+        "paper/real-classical" "paper/real-augmented"
         "layers/through-the-skin" "layers/skin-augmented" "layers/direct-access" "layers/epidural"
         "hand/fast-stab" "hand/trembling-hand" "hand/firm-grip" "hand/relaxed-grip" "hand/reflex" "hand/reflex-augmented"
         "hand/perceiving" "hand/stretch-reflexes"

@@ -2,20 +2,25 @@
 
 use super::scenario::Scenario;
 use super::specs::{OperatorSpec, TissueSpec};
-use trocar_engine::tissue::Springs;
+use trocar_engine::tissue::{Springs, TissueSettings};
+
+/// Depth that the needle may reach, over the intended one: it overshoots.
+pub const OVERSHOOT: f64 = 1.2;
 
 /// The origin of the stiffness of a scenario's tissue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TissueSource {
     /// A spring and a damper.
     SpringDamper,
-    /// The slopes of a tissue model without layers, down to the intended depth.
+    /// The slopes of a tissue model without layers, down to the depth that the needle may reach.
     Model,
     /// The slopes of the layers between their ruptures.
     Layers,
-    /// The rising parts of a recorded force over depth.
+    /// The slopes of a recorded force over depth.
     RecordedDepth,
-    /// The slopes in a simulated run.
+    /// The slopes of a tissue model without layers, down to the depth that the needle may reach in a run with a live hand.
+    ModelInRun,
+    /// The slopes in a simulated run, for a tissue that does not state them.
     Run,
     /// A recorded force over time. It does not depend on the needle, so the stiffness is 0.
     RecordedForce,
@@ -32,6 +37,7 @@ impl TissueSource {
             Self::Model => "model-slopes",
             Self::Layers => "layer-slopes",
             Self::RecordedDepth => "recorded-depth",
+            Self::ModelInRun => "model-slopes-of-run",
             Self::Run => "run-slopes",
             Self::RecordedForce => "recorded-force",
             Self::Stated => "stated",
@@ -39,101 +45,104 @@ impl TissueSource {
     }
 }
 
-/// The stiffness range of a tissue, and its damping.
+/// The springs and dampers that a needle meets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TissueRange {
     /// The origin of the range.
     pub source: TissueSource,
-    /// The smallest and the largest stiffness in N/m, at least 0.
-    pub stiffness_n_per_m: (f64, f64),
-    /// The damping in N·s/m; 0 unless the tissue is a spring and a damper.
-    pub damping_n_s_per_m: f64,
-    /// The largest damping in N·s/m that the tissue may have at some depth; the certificate of events covers it.
-    pub largest_damping_n_s_per_m: f64,
+    /// The springs and dampers.
+    pub springs: Springs,
 }
 
 impl TissueRange {
     /// A spring and a damper.
     #[must_use]
     pub fn spring(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Self {
-        Self {
-            source: TissueSource::SpringDamper,
-            stiffness_n_per_m: (stiffness_n_per_m, stiffness_n_per_m),
-            damping_n_s_per_m,
-            largest_damping_n_s_per_m: damping_n_s_per_m,
-        }
-    }
-
-    /// A range without damping.
-    #[must_use]
-    pub fn of_slopes(source: TissueSource, (low, high): (f64, f64)) -> Self {
-        Self { source, stiffness_n_per_m: (low.max(0.0), high.max(0.0)), ..Self::spring(0.0, 0.0) }
-    }
-
-    fn up_to(self, largest_damping_n_s_per_m: f64) -> Self {
-        Self { largest_damping_n_s_per_m, ..self }
+        Self { source: TissueSource::SpringDamper, springs: Springs::constant(stiffness_n_per_m, damping_n_s_per_m) }
     }
 
     /// The tissue from a scenario's parameters and recordings. `None` if only a run shows it: for the tissue of a unit,
     /// and for one that stiffens with depth under a live hand.
     #[must_use]
     pub fn of_parameters(scenario: &Scenario) -> Option<Self> {
-        match &scenario.tissue {
-            TissueSpec::Recording { .. } => Some(match scenario.stated_tissue {
-                Some((stiffness, damping)) => Self { source: TissueSource::Stated, ..Self::spring(stiffness, damping) },
-                None => Self { source: TissueSource::RecordedForce, ..Self::spring(0.0, 0.0) },
-            }),
-            TissueSpec::Depth { curves, .. } => {
-                Some(Self::of_slopes(TissueSource::RecordedDepth, (0.0, curves.steepest_rise_n_per_m())))
+        let (source, springs) = match &scenario.tissue {
+            TissueSpec::Recording { .. } => match scenario.stated_tissue {
+                Some((stiffness, damping)) => (TissueSource::Stated, Springs::constant(stiffness, damping)),
+                None => (TissueSource::RecordedForce, Springs::constant(0.0, 0.0)),
+            },
+            TissueSpec::Depth { curves, presliding_m, .. } => {
+                (TissueSource::RecordedDepth, curves.springs(*presliding_m))
             }
-            TissueSpec::Unit(_) => None,
-            TissueSpec::Model(settings) => Some(match settings.springs(intended_depth_m(scenario))? {
-                Springs::SpringDamper(stiffness, damping) => Self::spring(stiffness, damping),
-                Springs::ToDepth(slopes, damping) => Self::of_slopes(TissueSource::Model, slopes).up_to(damping),
-                Springs::Layers(slopes, damping) => Self::of_slopes(TissueSource::Layers, slopes).up_to(damping),
-            }),
-        }
+            TissueSpec::Unit(_) => return None,
+            TissueSpec::Model(settings) => {
+                let depth_m = ScaledDepth::of(scenario).map(|depth| depth.at(scenario.position_scale()));
+                return Self::of_model(settings, depth_m);
+            }
+        };
+        Some(Self { source, springs })
     }
 
-    /// True if the stiffness is a single number.
+    /// A tissue model down to a depth in m; `None` if it depends on the depth and none is given.
     #[must_use]
-    pub fn is_single(&self) -> bool {
-        self.stiffness_n_per_m.0 == self.stiffness_n_per_m.1
+    pub fn of_model(settings: &TissueSettings, depth_m: Option<f64>) -> Option<Self> {
+        let springs = settings.springs(depth_m)?;
+        let source = match settings {
+            TissueSettings::KelvinVoigt(_) => TissueSource::SpringDamper,
+            _ if settings.layers().is_empty() => TissueSource::Model,
+            _ => TissueSource::Layers,
+        };
+        Some(Self { source, springs })
     }
 
-    /// True if springs in the range model the whole tissue: no ruptures, friction or relaxation.
+    /// The largest stiffness in N/m, on the way back too.
+    #[must_use]
+    pub fn stiffest_n_per_m(&self) -> f64 {
+        self.springs.stiffness_n_per_m.1.max(self.springs.drawn_back_n_per_m)
+    }
+
+    /// The smallest and the largest stiffness in N/m, on the way back too.
+    #[must_use]
+    pub fn sector_n_per_m(&self) -> (f64, f64) {
+        (self.springs.stiffness_n_per_m.0, self.stiffest_n_per_m())
+    }
+
+    /// True if another run with the same scenario may show another range.
+    #[must_use]
+    pub fn is_of_run(&self) -> bool {
+        matches!(self.source, TissueSource::ModelInRun | TissueSource::Run)
+    }
+
+    /// True if springs and dampers in the range model the whole tissue: no ruptures, friction or relaxation.
     #[must_use]
     pub fn is_whole_tissue(&self) -> bool {
         matches!(self.source, TissueSource::SpringDamper | TissueSource::Model | TissueSource::Stated)
     }
-
-    /// A description of the unmodelled parts of the tissue, if there are any.
-    #[must_use]
-    pub fn left_out(&self) -> Option<&'static str> {
-        Some(match self.source {
-            TissueSource::SpringDamper => "lost contact",
-            TissueSource::Model => "the damping of the tissue, and lost contact",
-            TissueSource::Layers => {
-                "the ruptures, the relaxation, the damping and the sliding friction of the tissue, and lost contact"
-            }
-            TissueSource::RecordedDepth => {
-                "the falls of the recorded force, its unloading when the needle retreats, and lost contact"
-            }
-            TissueSource::Run => {
-                "everything of the unit's tissue but its stiffness during the advance, and lost contact"
-            }
-            TissueSource::RecordedForce => return None,
-            TissueSource::Stated => "the recorded force (replaced by the stated spring and damper)",
-        })
-    }
 }
 
-fn intended_depth_m(scenario: &Scenario) -> Option<f64> {
-    let desired_m = match &scenario.operator {
-        OperatorSpec::Recording(positions) => positions.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-        OperatorSpec::Ramp { start_m, end_m, .. } => start_m.max(*end_m),
-        OperatorSpec::Hand(_) => return None,
-    };
-    let surface_m = scenario.tissue.settings()?.surface_m()?;
-    Some((desired_m * scenario.position_scale() - surface_m).max(0.0))
+/// The depth that the needle may reach, which grows with the position scale.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ScaledDepth {
+    hand_m: f64,
+    surface_m: f64,
+}
+
+impl ScaledDepth {
+    /// From the intended motion of the hand, with its tremor; `None` for a live hand or a tissue without a surface.
+    #[must_use]
+    pub fn of(scenario: &Scenario) -> Option<Self> {
+        let desired_m = match &scenario.operator {
+            OperatorSpec::Recording(positions) => positions.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            OperatorSpec::Ramp { start_m, end_m, .. } => start_m.max(*end_m),
+            OperatorSpec::Hand(_) => return None,
+        };
+        let [tremor_m, _] = scenario.tremor.largest();
+        let surface_m = scenario.tissue.settings()?.surface_m()?;
+        Some(Self { hand_m: desired_m + tremor_m, surface_m })
+    }
+
+    /// The depth in m below the surface, at a position scale.
+    #[must_use]
+    pub fn at(&self, position_scale: f64) -> f64 {
+        (OVERSHOOT * (self.hand_m * position_scale - self.surface_m)).max(0.0)
+    }
 }

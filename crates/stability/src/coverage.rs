@@ -2,13 +2,12 @@
 
 use std::fmt::{self, Display, Formatter};
 
+use super::VaryingDelays;
 use super::reached::Bounds;
-use super::{TissueRange, VaryingDelays};
-use trocar_core::augmentation::{AugmentationSettings, ForceLawSettings, HoldSettings, Reengage};
 use trocar_engine::channel::Schedule;
 use trocar_engine::plant::ActuatorLimits;
 use trocar_engine::teleoperation::Scheme;
-use trocar_scenario::Scenario;
+use trocar_scenario::{Scenario, TissueSpec};
 
 /// A part of a scenario that the linear loop does not model.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,21 +38,20 @@ impl LoopLimit {
     }
 }
 
-const JITTER: [&str; 4] = [
-    "jitter",
-    "jitter, which can count as an outage",
-    "jitter, without a proof for every order of the delays",
-    "jitter during events, at which the two sides then switch a varying time apart, without a proof",
-];
-const VARYING: [&str; 4] = [
+const JITTER: [&str; 3] =
+    ["jitter", "jitter, which can count as an outage", "jitter, without a proof for every order of the delays"];
+const VARYING: [&str; 3] = [
     "delays that vary",
     "delays that vary, which can count as an outage",
     "delays that vary, without a proof for every order of them",
-    "delays that vary during events, at which the two sides then switch a varying time apart, without a proof",
 ];
 
-/// The parts of a scenario that the linear loop does not model, with which the stability is unknown. Not listed: tissue
-/// and augmentation, which have their own analyses, and limits that the loop never reaches.
+/// The key of the steps of the force sensor, which the certificate covers as an additional force.
+pub(crate) const FORCE_STEPS: &str = "sensor.force_resolution_n";
+
+/// The parts of a scenario that can supply energy or delay and that the linear loop does not model: with them the
+/// stability is unknown. Not listed: limits that the loop never reaches, [`assumed_passive`] and [`inputs`]; and holds,
+/// force laws and returns, which act in events only.
 ///
 /// Varying delays are listed if `delays` is `None` or does not prove stability.
 #[must_use]
@@ -74,32 +72,19 @@ fn other_parts(scenario: &Scenario, delays: Option<&VaryingDelays>) -> Vec<LeftO
     let delays_vary = varies(forward) || varies(backward);
     let has_jitter = irregularity.jitter_ticks(scenario.grid.tick_s()) > 0;
     let sensor = &scenario.sensor;
-    let AugmentationSettings { enabled, hold, reengage, force, .. } = scenario.augmentation;
-    let is_held = hold == HoldSettings::Frozen;
-    let (stops, waits) = (matches!(reengage, Reengage::RampUntilLoad(_)), matches!(reengage, Reengage::WhenStill(_)));
-    let (damps, guides) = (matches!(force, ForceLawSettings::Damp(_)), matches!(force, ForceLawSettings::Guide(_)));
     let (is_covered, why) = match delays {
         None => (false, 0),
         Some(delays) if delays.can_be_outage => (false, 1),
         Some(delays) if !delays.is_proved => (false, 2),
-        Some(_) => (!enabled, 3),
+        Some(_) => (true, 0),
     };
     let parts = [
-        (enabled && !is_held, "augmentation.hold", "a hold other than a freeze"),
-        (enabled && stops, "augmentation.reengage", "a ramp that stops under load"),
-        (enabled && waits, "augmentation.reengage", "a return that waits for the hand"),
-        (enabled && damps, "augmentation.force_law", "the added damping"),
-        (enabled && guides, "augmentation.force_law", "the guidance of the master"),
-        (scenario.master_model.has_coulomb_friction(), "master.coulomb_friction_n", "the master's Coulomb friction"),
-        (scenario.slave.has_coulomb_friction(), "slave.coulomb_friction_n", "the slave's Coulomb friction"),
+        (has_unknown_tissue(scenario), "tissue.kind", "a tissue whose springs are not stated"),
         (scenario.link.passivity.scheme != Scheme::None, "passivity.scheme", "the passivity scheme"),
         (has_jitter && !is_covered, "channel.jitter_s", JITTER[why]),
         (irregularity.loss > 0.0, "channel.loss", "lost samples"),
         (forward.has_outages() || backward.has_outages(), "channel.outages_s", "outages"),
         (delays_vary && !is_covered, "channel.delays_file", VARYING[why]),
-        (scenario.organ_motion.breathing_amplitude_m > 0.0, "tissue.breathing_amplitude_m", "breathing"),
-        (scenario.organ_motion.heartbeat_amplitude_m > 0.0, "tissue.heartbeat_amplitude_m", "the heartbeat"),
-        (scenario.reflex.reacts(), "perception.reflex", "the operator's reflex"),
         (scenario.stretch.acts(), "operator.stretch_short_gain_n_s_per_m", "the stretch reflexes"),
         (scenario.stiffening.acts(), "operator.stiffening_per_n", "the grip that stiffens"),
         (!scenario.clutch.is_empty(), "operator.clutch_s", "the clutch"),
@@ -109,13 +94,50 @@ fn other_parts(scenario: &Scenario, delays: Option<&VaryingDelays>) -> Vec<LeftO
             "the steps of the master's encoder",
         ),
         (sensor.position_resolution_m > 0.0, "sensor.position_resolution_m", "the steps of the position sensor"),
-        (sensor.force_resolution_n > 0.0, "sensor.force_resolution_n", "the steps of the force sensor"),
+        (sensor.force_resolution_n > 0.0, FORCE_STEPS, "the steps of the force sensor"),
     ];
-    parts
-        .into_iter()
-        .filter(|(is_there, ..)| *is_there)
-        .map(|(_, key, what)| LeftOut { key, what, bound: None })
-        .collect()
+    present(parts)
+}
+
+fn present(parts: impl IntoIterator<Item = (bool, &'static str, &'static str)>) -> Vec<LeftOut> {
+    let present = parts.into_iter().filter(|(is_present, ..)| *is_present);
+    present.map(|(_, key, what)| LeftOut { key, what, bound: None }).collect()
+}
+
+/// True for a unit, and for a tissue model that does not state its springs.
+fn has_unknown_tissue(scenario: &Scenario) -> bool {
+    match &scenario.tissue {
+        TissueSpec::Recording { .. } | TissueSpec::Depth { .. } => false,
+        TissueSpec::Unit(_) => true,
+        TissueSpec::Model(settings) => settings.springs(Some(0.0)).is_none(),
+    }
+}
+
+/// The parts of a scenario that the linear loop does not model and that only dissipate energy.
+#[must_use]
+pub fn assumed_passive(scenario: &Scenario) -> Vec<LeftOut> {
+    present([
+        (scenario.master_model.has_coulomb_friction(), "master.coulomb_friction_n", "the master's Coulomb friction"),
+        (scenario.slave.has_coulomb_friction(), "slave.coulomb_friction_n", "the slave's Coulomb friction"),
+    ])
+}
+
+/// The parts of a scenario that act on the linear loop as inputs: they move it, and do not change its stability.
+#[must_use]
+pub fn inputs(scenario: &Scenario) -> Vec<LeftOut> {
+    let falls = match &scenario.tissue {
+        TissueSpec::Depth { .. } => true,
+        TissueSpec::Model(settings) => !settings.layers().is_empty(),
+        TissueSpec::Recording { .. } | TissueSpec::Unit(_) => false,
+    };
+    present([
+        (falls, "tissue.kind", "the falls of the tissue force, as at a rupture"),
+        (scenario.organ_motion.breathing_amplitude_m > 0.0, "tissue.breathing_amplitude_m", "breathing"),
+        (scenario.organ_motion.heartbeat_amplitude_m > 0.0, "tissue.heartbeat_amplitude_m", "the heartbeat"),
+        (scenario.reflex.reacts(), "perception.reflex", "a hand that stops or withdraws after a noticed rupture"),
+        (scenario.tremor.amplitude_m > 0.0, "operator.tremor_amplitude_m", "the tremor"),
+        (scenario.sensor.force_noise_std_n > 0.0, "sensor.force_noise_std_n", "the noise of the force sensor"),
+    ])
 }
 
 /// The limits of motors and force sensor in a scenario, each with the loop's bound.
@@ -159,13 +181,4 @@ impl Display for LeftOut {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         write!(f, "{} ({})", self.what, self.key)
     }
-}
-
-/// Returns descriptions of all unmodelled parts: tissue, augmentation and the parts of [`left_out`].
-#[must_use]
-pub fn unmodelled(scenario: &Scenario, tissue: &TissueRange, left_out: &[LeftOut]) -> Vec<String> {
-    let augmentation =
-        scenario.augmentation.enabled.then(|| "the augmentation (see the switching analysis)".to_owned());
-    let others = left_out.iter().map(LeftOut::to_string);
-    tissue.left_out().map(str::to_owned).into_iter().chain(augmentation).chain(others).collect()
 }

@@ -40,6 +40,9 @@ pub enum StabilityError {
         /// The reason, with a remedy.
         reason: &'static str,
     },
+    /// The augmentation has a part without a linear map.
+    #[error("the certificate does not cover a part of the augmentation")]
+    UncoveredEvents,
     /// The semidefinite solver failed.
     #[error("the search for a certificate failed: the solver reports {status}")]
     Solver {

@@ -16,8 +16,9 @@
 //! [`Ports`] is independent of operator and tissue: hybrid parameters, Llewellyn's parameter, passivity, transparency.
 //! [`SampledWall`] is the passivity condition of a sampled-data display.
 //!
-//! Loss of contact, events and motor limits are nonlinear and not covered. `stability_check` compares the verdicts with
-//! the engine.
+//! [`LinearLoop::in_range`] is the verdict at every spring and damper of a tissue, and out of contact. [`left_out`] lists
+//! the parts with which the stability is unknown; events belong to [`Switching`]. `stability_check` compares the verdicts
+//! with the engine.
 
 mod analysis;
 mod axis_text;
@@ -57,7 +58,7 @@ pub use analysis::{Analysis, LIMITED, PortPoint};
 pub use bounded::{AbsoluteOver, AbsolutePoint, Bounded, NeededDamping, Terminations, arm_impedance};
 pub use certificate::{Certificate, Inequality, Lyapunov, StateMap, StateSpace, Summand};
 pub use closed_loop::ClosedLoop;
-pub use coverage::{LeftOut, LoopLimit, left_out, left_out_with, loop_limits, unmodelled};
+pub use coverage::{LeftOut, LoopLimit, assumed_passive, inputs, left_out, left_out_with, loop_limits};
 pub use error::StabilityError;
 pub use limit::{Limit, Search, largest_stable};
 pub use linear_loop::LinearLoop;
@@ -80,4 +81,5 @@ pub use switching::{
 pub use systems::{Locus, LoopSystem, PolesAndZeros};
 pub use trocar_scenario::{TissueRange, TissueSource};
 pub use varying::{DelayRange, VaryingDelays};
+pub use worst::RangeVerdict;
 pub use z_width::{Walls, ZWidth};

@@ -90,13 +90,20 @@ impl<'a> StabilityTester<'a> {
         Ok(Self { settings, closed: ClosedLoop::of(&machines, settings, None)?, machines })
     }
 
+    /// True if the changed loop is stable at the ends of its tissue's ranges.
     pub(super) fn is_stable(&self, changes: &[(Parameter, f64)]) -> Result<bool, StabilityError> {
         let with = |settings: LinearLoop, change: &(Parameter, f64)| settings.with(change.0, change.1);
         let settings = changes.iter().fold(self.settings.clone(), with);
-        if self.machines.matches(&settings) {
-            return ClosedLoop::of(&self.machines, &settings, Some(&self.closed))?.is_stable();
+        let mut last = self.machines.matches(&settings).then(|| self.closed.clone());
+        let machines = if last.is_some() { &self.machines } else { &Machines::new(&settings)? };
+        for end in settings.at_ends() {
+            let closed = ClosedLoop::of(machines, &end, last.as_ref())?;
+            if !closed.is_stable()? {
+                return Ok(false);
+            }
+            last = Some(closed);
         }
-        ClosedLoop::new(&settings)?.is_stable()
+        Ok(true)
     }
 
     /// Values of a delay or scale between those at which a pole lies on the unit circle, if the response determines

@@ -1,17 +1,22 @@
 //! The linear loop of a scenario with a tissue: the parameters that determine its stability.
 
+use std::sync::Arc;
+
 use super::{Parameter, TissueRange};
 use trocar_engine::plant::{
     ActuatorLimits, ArmParameters, ControlTiming, MasterModelSettings, MasterParameters, SlaveParameters,
 };
 use trocar_engine::teleoperation::LinkSettings;
-use trocar_scenario::{DelayTicks, waits_for_tick};
+use trocar_engine::tissue::{Relaxation, TissueSettings};
+use trocar_scenario::{DelayTicks, ScaledDepth, waits_for_tick};
 
-/// A loop in permanent contact with `f_e = K x_e + B v_e`.
+/// A loop in permanent contact with `f_e = K x_e + B v_e`, where the spring may relax.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearLoop {
     /// The tissue that `K` and `B` represent.
     pub tissue: TissueRange,
+    /// A tissue model whose springs depend on the depth, and thus on the position scale.
+    pub by_depth: Option<(Arc<TissueSettings>, ScaledDepth)>,
     /// The tick in s.
     pub tick_s: f64,
     /// Continuous or sampled control.
@@ -34,10 +39,12 @@ pub struct LinearLoop {
     pub forward_delay_s: f64,
     /// Delay from slave to master, in s.
     pub backward_delay_s: f64,
-    /// `K` in N/m: the worst stiffness in the range of the tissue.
+    /// `K` in N/m: the worst stiffness in the range of the tissue, of a fast deflection.
     pub stiffness_n_per_m: f64,
-    /// `B` in N·s/m.
+    /// `B` in N·s/m: the worst damping in the range of the tissue.
     pub damping_n_s_per_m: f64,
+    /// The relaxation of the spring.
+    pub relaxation: Option<Relaxation>,
 }
 
 impl LinearLoop {
@@ -48,8 +55,8 @@ impl LinearLoop {
         *copy.places(parameter)[0]
     }
 
-    /// This loop with another value of a parameter and updated gains. A changed stiffness or damping also replaces the
-    /// represented tissue.
+    /// This loop with another value of a parameter, updated gains, and the tissue down to the depth that the position
+    /// scale gives. A changed stiffness or damping replaces the represented tissue by a spring and a damper.
     #[must_use]
     pub fn with(&self, parameter: Parameter, value: f64) -> Self {
         let mut other = self.clone();
@@ -61,10 +68,30 @@ impl LinearLoop {
         machines.master_damping_n_s_per_m = other.master.damping_n_s_per_m;
         machines.proportional_gain = other.slave.proportional_gain;
         machines.velocity_gain = other.slave.velocity_gain;
-        if matches!(parameter, Parameter::Stiffness | Parameter::Damping) {
-            other.tissue = TissueRange::spring(other.stiffness_n_per_m, other.damping_n_s_per_m);
+        match parameter {
+            Parameter::Stiffness | Parameter::Damping => other.replace_tissue(),
+            Parameter::PositionScale => other.deepen_tissue(),
+            _ => {}
         }
         other
+    }
+
+    /// Replaces the represented tissue by the spring and the damper.
+    pub(super) fn replace_tissue(&mut self) {
+        self.tissue = TissueRange::spring(self.stiffness_n_per_m, self.damping_n_s_per_m);
+        (self.by_depth, self.relaxation) = (None, None);
+    }
+
+    fn deepen_tissue(&mut self) {
+        let Some((settings, depth)) = &self.by_depth else { return };
+        let depth_m = depth.at(self.link.machines.position_scale);
+        let Some(tissue) = TissueRange::of_model(settings, Some(depth_m)) else { return };
+        let scaled = |value: f64, was: f64, is: f64| if was > 0.0 { value / was * is } else { is };
+        let damping = |tissue: &TissueRange| tissue.springs.damping_n_s_per_m.1;
+        self.stiffness_n_per_m =
+            scaled(self.stiffness_n_per_m, self.tissue.stiffest_n_per_m(), tissue.stiffest_n_per_m());
+        self.damping_n_s_per_m = scaled(self.damping_n_s_per_m, damping(&self.tissue), damping(&tissue));
+        self.tissue = tissue;
     }
 
     /// The delay from master to slave as it takes effect at the receiver.

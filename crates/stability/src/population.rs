@@ -89,6 +89,7 @@ pub(super) fn of_member(settings: &LinearLoop, draw: &Draw) -> LinearLoop {
     if let Some(delay_s) = draw.delay_s {
         (other.forward_delay_s, other.backward_delay_s) = (delay_s, delay_s);
     }
+    other.replace_tissue();
     other
 }
 

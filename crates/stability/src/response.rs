@@ -6,7 +6,7 @@ use super::side::Side;
 use trocar_lti::Complex64;
 
 /// Maximum number of states of a side, including the last sample if one arrives within a tick.
-const MAX_STATES: usize = 11;
+const MAX_STATES: usize = 12;
 
 /// Relative size below which subdiagonal entries are rounding errors.
 const ROUNDING: f64 = 1e-15;

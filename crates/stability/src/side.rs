@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::machines::Machines;
 use super::{LinearLoop, StabilityError};
 use trocar_engine::plant::{ArmedColumn, ArmedStep, MachineColumn, MachineStep, SLAVE_STATES, SampledGains};
+use trocar_engine::tissue::Relaxation;
 
 /// `x_{k+1} = A x_k + b_now w_k + b_before w_{k-1}`, `y_k = c x_k`: `w` is the received signal and `y` the sent one,
 /// both at the tick.
@@ -66,8 +67,8 @@ impl States {
 }
 
 /// Maximum number of states of a side: up to ten of the machine with the arm, two of the motor or the controller, two of
-/// the acceleration or the force reading, and [`EXTERNAL`].
-const MAX_STATES: usize = 15;
+/// the acceleration or the force reading, one of the tissue's relaxation, and [`EXTERNAL`].
+const MAX_STATES: usize = 16;
 
 /// The place of the additional tissue force among the states while a slave is built. No machine uses it.
 const EXTERNAL: usize = MAX_STATES - 1;
@@ -110,6 +111,25 @@ fn acceleration(states: &mut States, velocity: &DVector<f64>, settings: &LinearL
     states.set(at, velocity);
     states.set(at + 1, &now);
     now
+}
+
+/// The tissue's force. A spring that relaxes adds the state `s`, with `e = exp(-T/τ)`, `c = (1 - e) τ/T` and the relaxed
+/// share `ρ`, for deflections that are linear within a tick:
+///
+/// ```text
+/// f = K ((ρ + (1 - ρ) c) x - (1 - ρ) s) + B v,   s ← e s + c (1 - e) x
+/// ```
+fn tissue(states: &mut States, settings: &LinearLoop) -> DVector<f64> {
+    let (position, damping) = (unit(0), unit(1) * settings.damping_n_s_per_m);
+    let Some(Relaxation { relaxed_share, time_s }) = settings.relaxation else {
+        return position * settings.stiffness_n_per_m + damping;
+    };
+    let ratio = settings.tick_s / time_s;
+    let (keep, ramp_share) = (libm::exp(-ratio), -libm::expm1(-ratio) / ratio);
+    let at = states.add(1);
+    states.set(at, &(unit(at) * keep + &position * (ramp_share * (1.0 - keep))));
+    let deflection = position * (relaxed_share + (1.0 - relaxed_share) * ramp_share) - unit(at) * (1.0 - relaxed_share);
+    deflection * settings.stiffness_n_per_m + damping
 }
 
 /// Adds the force reading; with a bandwidth `y_k = a y_{k-1} + b_0 f_{k-1} + b_1 f_k`.
@@ -325,9 +345,9 @@ impl Side {
         let (at_master, at_slave) = link.controller.gains(&link.machines)?;
         let mut states = States::new(MAX_STATES);
         let (position, velocity) = (unit(0), unit(1));
-        let spring_and_damper = &position * settings.stiffness_n_per_m + &velocity * settings.damping_n_s_per_m;
-        let force = &spring_and_damper + unit(EXTERNAL);
         let reading = |states: &mut States| {
+            let spring_and_damper = tissue(states, settings);
+            let force = &spring_and_damper + unit(EXTERNAL);
             let read = if settings.adds_to_reading() {
                 measurement(states, &spring_and_damper, settings) + unit(EXTERNAL)
             } else {
@@ -338,18 +358,18 @@ impl Side {
             if local_command == LocalCommand::Closed {
                 deflection -= &local;
             }
-            (read, local, deflection)
+            (force, read, local, deflection)
         };
         let (read, local, now) = match &machines.general {
             None => {
                 let now = motion_of_appendix(&mut states, machines, settings);
-                let (read, local, deflection) = reading(&mut states);
+                let (_, read, local, deflection) = reading(&mut states);
                 states.a -= &now * deflection.transpose();
                 (read, local, now)
             }
             Some((step, gains)) => {
                 states.add(step.states);
-                let (read, local, deflection) = reading(&mut states);
+                let (force, read, local, deflection) = reading(&mut states);
                 let now = motion_of_general(&mut states, (step, gains), [&force, &read, &deflection]);
                 (read, local, now)
             }

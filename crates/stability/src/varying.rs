@@ -77,7 +77,8 @@ pub struct VaryingDelays {
     pub forward: DelayRange,
     /// From slave to master.
     pub backward: DelayRange,
-    /// True if the loop is proved stable for every order of these delays, at every constant stiffness up to the loop's.
+    /// True if the loop is proved stable for every order of these delays, at every constant stiffness up to the
+    /// largest, with the smallest and with the largest damping.
     pub is_proved: bool,
     /// True if a receiver can lack a new sample for so long that it detects an outage.
     pub can_be_outage: bool,
@@ -91,12 +92,17 @@ impl VaryingDelays {
     /// [`StabilityError`].
     pub fn of(scenario: &Scenario, settings: &LinearLoop) -> Result<Option<Self>, StabilityError> {
         let Some([forward, backward]) = ranges(scenario, settings) else { return Ok(None) };
-        let stiffest = LinearLoop { stiffness_n_per_m: settings.tissue.stiffness_n_per_m.1, ..settings.clone() };
+        let stiffest = LinearLoop { stiffness_n_per_m: settings.tissue.stiffest_n_per_m(), ..settings.clone() };
+        let (least, most) = settings.tissue.springs.damping_n_s_per_m;
+        let is_proved = |damping_n_s_per_m: f64| {
+            let stiffest = LinearLoop { damping_n_s_per_m, ..stiffest.clone() };
+            Proof::new(&stiffest)?.covers_stiffness(forward, backward)
+        };
         let outage_ticks = nearest_ticks(scenario.link.recovery.outage_s, settings.tick_s).max(1);
         Ok(Some(Self {
             forward,
             backward,
-            is_proved: Proof::new(&stiffest)?.covers_stiffness(forward, backward)?,
+            is_proved: is_proved(least)? && (least == most || is_proved(most)?),
             can_be_outage: forward.width().max(backward.width()) >= outage_ticks,
         }))
     }

@@ -1,26 +1,45 @@
-//! The linear loop of a scenario at the worst stiffness of its tissue.
+//! The linear loop of a scenario at the worst spring and damper of its tissue, and the verdict over all of them.
+
+use std::sync::Arc;
 
 use super::machines::Machines;
-use super::{ClosedLoop, Limit, LinearLoop, Parameter, Search, StabilityError, TissueRange, largest_stable};
+use super::{ClosedLoop, LinearLoop, StabilityError, TissueRange};
 use trocar_engine::channel::Schedule;
 use trocar_engine::plant::ActuatorLimits;
 use trocar_engine::teleoperation::{LinkSettings, PassivitySettings};
-use trocar_scenario::Scenario;
+use trocar_scenario::{ScaledDepth, Scenario, TissueSpec};
 
 /// Number of stiffnesses at which the loop is analysed, and of divisions of the interval around the worst.
 const STIFFNESSES: u32 = 12;
 const REFINEMENTS: usize = 30;
 
 /// Number of stiffnesses from first contact on, and the ratio of the largest to the smallest.
-const POINTS: usize = 25;
+const POINTS: i32 = 25;
 const SPAN: f64 = 1e3;
 
-/// Smallest upper end of that range.
-const MIN_STIFFNESS_N_PER_M: f64 = 1e-3;
+/// Number of dampings from the smallest to the largest.
+const DAMPINGS: u32 = 6;
+
+/// Relative width at which the bisection of the largest stable stiffness ends.
+const TOLERANCE: f64 = 1e-9;
+
+/// The verdict on a loop at every spring and damper of its tissue, and out of contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RangeVerdict {
+    /// True if the loop is stable at every spring and damper that the needle meets while it advances.
+    pub is_stable_advancing: bool,
+    /// True if it is also stable at those that the needle meets while it is drawn back.
+    pub is_stable: bool,
+    /// Stiffness in N/m up to which the loop is stable at every damping of the tissue; at most the tissue's largest. `None`
+    /// if it is not stable out of contact.
+    pub stable_up_to_n_per_m: Option<f64>,
+    /// True if the loop is stable at every stiffness with the smallest damping of the tissue.
+    pub is_stable_with_least_damping: bool,
+}
 
 impl LinearLoop {
-    /// The loop of a scenario at the worst stiffness of a range: the stiffest unstable one, otherwise the one with the
-    /// smallest gain margin. Of varying delays from a file it uses the shortest, because jitter is added to the delay
+    /// The loop of a scenario at the worst spring and damper of a range: the stiffest unstable one, otherwise the one with
+    /// the smallest gain margin. Of varying delays from a file it uses the shortest, because jitter is added to the delay
     /// ([`VaryingDelays`](super::VaryingDelays)).
     ///
     /// # Errors
@@ -29,8 +48,13 @@ impl LinearLoop {
         let delay_s = |schedule: &Schedule, delay_s: f64| {
             schedule.ages().map_or(delay_s, |(shortest, _)| scenario.grid.time_s(shortest))
         };
+        let model = match &scenario.tissue {
+            TissueSpec::Model(settings) => Some(Arc::new((**settings).clone())),
+            TissueSpec::Recording { .. } | TissueSpec::Depth { .. } | TissueSpec::Unit(_) => None,
+        };
         let stiffest = Self {
             tissue,
+            by_depth: model.zip(ScaledDepth::of(scenario)),
             tick_s: scenario.grid.tick_s(),
             timing: scenario.timing,
             master: scenario.master,
@@ -46,24 +70,39 @@ impl LinearLoop {
             force_bandwidth_hz: scenario.sensor.force_bandwidth_hz,
             forward_delay_s: delay_s(&scenario.forward_schedule, scenario.delays.forward_delay_s),
             backward_delay_s: delay_s(&scenario.backward_schedule, scenario.delays.backward_delay_s),
-            stiffness_n_per_m: tissue.stiffness_n_per_m.1,
-            damping_n_s_per_m: tissue.damping_n_s_per_m,
+            stiffness_n_per_m: tissue.stiffest_n_per_m(),
+            damping_n_s_per_m: tissue.springs.damping_n_s_per_m.1,
+            relaxation: tissue.springs.relaxation,
         };
-        if tissue.is_single() { Ok(stiffest) } else { stiffest.at_worst() }
+        stiffest.at_worst()
     }
 
     fn at_worst(self) -> Result<Self, StabilityError> {
-        let (low, high) = self.tissue.stiffness_n_per_m;
-        let machines = Machines::new(&self)?;
-        let closed = ClosedLoop::of(&machines, &self, None)?;
+        let (least, most) = self.tissue.springs.damping_n_s_per_m;
+        let mut worst = self.at_worst_stiffness(most)?;
+        if least < most && worst.1 > 0.0 {
+            let other = self.at_worst_stiffness(least)?;
+            if other.1 < worst.1 {
+                worst = other;
+            }
+        }
+        Ok(worst.0)
+    }
+
+    /// The loop at the worst stiffness with this damping, and its [`ClosedLoop::destabilising_change`].
+    fn at_worst_stiffness(&self, damping_n_s_per_m: f64) -> Result<(Self, f64), StabilityError> {
+        let stiffest = Self { damping_n_s_per_m, ..self.clone() };
+        let (low, high) = (self.tissue.springs.stiffness_n_per_m.0, self.tissue.stiffest_n_per_m());
+        let machines = Machines::new(&stiffest)?;
+        let closed = ClosedLoop::of(&machines, &stiffest, None)?;
         let at = |stiffness_n_per_m: f64| {
-            let other = Self { stiffness_n_per_m, ..self.clone() };
+            let other = Self { stiffness_n_per_m, ..stiffest.clone() };
             ClosedLoop::of(&machines, &other, Some(&closed))
         };
         let stiffness = |k: u32| low + f64::from(k) / f64::from(STIFFNESSES) * (high - low);
         let mut worst = Worst { stiffness_n_per_m: high, change: closed.destabilising_change(f64::INFINITY)? };
         let mut interval = None;
-        for k in (0..STIFFNESSES).rev() {
+        for k in (0..if low < high { STIFFNESSES } else { 0 }).rev() {
             // An unstable loop cannot become worse.
             if worst.change == 0.0 {
                 break;
@@ -85,19 +124,95 @@ impl LinearLoop {
             let middle = 0.5 * (from + to);
             worst.replace_by(middle, &at(middle)?)?;
         }
-        Ok(Self { stiffness_n_per_m: worst.stiffness_n_per_m, ..self })
+        Ok((Self { stiffness_n_per_m: worst.stiffness_n_per_m, ..stiffest }, worst.change))
     }
 
-    /// True if the loop is stable at every stiffness from 0 (no contact) to the stiffest of its tissue.
+    /// The verdict at every stiffness from 0 (no contact) to the stiffest of its tissue, every damping up to the largest,
+    /// and with and without relaxation. The only error is between the points of a grid.
     ///
     /// # Errors
     /// [`StabilityError`] if the loop cannot be analysed.
-    pub fn is_stable(&self) -> Result<bool, StabilityError> {
-        let (_, stiffest) = self.tissue.stiffness_n_per_m;
-        let high = stiffest.max(MIN_STIFFNESS_N_PER_M);
-        let search = Search { low: high / SPAN, high, points: POINTS, tolerance: 1e-9 };
-        let Limit { stable, .. } = largest_stable(self, Parameter::Stiffness, search)?;
-        Ok(stable.iter().any(|&(from, to)| from <= 0.0 && stiffest <= to))
+    pub fn in_range(&self) -> Result<RangeVerdict, StabilityError> {
+        let (least, most) = self.tissue.springs.damping_n_s_per_m;
+        let (advancing, stiffest) = (self.tissue.springs.stiffness_n_per_m.1, self.tissue.stiffest_n_per_m());
+        let machines = Machines::new(self)?;
+        let is_free_stable = |damping_n_s_per_m: f64| {
+            let free = Self { stiffness_n_per_m: 0.0, damping_n_s_per_m, relaxation: None, ..self.clone() };
+            ClosedLoop::of(&machines, &free, None)?.is_stable()
+        };
+        if !is_free_stable(0.0)? {
+            return Ok(RangeVerdict {
+                is_stable_advancing: false,
+                is_stable: false,
+                stable_up_to_n_per_m: None,
+                is_stable_with_least_damping: false,
+            });
+        }
+        let (mut up_to, mut up_to_with_least) = (stiffest, stiffest);
+        let mut is_free_with_damping = true;
+        for step in 0..=(if least < most { DAMPINGS } else { 0 }) {
+            let damping_n_s_per_m = least + f64::from(step) / f64::from(DAMPINGS) * (most - least);
+            is_free_with_damping &= is_free_stable(damping_n_s_per_m)?;
+            for relaxation in self.relaxation.map(Some).into_iter().chain([None]) {
+                let with = Self { damping_n_s_per_m, relaxation, ..self.clone() };
+                let reached = with.stable_up_to(&machines, up_to)?;
+                up_to = up_to.min(reached);
+                if step == 0 {
+                    up_to_with_least = up_to;
+                }
+            }
+        }
+        Ok(RangeVerdict {
+            is_stable_advancing: is_free_with_damping && up_to >= advancing,
+            is_stable: is_free_with_damping && up_to >= stiffest,
+            stable_up_to_n_per_m: is_free_with_damping.then_some(up_to),
+            is_stable_with_least_damping: up_to_with_least >= stiffest,
+        })
+    }
+
+    /// The stiffness in N/m up to which the loop is stable, at most `high`.
+    fn stable_up_to(&self, machines: &Machines, high: f64) -> Result<f64, StabilityError> {
+        let mut last: Option<ClosedLoop> = None;
+        let mut is_stable = |stiffness_n_per_m: f64| -> Result<bool, StabilityError> {
+            let at = Self { stiffness_n_per_m, ..self.clone() };
+            let closed = last.insert(ClosedLoop::of(machines, &at, last.as_ref())?);
+            closed.is_stable()
+        };
+        let mut stable = 0.0;
+        for k in 0..POINTS {
+            let next =
+                if k + 1 == POINTS { high } else { high * SPAN.powf(f64::from(k + 1) / f64::from(POINTS) - 1.0) };
+            if is_stable(next)? {
+                stable = next;
+                continue;
+            }
+            let mut unstable = next;
+            while unstable - stable > TOLERANCE * unstable {
+                let middle = 0.5 * (stable + unstable);
+                if is_stable(middle)? { stable = middle } else { unstable = middle }
+            }
+            return Ok(stable);
+        }
+        Ok(high)
+    }
+
+    /// The loops at the ends of the tissue's ranges, and this one: they decide on a limit or a point of a map, where
+    /// [`LinearLoop::in_range`] would be too expensive.
+    pub(super) fn at_ends(&self) -> Vec<Self> {
+        let Self { stiffness_n_per_m, damping_n_s_per_m, .. } = *self;
+        let (least, most) = self.tissue.springs.damping_n_s_per_m;
+        let high = self.tissue.stiffest_n_per_m();
+        let mut points = vec![(stiffness_n_per_m, damping_n_s_per_m)];
+        for point in [(high, least), (high, most), (0.0, most)] {
+            if !points.contains(&point) && point != (0.0, 0.0) {
+                points.push(point);
+            }
+        }
+        if !self.link.is_baseline() {
+            points.push((0.0, 0.0));
+        }
+        let at = |(stiffness_n_per_m, damping_n_s_per_m)| Self { stiffness_n_per_m, damping_n_s_per_m, ..self.clone() };
+        points.into_iter().map(at).collect()
     }
 }
 
@@ -115,5 +230,53 @@ impl Worst {
             *self = Self { stiffness_n_per_m, change };
         }
         Ok(is_worse)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trocar_engine::tissue::Relaxation;
+    use trocar_scenario::Source;
+
+    fn of(name: &str, settings: &[&str]) -> LinearLoop {
+        let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
+        let scenario = Scenario::load(&Source::parse(name), &settings).expect("loads");
+        LinearLoop::of(&scenario, TissueRange::of_parameters(&scenario).expect("known")).expect("analysed")
+    }
+
+    fn radius(settings: &LinearLoop) -> f64 {
+        ClosedLoop::new(settings).and_then(|closed| closed.dominant_mode()).expect("a mode").spectral_radius
+    }
+
+    #[test]
+    fn a_relaxing_spring_is_between_its_fast_and_its_slow_stiffness() {
+        let fast = of("paper/classical", &["tissue.stiffness_n_per_m=1500", "tissue.damping_n_s_per_m=0"]);
+        let slow = LinearLoop { stiffness_n_per_m: 600.0, ..fast.clone() };
+        let relaxing = |time_s: f64| {
+            radius(&LinearLoop { relaxation: Some(Relaxation { relaxed_share: 0.4, time_s }), ..fast.clone() })
+        };
+        // A slow relaxation adds a pole near 1, so a fast one shows the limits of the others.
+        assert!((relaxing(1e-9) - radius(&slow)).abs() < 1e-9);
+        let closed = |time_s| {
+            let relaxation = Some(Relaxation { relaxed_share: 1.0, time_s });
+            radius(&LinearLoop { relaxation, ..fast.clone() })
+        };
+        assert!((closed(0.01) - radius(&fast)).abs() < 1e-9, "without relaxation");
+    }
+
+    #[test]
+    fn the_verdict_finds_the_largest_stable_stiffness_at_every_damping() {
+        let spring = |stiffness: f64| {
+            of("paper/classical", &[&format!("tissue.stiffness_n_per_m={stiffness}"), "tissue.damping_n_s_per_m=0"])
+        };
+        // The largest stable stiffness is 2517.7 N/m without damping.
+        let (stable, unstable) = (spring(2500.0).in_range(), spring(2600.0).in_range().expect("analysed"));
+        assert!(stable.expect("analysed").is_stable && !unstable.is_stable && !unstable.is_stable_advancing);
+        assert!((unstable.stable_up_to_n_per_m.expect("free motion is stable") - 2517.7).abs() < 0.1);
+        let layers = |damping: &str| of("layers/through-the-skin", &[damping]).in_range().expect("analysed");
+        assert!(layers("tissue.layer.skin.damping_s_per_m=2").is_stable);
+        let damped = layers("tissue.layer.skin.damping_s_per_m=100");
+        assert!(!damped.is_stable && damped.is_stable_with_least_damping);
     }
 }

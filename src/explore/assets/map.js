@@ -111,8 +111,7 @@ const trocarMap = (() => {
     const where = `${map.x.name} ${written(map.x.per * now.x)}, ${map.y.name} ${written(map.y.per * now.y)}`;
     const { spectral_radius: radius, frequency_hz: frequency, damping_ratio: damping } = map.mode;
     const margin = map.margins.gain === null ? "none" : `${trocarCharts.number(map.margins.gain)} times`;
-    const unmodelled = map.unmodelled.length ? ` Not in the linear model: ${map.unmodelled.join("; ")}.` : "";
-    line.textContent = `${where}: ${map.verdict}. Gain margin ${margin}, spectral radius ${radius === null ? "—" : radius.toFixed(6)}, dominant mode at ${trocarCharts.number(frequency)} Hz with damping ratio ${trocarCharts.number(damping)}. Blue is stable.${unmodelled}`;
+    line.textContent = `${where}: ${map.verdict}. Gain margin ${margin}, spectral radius ${radius === null ? "—" : radius.toFixed(6)}, dominant mode at ${trocarCharts.number(frequency)} Hz with damping ratio ${trocarCharts.number(damping)}. Blue is stable.`;
     canvas.setAttribute("aria-label", `Stability map. ${line.textContent}`);
   }
 

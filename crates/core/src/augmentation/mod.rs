@@ -15,17 +15,17 @@ pub use automaton::AutomatonSettings;
 pub use force::cross_fade;
 pub use force_laws::{
     Amplify, AmplifySettings, AnyForceLaw, AugmentedTick, Damp, DampSettings, Decay, DecaySettings, ForceLaw,
-    ForceLawSettings, Guide, GuideSettings,
+    ForceLawSettings, ForceMap, Guide, GuideSettings,
 };
 pub use holds::{
-    AnyHold, Following, ForbiddenRegion, ForbiddenRegionSettings, Frozen, HeldTick, Hold, HoldSettings, SpeedLimit,
-    SpeedLimitSettings, Yielding, YieldingSettings,
+    AnyHold, Following, ForbiddenRegion, ForbiddenRegionSettings, Frozen, HeldTick, Hold, HoldMap, HoldSettings,
+    SpeedLimit, SpeedLimitSettings, Yielding, YieldingSettings,
 };
 pub use mode::{Mode, ModeChange, Modes};
 pub use position::{Freeze, HeldReference, MotionLaw};
 pub use returns::{
     AnyReturn, Clutch, Fade, FadeSettings, Ramp, RampSettings, RampUntilLoad, RampUntilLoadSettings, Reengage, Return,
-    ReturnTick, Snap, WhenStill, WhenStillSettings,
+    ReturnMap, ReturnTick, Snap, WhenStill, WhenStillSettings,
 };
 
 use crate::lane::{Gather, LANES, Lane, Mask, Stored, gather_mask, of_each};
@@ -66,11 +66,18 @@ crate::settings! {
     }
 }
 
-/// A force law or a hold that is built from its settings.
+/// A force law, a hold or a return that is built from its settings.
 trait BuiltIn {
     type Settings;
+    /// The linear maps of the role.
+    type Map;
 
     fn build(settings: &Self::Settings, tick_s: f64) -> Self;
+
+    /// The map with which the certificate of events describes the part. It does not cover a part without one.
+    fn map(_settings: &Self::Settings) -> Option<Self::Map> {
+        None
+    }
 }
 
 /// Inputs of the supervisor at a tick.

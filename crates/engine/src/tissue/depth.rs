@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Reaction, Tissue};
+use super::{Reaction, Springs, Tissue};
 use trocar_core::error::{InvalidValue, positive};
 use trocar_core::lane::{Lane, Mask};
 
@@ -82,12 +82,20 @@ impl DepthCurves {
         })
     }
 
-    /// Steepest rise of the insertion's force over [`RISE_M`], in N/m. Over shorter distances noise dominates.
+    /// The springs of a replay with this presliding distance. While the needle advances: the steepest rise of the
+    /// insertion's force. On the way back the force also changes to that of the withdrawal over the presliding distance.
+    /// Slopes are taken over [`RISE_M`]; over shorter distances noise dominates.
     #[must_use]
-    pub fn steepest_rise_n_per_m(&self) -> f64 {
+    pub fn springs(&self, presliding_m: f64) -> Springs {
         let entries = (RISE_M / STEP_M).round() as usize;
-        let way_in = || self.entries_n.iter().map(|[force_n, _]| force_n);
-        way_in().zip(way_in().skip(entries)).map(|(from, to)| (to - from) / RISE_M).fold(0.0, f64::max)
+        let (mut advancing, mut drawn_back) = (0.0_f64, 0.0_f64);
+        for (from, to) in self.entries_n.iter().zip(self.entries_n.iter().skip(entries)) {
+            let [rise, rise_out] = [0, 1].map(|way| (to[way] - from[way]) / RISE_M);
+            advancing = advancing.max(rise);
+            let change_n = (from[0] - from[1]).max(to[0] - to[1]);
+            drawn_back = drawn_back.max(rise.max(rise_out).max(0.0) + change_n / presliding_m);
+        }
+        Springs { drawn_back_n_per_m: drawn_back, ..Springs::between((0.0, advancing), (0.0, 0.0)) }
     }
 
     /// The forces of insertion and withdrawal in N, at depths 10 µm apart.
@@ -241,8 +249,33 @@ mod tests {
         let position: Vec<f64> = (0..=200).map(|k| 1e-5 * f64::from(k)).collect();
         let force: Vec<f64> = position.iter().map(|p| 500.0 * p + if *p > 1e-3 { 0.1 } else { 0.0 }).collect();
         let curves = DepthCurves::new(&position, &force).expect("valid");
-        let rise = curves.steepest_rise_n_per_m();
+        let (_, rise) = curves.springs(2e-3).stiffness_n_per_m;
         assert!((rise - (500.0 + 0.1 / RISE_M)).abs() < 1e-6, "{rise}");
+    }
+
+    #[test]
+    fn the_springs_bound_every_slope_of_the_force_on_any_way() {
+        let (position, force) = recording();
+        let curves = Arc::new(DepthCurves::new(&position, &force).expect("valid"));
+        for presliding_m in [5e-4, 2e-3, 8e-3] {
+            let Springs { stiffness_n_per_m: (_, advancing), drawn_back_n_per_m, .. } = curves.springs(presliding_m);
+            assert!((advancing - 100.0).abs() < 1e-6, "{advancing}");
+            let (mut largest, step_m) = (0.0_f64, 2e-4);
+            for deepest in 1..50 {
+                let mut tissue =
+                    DepthReplay::<f64>::new(curves.clone(), Arc::from([]), presliding_m, 0.0).expect("valid");
+                let mut last_n = tissue.react(0, step_m * f64::from(deepest), 0.0).force_n;
+                for back in (0..deepest).rev() {
+                    let force_n = tissue.react(0, step_m * f64::from(back), 0.0).force_n;
+                    largest = largest.max((last_n - force_n) / step_m);
+                    last_n = force_n;
+                }
+            }
+            assert!(
+                largest <= drawn_back_n_per_m && drawn_back_n_per_m < 1.3 * largest,
+                "{largest} {drawn_back_n_per_m}"
+            );
+        }
     }
 
     #[test]

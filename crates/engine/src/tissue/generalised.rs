@@ -136,7 +136,7 @@ impl<L: Lane> Model for Generalised<L> {
         };
         let (power, depth_m) = (settings.power.power, depth_m?);
         let damping = settings.lambdas.iter().copied().fold(0.0, f64::max) * depth_m.powf(power);
-        Some(Springs::ToDepth(slopes_n_per_m(mu, power, depth_m), damping))
+        Some(Springs::between(slopes_n_per_m(mu, power, depth_m), (0.0, damping)))
     }
 }
 
@@ -192,11 +192,9 @@ mod tests {
                 (force_n(depth_m) - force_n(depth_m - 1e-5)) / 1e-5
             });
             let (least, largest) = slopes.fold((f64::MAX, f64::MIN), |(a, b), slope| (a.min(slope), b.max(slope)));
-            let Some(Springs::ToDepth((low, high), _)) = <Generalised<f64> as Model>::springs(&settings, Some(0.03))
-            else {
-                panic!("no slopes");
-            };
-            assert!(low <= least + 0.5 && largest <= high + 0.5, "{low} {least} {largest} {high}");
+            let springs = <Generalised<f64> as Model>::springs(&settings, Some(0.03)).expect("a depth is known");
+            let (low, high) = springs.stiffness_n_per_m;
+            assert!(low <= least.max(0.0) + 0.5 && largest <= high + 0.5, "{low} {least} {largest} {high}");
         }
     }
 

@@ -74,7 +74,7 @@ impl<L: Lane> Model for HuntCrossley<L> {
     fn springs(settings: &HuntCrossleySettings, depth_m: Option<f64>) -> Option<Springs> {
         let (power, depth_m) = (settings.power.power, depth_m?);
         let damping = settings.lambda * depth_m.powf(power);
-        Some(Springs::ToDepth(slopes_n_per_m(|_| (settings.mu, 0.0), power, depth_m), damping))
+        Some(Springs::between(slopes_n_per_m(|_| (settings.mu, 0.0), power, depth_m), (0.0, damping)))
     }
 }
 
@@ -111,9 +111,8 @@ mod tests {
     #[test]
     fn the_spring_stiffens_from_the_surface_down_to_the_depth() {
         let settings = HuntCrossleySettings { mu: 500.0, power: PowerSettings { power: 2.0 }, ..Default::default() };
-        let Some(Springs::ToDepth((low, high), damping)) = HuntCrossley::<f64>::springs(&settings, Some(0.02)) else {
-            panic!("a depth is known")
-        };
+        let springs = HuntCrossley::<f64>::springs(&settings, Some(0.02)).expect("a depth is known");
+        let ((low, high), (_, damping)) = (springs.stiffness_n_per_m, springs.damping_n_s_per_m);
         assert!(low == 0.0 && (high - 20.0).abs() < 1e-9, "{low} {high}");
         assert!((damping - settings.lambda * 4e-4).abs() < 1e-12, "{damping}");
         assert_eq!(HuntCrossley::<f64>::springs(&settings, None), None);

@@ -63,7 +63,7 @@ impl<L: Lane> Model for KelvinVoigt<L> {
     }
 
     fn springs(settings: &KelvinVoigtSettings, _depth_m: Option<f64>) -> Option<Springs> {
-        Some(Springs::SpringDamper(settings.stiffness_n_per_m, settings.damping_n_s_per_m))
+        Some(Springs::constant(settings.stiffness_n_per_m, settings.damping_n_s_per_m))
     }
 }
 
@@ -95,7 +95,7 @@ mod tests {
             damping_n_s_per_m: 4.5,
             surface: Surface { contact_m: 0.013 },
         };
-        assert_eq!(KelvinVoigt::<f64>::springs(&settings, None), Some(Springs::SpringDamper(123.0, 4.5)));
+        assert_eq!(KelvinVoigt::<f64>::springs(&settings, None), Some(Springs::constant(123.0, 4.5)));
         assert_eq!(KelvinVoigt::<f64>::surface_m(&settings), Some(0.013));
         let mut tissue = KelvinVoigt::<f64>::new(&settings).expect("valid");
         let reaction = tissue.react(0, 0.023, 0.2);

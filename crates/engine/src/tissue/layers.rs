@@ -20,6 +20,9 @@ const FAR_M: f64 = 1e9;
 /// slow subnormal numbers.
 const MIN_FALL_M: f64 = 1e-15;
 
+/// A layer that relaxes more slowly than this, in s, can still act when the layer below the next one is reached.
+const SLOW_S: f64 = 0.05;
+
 /// Parameters of a layered tissue.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayersParameters {
@@ -328,24 +331,34 @@ impl<L: Lane> Model for Layers<L> {
         Some(settings.contact_m)
     }
 
-    /// From 0, for a layer that is being cut, to the slope of the stiffest layer just before its rupture or during
-    /// cutting. The shaft adds its stiffness after a layer with friction is cut, because it sticks after reversals.
-    ///
-    /// The damping is `c f` of the layer with the largest rupture force, and the viscous friction on the whole shaft.
-    fn springs(settings: &LayersParameters, _depth_m: Option<f64>) -> Option<Springs> {
-        let mut highest: f64 = 0.0;
+    /// Springs from 0, for a layer that is being cut, to the slope of the stiffest layer just before its rupture or
+    /// during cutting; on the way back also the layers above that have not relaxed yet. The damping is `c f` of these
+    /// layers, and the viscous friction on the shaft. The shaft adds its stiffness after a layer with friction is cut,
+    /// because it sticks after reversals.
+    fn springs(settings: &LayersParameters, depth_m: Option<f64>) -> Option<Springs> {
+        let (mut advancing, mut drawn_back, mut damping) = (0.0_f64, 0.0_f64, 0.0_f64);
         let mut of_shaft = 0.0;
+        // The slope and the damping of the layers above.
+        let mut above = (0.0, 0.0);
         for (_, layer) in &settings.layers {
-            highest = highest.max(layer.slope_n_per_m(layer.rupture_force_n) + of_shaft);
+            let slope = layer.slope_n_per_m(layer.rupture_force_n);
+            let cut = (layer.slope_n_per_m(layer.cutting_force_n), layer.damping_s_per_m * layer.cutting_force_n);
+            advancing = advancing.max(slope + of_shaft);
+            drawn_back = drawn_back.max(slope + of_shaft + above.0);
+            damping = damping.max(layer.damping_s_per_m * layer.rupture_force_n + above.1);
             if layer.friction_n_per_m > 0.0 || layer.grip_n > 0.0 {
                 of_shaft = settings.shaft.stiffness_n_per_m;
             }
-            highest = highest.max(layer.slope_n_per_m(layer.cutting_force_n) + of_shaft);
+            advancing = advancing.max(cut.0 + of_shaft);
+            drawn_back = drawn_back.max(slope.max(cut.0) + of_shaft + above.0);
+            let is_slow = layer.relaxation_s > SLOW_S;
+            above = if is_slow { (above.0 + cut.0, above.1 + cut.1) } else { cut };
         }
-        let of_layer = |layer: &LayerParameters| layer.damping_s_per_m * layer.rupture_force_n;
-        let along_shaft_m: f64 = settings.layers.iter().map(|(_, layer)| layer.thickness_m).sum();
-        let damping = settings.layers.iter().map(|(_, layer)| of_layer(layer)).fold(0.0, f64::max);
-        Some(Springs::Layers((0.0, highest), damping + settings.shaft.damping_n_s_per_m2 * along_shaft_m))
+        let of_layers_m: f64 = settings.layers.iter().map(|(_, layer)| layer.thickness_m).sum();
+        let along_shaft_m = depth_m.map_or(of_layers_m, |depth_m| depth_m.min(of_layers_m));
+        let damping = damping + settings.shaft.damping_n_s_per_m2 * along_shaft_m;
+        let springs = Springs::between((0.0, advancing), (0.0, damping));
+        Some(Springs { drawn_back_n_per_m: drawn_back, ..springs })
     }
 
     fn layers(settings: &LayersParameters) -> Vec<StatedLayer<'_>> {

@@ -34,7 +34,7 @@ pub use hunt_crossley::{HuntCrossley, HuntCrossleySettings};
 pub use kelvin_voigt::{KelvinVoigt, KelvinVoigtSettings};
 pub use layer::LayerParameters;
 pub use layers::{Layers, LayersParameters};
-pub use model::{DefaultLayer, Model, Springs, StatedLayer};
+pub use model::{DefaultLayer, Model, Relaxation, Springs, StatedLayer};
 pub use motion::{Moving, OrganMotion};
 pub use named_layers::{LAYER_KEYS, LAYER_LIST, Named, path_in_layer};
 pub use power::PowerSettings;

@@ -8,17 +8,54 @@ use trocar_core::settings::Key;
 pub(super) const NEEDS_FILE: InvalidValue =
     InvalidValue { name: "tissue.kind", value: 0.0, requirement: "built with its file", item: None };
 
-/// The springs that a tissue shows to a linear loop between ruptures. Ranges are the smallest and the largest slope of
-/// the force over the position, in N/m, without damping and sliding friction. The number after a range is the largest
-/// damping, in N·s/m.
+/// The springs and dampers that a tissue shows to a linear loop between ruptures. A fall of the force is not a spring.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Springs {
+pub struct Springs {
+    /// Smallest and largest slope of the force over the position while the needle advances, in N/m.
+    pub stiffness_n_per_m: (f64, f64),
+    /// Largest slope while the needle is drawn back, in N/m.
+    pub drawn_back_n_per_m: f64,
+    /// Smallest and largest damping, in N·s/m.
+    pub damping_n_s_per_m: (f64, f64),
+    /// The relaxation of the stiffest spring, if it relaxes.
+    pub relaxation: Option<Relaxation>,
+}
+
+/// The relaxation of a spring with the stiffness `K` of a fast deflection: `relaxed_share · K` remains of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Relaxation {
+    /// Stiffness of a slow deflection over that of a fast one, from 0 to 1.
+    pub relaxed_share: f64,
+    /// Time constant of a held deflection, in s.
+    pub time_s: f64,
+}
+
+impl Springs {
     /// A spring (N/m) and a damper (N·s/m).
-    SpringDamper(f64, f64),
-    /// Slopes of a tissue without layers, down to a depth.
-    ToDepth((f64, f64), f64),
-    /// Slopes of layers, which end at their ruptures.
-    Layers((f64, f64), f64),
+    #[must_use]
+    pub fn constant(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Self {
+        Self::between((stiffness_n_per_m, stiffness_n_per_m), (damping_n_s_per_m, damping_n_s_per_m))
+    }
+
+    /// Springs (N/m) and dampers (N·s/m) that are the same in both directions of the needle. A slope below 0 is a fall.
+    #[must_use]
+    pub fn between((low, high): (f64, f64), damping_n_s_per_m: (f64, f64)) -> Self {
+        let high = high.max(0.0);
+        let stiffness_n_per_m = (low.max(0.0), high);
+        Self { stiffness_n_per_m, drawn_back_n_per_m: high, damping_n_s_per_m, relaxation: None }
+    }
+
+    /// The springs and dampers of both, without relaxation.
+    #[must_use]
+    pub fn and(&self, other: &Self) -> Self {
+        let both = |(low, high): (f64, f64), other: (f64, f64)| (low.min(other.0), high.max(other.1));
+        Self {
+            stiffness_n_per_m: both(self.stiffness_n_per_m, other.stiffness_n_per_m),
+            drawn_back_n_per_m: self.drawn_back_n_per_m.max(other.drawn_back_n_per_m),
+            damping_n_s_per_m: both(self.damping_n_s_per_m, other.damping_n_s_per_m),
+            relaxation: None,
+        }
+    }
 }
 
 /// A default layer: its name, and the values of the keys that differ from the defaults.
@@ -73,7 +110,8 @@ pub trait Model: Sized {
         None
     }
 
-    /// The springs down to a depth in m below the surface; `None` if they are unknown, or depend on an unknown depth.
+    /// The springs and dampers down to a depth in m below the surface; `None` if they depend on an unknown depth. The
+    /// linear loop does not cover a tissue without this statement.
     fn springs(_settings: &Self::Settings, _depth_m: Option<f64>) -> Option<Springs> {
         None
     }

@@ -24,7 +24,10 @@ trocar_core::choice! {
         "depth" => Depth in "tissue." {
             /// Travel over which the force changes to the force of the withdrawal when the needle retreats, in a replay
             /// by depth.
-            presliding_m: f64 [POSITIVE] = 2e-3,
+            ///
+            /// Chosen here: no presliding distance of a needle in tissue is published. With the shear modulus and the friction of
+            /// liver it is about 8 mm.
+            presliding_m: f64 [POSITIVE] = 5e-3,
         },
     }
 }

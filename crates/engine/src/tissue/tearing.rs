@@ -3,7 +3,7 @@
 use trocar_core::settings::{Key, KeySource, count, joined};
 
 use super::literature::{Outside, outside};
-use super::model::{DefaultLayer, Model, Springs, StatedLayer};
+use super::model::{DefaultLayer, Model, Relaxation, Springs, StatedLayer};
 use super::named_layers::{Named, check_layers, measured_layers, read_layers};
 use super::shaft::{Shaft, ShaftParameters};
 use super::shaft_contact::ShaftContact;
@@ -294,23 +294,37 @@ impl<L: Lane> Model for Tearing<L> {
         Some(settings.surface.contact_m)
     }
 
-    /// From 0, for a layer that is being cut, to the slope of a fast deflection of the stiffest layer just before its
-    /// rupture or during cutting, and the shaft's stiffness after a layer with friction is cut.
-    fn springs(settings: &TearingSettings, _depth_m: Option<f64>) -> Option<Springs> {
+    /// Springs from 0, for a layer that is being cut, to the slope of a fast deflection of the stiffest layer just before
+    /// its rupture or during cutting, with its relaxation; on the way back also the layers above, which relax slowly. The
+    /// shaft adds its stiffness after a layer with friction is cut.
+    fn springs(settings: &TearingSettings, depth_m: Option<f64>) -> Option<Springs> {
         let width_m = settings.crack.crack_width_m;
-        let mut highest: f64 = 0.0;
-        let mut of_shaft = 0.0;
+        let (mut advancing, mut drawn_back) = (0.0_f64, 0.0_f64);
+        let (mut of_shaft, mut above) = (0.0, 0.0);
+        let mut relaxation = None;
         for (_, layer) in &settings.layers {
-            if layer.ruptures(width_m) {
-                highest = highest.max(layer.fast_slope_n_per_m(layer.rupture_force_n(width_m)) + of_shaft);
-            }
+            let cut = layer.fast_slope_n_per_m(layer.cutting_force_n(width_m));
+            let intact = if layer.ruptures(width_m) {
+                layer.fast_slope_n_per_m(layer.rupture_force_n(width_m)) + of_shaft
+            } else {
+                0.0
+            };
             if layer.friction_n_per_m > 0.0 || layer.grip_n > 0.0 {
                 of_shaft = settings.shaft.stiffness_n_per_m;
             }
-            highest = highest.max(layer.fast_slope_n_per_m(layer.cutting_force_n(width_m)) + of_shaft);
+            let slope = intact.max(cut + of_shaft);
+            if slope > advancing {
+                let relaxing = layer.stiffness_n_per_m * (1.0 - layer.relaxed_share);
+                let (relaxed_share, time_s) = (1.0 - relaxing / slope, layer.relaxation_time_s);
+                (advancing, relaxation) = (slope, Some(Relaxation { relaxed_share, time_s }));
+            }
+            drawn_back = drawn_back.max(slope + above);
+            above += cut;
         }
-        let along_shaft_m: f64 = settings.layers.iter().map(|(_, layer)| layer.thickness_m).sum();
-        Some(Springs::Layers((0.0, highest), settings.shaft.damping_n_s_per_m2 * along_shaft_m))
+        let of_layers_m: f64 = settings.layers.iter().map(|(_, layer)| layer.thickness_m).sum();
+        let along_shaft_m = depth_m.map_or(of_layers_m, |depth_m| depth_m.min(of_layers_m));
+        let springs = Springs::between((0.0, advancing), (0.0, settings.shaft.damping_n_s_per_m2 * along_shaft_m));
+        Some(Springs { drawn_back_n_per_m: drawn_back, relaxation, ..springs })
     }
 
     fn layers(settings: &TearingSettings) -> Vec<StatedLayer<'_>> {

@@ -5,9 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::machines::Machines;
 use crate::side::{LocalCommand, Side};
 use crate::{LinearLoop, StabilityError, SwitchingSettings};
-use trocar_core::augmentation::{
-    AmplifySettings, DampSettings, DecaySettings, ForceLawSettings, Freeze, HoldSettings, Reengage,
-};
+use trocar_core::augmentation::{ForceMap, Freeze, HoldMap, ReturnMap};
 
 /// A space of states: the loop's states `x` and the extra states that a phase uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -104,11 +102,12 @@ pub(crate) struct Modes {
     /// Whole ticks of both delays.
     delay: usize,
     integral: bool,
-    law: ForceLawSettings,
+    law: ForceMap,
     /// True if the slave follows the hand during events, so they leave no gap.
     follows: bool,
     freeze: Freeze,
-    reengage: Reengage,
+    /// What happens to the gap that an event leaves.
+    returns: ReturnMap,
     /// Factor of a fading gap per tick; 1 for other returns.
     gap_factor: f64,
     /// Decay factor of the force per tick.
@@ -138,33 +137,36 @@ impl Modes {
             let settings = LinearLoop {
                 stiffness_n_per_m: vertex.stiffness_n_per_m,
                 damping_n_s_per_m: vertex.damping_n_s_per_m,
+                // The force of a relaxing spring is within the sector of its range.
+                relaxation: None,
                 ..settings.of_loop.clone()
             };
             Side::slave_with(&machines, &settings, LocalCommand::Open)
         };
         let augmentation = &settings.augmentation;
         let tick_s = settings.of_loop.tick_s;
-        let decay_factor = match augmentation.force {
-            ForceLawSettings::Decay(DecaySettings { time_constant_s, .. }) => libm::exp(-tick_s / time_constant_s),
-            ForceLawSettings::Amplify(_) | ForceLawSettings::Damp(_) | ForceLawSettings::Guide(_) => 0.0,
+        let of_events = augmentation.force.map().zip(augmentation.hold.map());
+        let (law, hold) = of_events.ok_or(StabilityError::UncoveredEvents)?;
+        let follows = hold == HoldMap::Following;
+        let returns = if follows { Some(ReturnMap::Jumps) } else { augmentation.reengage.map() };
+        let returns = returns.ok_or(StabilityError::UncoveredEvents)?;
+        let decay_factor = match law {
+            ForceMap::Decays { time_constant_s, .. } => libm::exp(-tick_s / time_constant_s),
+            ForceMap::FollowsTissue { .. } | ForceMap::IsDamped { .. } => 0.0,
         };
-        let gap_factor = match augmentation.reengage {
-            Reengage::Fade(fade) => libm::exp(-tick_s / fade.gap_time_constant_s),
-            Reengage::Ramp(_)
-            | Reengage::RampUntilLoad(_)
-            | Reengage::WhenStill(_)
-            | Reengage::Clutch
-            | Reengage::Snap => 1.0,
+        let gap_factor = match returns {
+            ReturnMap::Fades { time_constant_s } => libm::exp(-tick_s / time_constant_s),
+            ReturnMap::Closes | ReturnMap::Jumps | ReturnMap::Keeps => 1.0,
         };
         Ok(Self {
             master: Side::master_with(&machines, &settings.of_loop, LocalCommand::Open)?,
             slaves: vertices.iter().map(slave).collect::<Result<_, _>>()?,
             delay: settings.delay_ticks() as usize,
             integral: settings.of_loop.master.force_integral_gain != 0.0,
-            law: augmentation.force,
-            follows: augmentation.hold == HoldSettings::Following,
+            law,
+            follows,
             freeze: augmentation.freeze,
-            reengage: augmentation.reengage,
+            returns,
             gap_factor,
             decay_factor,
             tick_s,
@@ -246,20 +248,20 @@ impl Modes {
     }
 
     fn has_anchor(&self) -> bool {
-        !matches!(self.law, ForceLawSettings::Decay(DecaySettings { ratio: 0.0, .. }) | ForceLawSettings::Damp(_))
+        !matches!(self.law, ForceMap::Decays { ratio: 0.0, .. } | ForceMap::IsDamped { .. })
     }
 
     pub(super) fn has_gap(&self) -> bool {
-        self.reengage != Reengage::Snap && !self.follows
+        self.returns != ReturnMap::Jumps
     }
 
     /// True if the gap is closed when the next event begins.
     pub(super) fn gap_closes(&self) -> bool {
-        !self.reengage.leaves_gap() || self.follows
+        matches!(self.returns, ReturnMap::Closes | ReturnMap::Jumps)
     }
 
     pub(super) fn gap_fades(&self) -> bool {
-        matches!(self.reengage, Reengage::Fade(_)) && !self.follows
+        matches!(self.returns, ReturnMap::Fades { .. })
     }
 
     fn places(&self, space: Space) -> Vec<usize> {
@@ -294,7 +296,7 @@ impl Modes {
                 if self.has_anchor() {
                     places.push(n + ANCHOR);
                 }
-                if matches!(self.law, ForceLawSettings::Amplify(_)) {
+                if matches!(self.law, ForceMap::FollowsTissue { .. }) {
                     places.push(n + TISSUE);
                 }
             }
@@ -453,15 +455,13 @@ impl Modes {
     /// the floored force lies between the two. Of the added damping of `damp`, which rises, `share` has risen.
     pub(super) fn frozen(&self, vertex: usize, share: f64) -> DMatrix<f64> {
         let fed_back = match self.law {
-            ForceLawSettings::Decay(DecaySettings { ratio, .. }) => {
+            ForceMap::Decays { ratio, .. } => {
                 self.fed_back() * self.decay_factor + self.extra(ANCHOR) * (ratio * (1.0 - self.decay_factor))
             }
-            ForceLawSettings::Damp(DampSettings { damping_n_s_per_m, .. }) => {
+            ForceMap::IsDamped { damping_n_s_per_m } => {
                 self.force(vertex) + self.unit(HAND_VELOCITY) * (share * damping_n_s_per_m)
             }
-            // `SwitchingSettings` excludes it.
-            ForceLawSettings::Guide(_) => self.force(vertex),
-            ForceLawSettings::Amplify(AmplifySettings { gain }) => {
+            ForceMap::FollowsTissue { gain } => {
                 // The coupling of the positions stays constant; only the measured force varies.
                 self.extra(ANCHOR) + (self.measured(vertex) - self.extra(TISSUE)) * (share * gain)
             }
@@ -475,16 +475,14 @@ impl Modes {
     /// True if the frozen map is the same for every tissue and force: its powers are exact.
     pub(super) fn is_frozen_map_unique(&self) -> bool {
         !self.follows
-            && matches!(self.law, ForceLawSettings::Decay(_))
+            && matches!(self.law, ForceMap::Decays { .. })
             && self.slaves.iter().all(|slave| slave.a == self.slaves[0].a)
     }
 
     pub(super) fn shares(&self) -> &'static [f64] {
         match self.law {
-            ForceLawSettings::Damp(DampSettings { damping_n_s_per_m: 0.0, .. })
-            | ForceLawSettings::Decay(_)
-            | ForceLawSettings::Guide(_) => &[1.0],
-            ForceLawSettings::Damp(_) | ForceLawSettings::Amplify(_) => &[0.0, 1.0],
+            ForceMap::IsDamped { damping_n_s_per_m: 0.0 } | ForceMap::Decays { .. } => &[1.0],
+            ForceMap::IsDamped { .. } | ForceMap::FollowsTissue { .. } => &[0.0, 1.0],
         }
     }
 

@@ -2,9 +2,10 @@
 
 use super::LONGEST_DWELL_S;
 use crate::LinearLoop;
-use trocar_core::augmentation::{AugmentationSettings, ForceLawSettings, HoldSettings, Reengage};
+use crate::coverage::{FORCE_STEPS, left_out};
+use trocar_core::augmentation::{AugmentationSettings, ForceMap, HoldMap, ReturnMap};
 use trocar_core::time::nearest_ticks;
-use trocar_engine::teleoperation::{ControllerKind, Scheme};
+use trocar_engine::teleoperation::ControllerKind;
 use trocar_scenario::Scenario;
 
 /// A loop with events, on a tissue whose stiffness varies within a range at every tick.
@@ -55,28 +56,25 @@ impl SwitchingSettings {
         if forward.whole + backward.whole > MAX_DELAY_TICKS {
             return Err("the certificate covers delays of up to 24 ticks for both ways together");
         }
-        if scenario.link.passivity.scheme != Scheme::None {
-            return Err("the certificate does not cover passivity schemes");
+        if left_out(scenario, None).iter().any(|part| part.key != FORCE_STEPS) {
+            return Err("the certificate does not cover a part that the linear loop leaves out");
         }
         let augmentation = scenario.augmentation;
-        let damps = matches!(augmentation.force, ForceLawSettings::Damp(_));
-        if matches!(augmentation.force, ForceLawSettings::Guide(_)) {
-            return Err("the certificate does not cover the guidance of the master");
+        let hold = augmentation.hold.map().ok_or("the certificate does not cover this hold (augmentation.hold)")?;
+        let law = augmentation.force.map();
+        let law = law.ok_or("the certificate does not cover this force law (augmentation.force_law)")?;
+        if hold == HoldMap::Frozen && augmentation.reengage.map().is_none() {
+            return Err("the certificate does not cover this return (augmentation.reengage)");
         }
-        match augmentation.hold {
-            HoldSettings::Frozen if damps => {
+        if let ForceMap::IsDamped { .. } = law {
+            if hold == HoldMap::Frozen {
                 return Err("the certificate does not cover added damping while the slave is frozen");
             }
-            HoldSettings::Following if damps && of_loop.link.controller.kind != ControllerKind::PositionForce => {
+            if of_loop.link.controller.kind != ControllerKind::PositionForce {
                 return Err("the certificate covers added damping with position-force control only");
             }
-            HoldSettings::Frozen | HoldSettings::Following => {}
-            HoldSettings::SpeedLimit(_) | HoldSettings::ForbiddenRegion(_) | HoldSettings::Yielding(_) => {
-                return Err("the certificate covers a slave that is frozen or follows the hand, and no other hold");
-            }
         }
-        let damping_n_s_per_m =
-            (of_loop.damping_n_s_per_m, of_loop.tissue.largest_damping_n_s_per_m.max(of_loop.damping_n_s_per_m));
+        let damping_n_s_per_m = of_loop.tissue.springs.damping_n_s_per_m;
         Ok(Self { of_loop, augmentation, stiffness_n_per_m, damping_n_s_per_m, loses_contact: false })
     }
 
@@ -110,10 +108,10 @@ impl SwitchingSettings {
         ((LONGEST_DWELL_S / self.of_loop.tick_s) as u64).max(2)
     }
 
-    /// True if an event can leave a gap that is kept: with a clutch, if a ramp stops under load, or if the return waits.
+    /// True if an event leaves a gap that is kept.
     #[must_use]
     pub fn keeps_gap(&self) -> bool {
-        let stays = self.augmentation.reengage.leaves_gap() && !matches!(self.augmentation.reengage, Reengage::Fade(_));
-        stays && self.augmentation.hold == HoldSettings::Frozen
+        self.augmentation.hold.map() == Some(HoldMap::Frozen)
+            && self.augmentation.reengage.map() == Some(ReturnMap::Keeps)
     }
 }

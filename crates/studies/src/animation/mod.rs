@@ -5,7 +5,7 @@
 mod scene;
 mod tissue;
 
-use crate::run::Run;
+use crate::run::{Run, state};
 use scene::{Event, Form, Moment, Scene, full_n};
 pub use scene::{LiveDrawing, LiveMoment};
 use tissue::nearest;
@@ -261,8 +261,8 @@ impl<'a> Overshoot<'a> {
 }
 
 fn note(run: &Run) -> String {
-    if let Outcome::Diverged { time_s } = run.metrics.outcome {
-        return format!("diverges at {time_s} s");
+    if let Outcome::Diverged { .. } = run.metrics.outcome {
+        return state(run);
     }
     let miss = run.metrics.ruptures.first().and_then(|rupture| rupture.miss.as_ref());
     match miss.filter(|_| run.scenario.augmentation.enabled) {

@@ -2,6 +2,7 @@
 
 use super::{SeedStudy, SeedTotals, Spread, SpreadRow};
 use crate::run::{Run, outcome};
+use crate::stability_check::LoopVerdict;
 use trocar_document::{Verdict, counted, decimals};
 use trocar_metrics::{HORIZON_S, Outcome, RuptureMetrics, TRAVEL_S};
 
@@ -72,7 +73,8 @@ pub fn verdict_over_seeds(study: &SeedStudy, runs: &[&Run]) -> Verdict {
     ];
     let left_out = (study.max_ruptures() > SEED_RUPTURES)
         .then(|| format!("Left out: the advance after rupture {} and later ones; see the table.", SEED_RUPTURES + 1));
-    Verdict { sentences: sentences.into_iter().flatten().collect(), left_out: left_out.into_iter().collect() }
+    let sentences = unstable_loops(runs).into_iter().chain(sentences.into_iter().flatten());
+    Verdict { sentences: sentences.collect(), left_out: left_out.into_iter().collect() }
 }
 
 fn absent_over_seeds(study: &SeedStudy, whose: &[String]) -> Option<String> {
@@ -119,8 +121,16 @@ fn differ_in_augmentation(first: &Run, second: &Run) -> bool {
 }
 
 fn verdict_of(runs: &[&Run], whose: &[String]) -> Verdict {
+    let unstable = unstable_loops(runs);
     let mut sentences: Vec<String> = diverged(runs).into_iter().collect();
-    if sentences.is_empty() {
+    if !unstable.is_empty() {
+        // The motion after a rupture says nothing about a loop that swings by itself.
+        if sentences.is_empty() {
+            sentences.push(detection(runs, whose));
+        }
+        sentences.extend(swings(runs));
+        sentences.splice(0..0, unstable);
+    } else if sentences.is_empty() {
         if runs.iter().all(|run| run.metrics.ruptures.is_empty()) {
             sentences.push(format!("No layer ruptures, and {}.", false_alarms(runs)));
         } else {
@@ -136,14 +146,27 @@ fn verdict_of(runs: &[&Run], whose: &[String]) -> Verdict {
     Verdict { sentences, left_out: vec![] }
 }
 
-fn diverged(runs: &[&Run]) -> Option<String> {
-    let of = |run: &&Run| match run.metrics.outcome {
-        Outcome::Completed | Outcome::Oscillating { .. } => None,
-        Outcome::Diverged { time_s } => Some(format!("{} diverges at {time_s} s", run.scenario.name)),
+/// A sentence for each run whose linear loop is not stable.
+fn unstable_loops(runs: &[&Run]) -> Vec<String> {
+    let of = |run: &&Run| {
+        let is_of_scenario = run.user_defined_parts.is_empty();
+        let verdict = is_of_scenario.then(|| LoopVerdict::of(&run.scenario).ok()).flatten()?;
+        Some((run.scenario.name.clone(), verdict.instability().ok()??))
     };
-    let diverged: Vec<String> = runs.iter().filter_map(of).collect();
-    let whose = if diverged.len() == 1 { "its" } else { "their" };
-    (!diverged.is_empty()).then(|| format!("{}: {whose} metrics cover the time before.", joined(&diverged)))
+    let all: Vec<(String, String)> = runs.iter().filter_map(of).collect();
+    match &all[..] {
+        [(_, first), others @ ..] if all.len() == runs.len() && others.iter().all(|(_, other)| other == first) => {
+            vec![format!("The loop is {first}.")]
+        }
+        all => all.iter().map(|(name, sentence)| format!("The loop of {name} is {sentence}.")).collect(),
+    }
+}
+
+fn diverged(runs: &[&Run]) -> Option<String> {
+    let is_diverged = |run: &&&Run| matches!(run.metrics.outcome, Outcome::Diverged { .. });
+    let diverged: Vec<String> = runs.iter().filter(is_diverged).map(|run| outcome(run)).collect();
+    let whose = if diverged.len() == 1 { "Its" } else { "Their" };
+    (!diverged.is_empty()).then(|| format!("{}. {whose} metrics cover the time before.", diverged.join("; ")))
 }
 
 fn swings(runs: &[&Run]) -> Option<String> {
@@ -461,7 +484,11 @@ mod tests {
         run.metrics.false_alarms = 3;
         assert!(verdict(&[&run]).text().ends_with("with no missed rupture; classical raises 3 false alarms."));
         run.metrics.outcome = Outcome::Diverged { time_s: 1.5 };
-        assert_eq!(verdict(&[&run]).text(), "classical diverges at 1.5 s: its metrics cover the time before.");
+        assert_eq!(
+            verdict(&[&run]).text(),
+            "classical: ended at 1.5 s, as the recorded force pushes the hand out of its workspace. Its metrics cover the time \
+             before."
+        );
     }
 
     #[test]

@@ -18,7 +18,7 @@ use crate::sweep::sha256;
 use trocar_base::parallel::{map, try_map};
 use trocar_core::augmentation::{AugmentationSettings, AutomatonSettings, Reengage};
 use trocar_scenario::{Scenario, Value};
-use trocar_stability::{LinearLoop, Peaks, SwitchingSettings, TissueRange, TissueSource, VaryingDelays, left_out};
+use trocar_stability::{LinearLoop, Peaks, SwitchingSettings, TissueRange, VaryingDelays, left_out};
 
 /// Maximum number of candidates whose certificates are searched for, as a multiple of the shown designs.
 const TRIED: usize = 3;
@@ -222,7 +222,7 @@ fn loops_of(scenarios: &[Scenario]) -> Result<Loops, RunError> {
     let mut groups: BTreeMap<String, (&Scenario, TissueRange)> = BTreeMap::new();
     for scenario in scenarios {
         let tissue = tissue_range(scenario)?;
-        if tissue.source == TissueSource::Run {
+        if tissue.is_of_run() {
             return Ok(Err("the stiffness of the tissue is known from a run only".to_owned()));
         }
         if scenario.sensor.force_resolution_n > 0.0 {
@@ -233,13 +233,11 @@ fn loops_of(scenarios: &[Scenario]) -> Result<Loops, RunError> {
             (
                 (scenario.grid.tick_s(), scenario.timing, &scenario.master, &scenario.master_model, &scenario.arm),
                 (&scenario.slave, &scenario.actuators, &scenario.link, scenario.sensor.force_bandwidth_hz),
-                (&scenario.forward, &scenario.backward, tissue.source, tissue.damping_n_s_per_m),
+                (&scenario.forward, &scenario.backward, tissue.source),
             )
         );
         let (_, range) = groups.entry(key).or_insert((scenario, tissue));
-        let (low, high) = range.stiffness_n_per_m;
-        range.stiffness_n_per_m = (low.min(tissue.stiffness_n_per_m.0), high.max(tissue.stiffness_n_per_m.1));
-        range.largest_damping_n_s_per_m = range.largest_damping_n_s_per_m.max(tissue.largest_damping_n_s_per_m);
+        range.springs = range.springs.and(&tissue.springs);
     }
     let mut covered = Covered::default();
     for (scenario, tissue) in groups.into_values() {
@@ -248,7 +246,7 @@ fn loops_of(scenarios: &[Scenario]) -> Result<Loops, RunError> {
         };
         let delays = VaryingDelays::of(scenario, &of_loop).ok().flatten();
         covered.left_out.extend(left_out(scenario, delays.as_ref()).iter().map(ToString::to_string));
-        match SwitchingSettings::of(scenario, of_loop, tissue.stiffness_n_per_m) {
+        match SwitchingSettings::of(scenario, of_loop, tissue.sector_n_per_m()) {
             Ok(settings) if settings.keeps_gap() => return Ok(Err("an event leaves a gap that is kept".to_owned())),
             Ok(settings) => {
                 let settings = essential(&settings);
@@ -355,7 +353,7 @@ mod tests {
         ];
         let loops = loops_of(&patients).expect("analysed").expect("covered").loops;
         assert_eq!(loops.len(), 2);
-        let stiffest = |scenario: &Scenario| tissue_range(scenario).expect("known").stiffness_n_per_m.1;
+        let stiffest = |scenario: &Scenario| tissue_range(scenario).expect("known").stiffest_n_per_m();
         let covered = loops.iter().map(|(_, settings)| settings.stiffness_n_per_m.1).fold(0.0, f64::max);
         assert_eq!(covered, stiffest(&patients[1]).max(stiffest(&patients[0])));
     }

@@ -7,13 +7,10 @@ use super::quantity::Quantity;
 use crate::stability_check::linear_loop;
 use crate::sweep::{Axis, LoopOfCase};
 use trocar_scenario::Scenario;
-use trocar_stability::{LinearLoop, SwitchingSettings, TissueSource};
+use trocar_stability::{LinearLoop, SwitchingSettings};
 
 /// Sections of keys without effect on the linear loop.
 const APART: [&str; 4] = ["augmentation.", "detector.", "estimator.", "perception."];
-
-/// The metric that also depends on what the loop leaves out, including the events.
-const WITH_EVENTS: &str = "stability_is_stable";
 
 /// The linear loop of a patient with a person.
 #[derive(Debug)]
@@ -28,12 +25,10 @@ impl LoopFacts {
     /// True if a cheap condition does not exclude a certificate of events: the loop is stable with every stiffness of the
     /// tissue and in free motion, the certificate covers the kind of event, and no gap is kept.
     pub(super) fn may_be_certified(&self, scenario: &Scenario) -> bool {
-        let Some(linear) =
-            self.linear.as_ref().filter(|linear| self.is_stable && linear.tissue.source != TissueSource::Run)
-        else {
+        let Some(linear) = self.linear.as_ref().filter(|linear| self.is_stable && !linear.tissue.is_of_run()) else {
             return false;
         };
-        let events = SwitchingSettings::of(scenario, linear.clone(), linear.tissue.stiffness_n_per_m);
+        let events = SwitchingSettings::of(scenario, linear.clone(), linear.tissue.sector_n_per_m());
         events.is_ok_and(|events| !events.keeps_gap())
     }
 }
@@ -57,10 +52,7 @@ impl Loops {
         if !needs_margins && !is_certified {
             return None;
         }
-        let with_events = quantities.iter().any(|quantity| quantity.name == WITH_EVENTS);
-        let acts = |path: &str| {
-            !APART.iter().any(|section| path.starts_with(section)) || with_events && path.starts_with(APART[0])
-        };
+        let acts = |path: &str| !APART.iter().any(|section| path.starts_with(section));
         let keys = (0..free.len()).filter(|&index| acts(&free[index].key.path)).collect();
         Some(Self { keys, quantities: quantities.to_vec(), needs_margins, known: Mutex::default() })
     }
@@ -74,7 +66,7 @@ impl Loops {
         }
         // Two threads may compute the same loop, with equal results.
         let linear = linear_loop(scenario).ok();
-        let is_stable = linear.as_ref().is_some_and(|linear| linear.is_stable().unwrap_or(false));
+        let is_stable = linear.as_ref().is_some_and(|linear| linear.in_range().is_ok_and(|verdict| verdict.is_stable));
         let values = if self.needs_margins {
             let of_case = LoopOfCase::new(scenario);
             self.quantities.iter().map(|quantity| quantity.of_loop(&of_case)).collect()

@@ -7,11 +7,13 @@ use serde_json::Value as Json;
 use super::{Run, RunReport, trace_table};
 use crate::animation::animation;
 use crate::compare::{events_table, metric_tables, verdict};
+use crate::stability_check::LoopVerdict;
 use trocar_base::warning::Warning;
 use trocar_detect::ExtraParameterEstimate;
 use trocar_document::{Document, Section, Shown, Study, TextFile, Window, json_of, show, significant};
 use trocar_figures::{self as figures, EnergyView, EstimationView, RunView};
 use trocar_metrics::{Metrics, Outcome, RuptureMetrics, Unit};
+use trocar_scenario::TissueSpec;
 
 const BEFORE_S: f64 = 0.2;
 const AFTER_S: f64 = 1.0;
@@ -103,7 +105,7 @@ pub fn outcome(run: &Run) -> String {
     format!("{}: {}", run.scenario.name, state(run))
 }
 
-fn state(run: &Run) -> String {
+pub(crate) fn state(run: &Run) -> String {
     let duration_s = run.metrics.ticks as f64 * run.scenario.grid.tick_s();
     match run.metrics.outcome {
         Outcome::Completed => format!("completed, {} s in {} ticks", significant(duration_s), run.metrics.ticks),
@@ -112,8 +114,18 @@ fn state(run: &Run) -> String {
             show(Some(swing_m), Unit::Metre),
             significant(frequency_hz)
         ),
+        Outcome::Diverged { time_s } if is_pushed(run) => {
+            format!("ended at {time_s} s, as the recorded force pushes the hand out of its workspace")
+        }
         Outcome::Diverged { time_s } => format!("diverged at {time_s} s"),
     }
+}
+
+/// True if a force recorded over time, which acts whatever the needle does, moves a loop that is stable by itself.
+fn is_pushed(run: &Run) -> bool {
+    run.user_defined_parts.is_empty()
+        && matches!(run.scenario.tissue, TissueSpec::Recording { .. })
+        && LoopVerdict::of(&run.scenario).is_ok_and(|verdict| verdict.range.is_stable)
 }
 
 pub(crate) fn about(run: &Run) -> String {

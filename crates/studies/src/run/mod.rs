@@ -13,7 +13,7 @@ pub use trocar_run::{
     run, run_pack, run_pack_in, run_pack_sharing, run_with,
 };
 
-pub(crate) use document::{REDUCED, about, windows};
+pub(crate) use document::{REDUCED, about, state, windows};
 pub use document::{RunFile, add_figures, outcome};
 pub use promise::{force_bound_gap, promise_gaps};
 pub use trace_table::trace_table;

@@ -60,8 +60,13 @@ impl<'a> RunReport<'a> {
     }
 
     fn missed_ruptures(self) -> impl Iterator<Item = Warning> + 'a {
+        let has_diverged = matches!(self.run.metrics.outcome, Outcome::Diverged { .. });
         let of = move |(index, rupture): (usize, &RuptureMetrics)| {
             let miss = rupture.miss.as_ref().filter(|miss| !self.is_of_stray_alarm(miss))?;
+            // A hand that the force has pushed away does not insert the needle.
+            if has_diverged && matches!(miss.reason, MissReason::NotInContact { .. }) {
+                return None;
+            }
             Some(miss.warning(index + 1, rupture.time_s))
         };
         let (missed, all) = (self.run.metrics.missed_ruptures, self.run.metrics.ruptures.len());

@@ -83,7 +83,7 @@ pub fn worst_events(source: &Source, settings: &[String], switching: &Switching)
         "perception.reflex=none".to_owned(),
         "tissue.kind=kelvin-voigt".to_owned(),
         format!("tissue.stiffness_n_per_m={stiffness_n_per_m:?}"),
-        format!("tissue.damping_n_s_per_m={:?}", of_loop.damping_n_s_per_m),
+        format!("tissue.damping_n_s_per_m={:?}", switching.settings.damping_n_s_per_m.0),
         format!("tissue.contact_m={:?}", -DEPTH_M),
         format!("sensor.force_bias_n={:?}", -stiffness_n_per_m * DEPTH_M),
         "sensor.force_noise_std_n=0.0".to_owned(),

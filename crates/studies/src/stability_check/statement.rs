@@ -1,7 +1,17 @@
 //! What the certificate of events states about a scenario.
 
 use super::StabilityStudy;
-use trocar_stability::{Peaks, TissueSource};
+use trocar_stability::Peaks;
+
+/// A bound of the motion is useful up to this multiple of the largest motion found.
+const LOOSE: f64 = 10.0;
+
+/// The assumptions of every certificate.
+pub(super) const ASSUMPTIONS: [&str; 3] = [
+    "the stiffness and the damping of the tissue stay within these ranges, and may change at every tick",
+    "every other force of the tissue and the sensor is bounded, and its effect adds to that of the springs",
+    "the arm is the scenario's",
+];
 
 /// The statement of a certificate.
 #[derive(Debug, Clone, Copy)]
@@ -9,8 +19,8 @@ pub enum Statement<'a> {
     /// The effect of everything that has happened decays, under any sequence of events that keeps the enforced times,
     /// and an additional tissue force moves needle and hand within bounds.
     Decays(&'a Peaks),
-    /// The motion stays within bounds, and a sustained swing within them is not excluded: the steps of the force sensor
-    /// are an additional force that does not end, of this size in N.
+    /// The motion stays within bounds, and a sustained swing within them is not excluded: the steps and the noise of the
+    /// force sensor are an additional force that does not end, of this size in N.
     Bounded(&'a Peaks, f64),
     /// Neither is certified, for this reason.
     None(&'static str),
@@ -28,33 +38,38 @@ impl Statement<'_> {
     }
 }
 
+/// The bounds of needle and hand in m/N; `None` if they are too loose to be useful.
+pub(super) fn useful_bounds(peaks: &Peaks) -> Option<[f64; 2]> {
+    let bounds = [peaks.needle_m_per_n, peaks.hand_m_per_n];
+    let is_useful = |(bound, found): (&f64, &f64)| *bound <= LOOSE * found;
+    bounds.iter().zip(&peaks.found_m_per_n).all(is_useful).then_some(bounds)
+}
+
 impl StabilityStudy {
-    /// What the certificate states about the scenario, without the parts of [`LoopVerdict::left_out`].
-    ///
-    /// [`LoopVerdict::left_out`]: super::LoopVerdict::left_out
+    /// What the certificate states about the scenario.
     #[must_use]
     pub fn statement(&self) -> Statement<'_> {
         let switching = match &self.switching {
             Ok(switching) => switching,
             Err(reason) => return Statement::None(reason),
         };
-        if self.tissue().source == TissueSource::Run {
+        if self.tissue().is_of_run() {
             return Statement::None("the stiffness of the tissue is known from a run only");
         }
         if self.covers_tissue() != Some(true) {
             return Statement::None("the range of stiffness does not contain the tissue's");
         }
         match &switching.peaks {
-            Some(_) if self.force_step_n > 0.0 && !switching.settings.of_loop.adds_to_reading() => Statement::None(
-                "the needle yields to the tissue, and the steps of the force sensor act on the hand only",
+            Some(_) if self.sensor_force_n > 0.0 && !switching.settings.of_loop.adds_to_reading() => Statement::None(
+                "the needle yields to the tissue, and the errors of the force sensor act on the hand only",
             ),
-            Some(peaks) if self.force_step_n > 0.0 => Statement::Bounded(peaks, 0.5 * self.force_step_n),
+            Some(peaks) if self.sensor_force_n > 0.0 => Statement::Bounded(peaks, self.sensor_force_n),
             Some(peaks) => Statement::Decays(peaks),
             None if switching.settings.keeps_gap() => Statement::None(
                 "the gap that an event leaves is kept, and out of contact nothing closes it: each drop of force can \
                  move the needle on",
             ),
-            None if !self.verdict.is_stable_in_range => {
+            None if !self.verdict.range.is_stable => {
                 Statement::None("the loop is unstable without events: see worst_events.toml")
             }
             None if switching.shows_growth() => {

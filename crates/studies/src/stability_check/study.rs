@@ -11,11 +11,14 @@ use trocar_base::warning::{Code, Warning};
 use trocar_scenario::{Scenario, ScenarioError, Source};
 use trocar_stability::{
     AbsoluteOver, Analysis, Axis, Bounded, Locus, LoopResponse, MeasuredLoop, MeasuredSides, Population, StabilityMap,
-    Switching, SwitchingSettings, Terminations, TissueRange, TissueSource, ZWidth, map,
+    Switching, SwitchingSettings, Terminations, TissueRange, ZWidth, map,
 };
 
 /// Maximum tissue stiffness of the switching analysis, in N/m.
 pub const MAX_STIFFNESS_N_PER_M: f64 = 1e6;
+
+/// Standard deviations of the sensor's noise that a bound of the motion contains.
+pub const DEVIATIONS: f64 = 4.0;
 
 /// A scenario's loop, its map over two parameters, its switching, and the comparison with the engine.
 #[derive(Debug, Clone)]
@@ -47,8 +50,8 @@ pub struct StabilityStudy {
     pub response: LoopResponse,
     /// The poles over a parameter, if computed.
     pub locus: Option<Locus>,
-    /// The step of the force sensor in N; 0 without steps.
-    pub force_step_n: f64,
+    /// Errors of the force sensor in N, within which the reading stays: half a step, and [`DEVIATIONS`] of the noise.
+    pub sensor_force_n: f64,
     /// The limits of the parameters of an event; empty unless computed, or if the switching is not analysed.
     pub event_limits: Vec<EventLimit>,
     /// The scenario that runs the worst sequence of events, if requested.
@@ -63,13 +66,13 @@ impl StabilityStudy {
     /// [`CheckError`].
     pub fn of(scenario: &Scenario, (x, y): (Axis, Axis), sector: Option<(f64, f64)>) -> Result<Self, CheckError> {
         let settings = linear_loop(scenario)?;
-        let sector = sector.unwrap_or(settings.tissue.stiffness_n_per_m);
+        let sector = sector.unwrap_or_else(|| settings.tissue.sector_n_per_m());
         let population = &scenario.population;
         let over_people = || Population::of(&settings, population, scenario.seed, (&x, &y));
         let terminations = Terminations {
             hand_n_s_per_m: (0.0, f64::INFINITY),
             stiffness_n_per_m: sector,
-            damping_n_s_per_m: (settings.damping_n_s_per_m, settings.damping_n_s_per_m),
+            damping_n_s_per_m: settings.tissue.springs.damping_n_s_per_m,
         };
         let linear = || -> Result<_, CheckError> {
             let population = population.varies().then(over_people).transpose()?;
@@ -98,7 +101,7 @@ impl StabilityStudy {
             check: None,
             response,
             locus: None,
-            force_step_n: scenario.sensor.force_resolution_n,
+            sensor_force_n: 0.5 * scenario.sensor.force_resolution_n + DEVIATIONS * scenario.sensor.force_noise_std_n,
             event_limits: vec![],
             worst_events: None,
         })
@@ -175,8 +178,8 @@ impl StabilityStudy {
     #[must_use]
     pub fn covers_tissue(&self) -> Option<bool> {
         let (low, high) = self.switching.as_ref().ok()?.settings.stiffness_n_per_m;
-        let (softest, stiffest) = self.tissue().stiffness_n_per_m;
-        Some(self.tissue().source != TissueSource::Run && low <= softest && stiffest <= high)
+        let (softest, stiffest) = self.tissue().sector_n_per_m();
+        Some(!self.tissue().is_of_run() && low <= softest && stiffest <= high)
     }
 
     /// True if [`statement`](Self::statement) is that every motion decays. `None` if the switching is not analysed, if the
@@ -201,7 +204,7 @@ impl StabilityStudy {
         });
         let sector = self.switching.as_ref().ok().map(|switching| switching.settings.stiffness_n_per_m);
         let uncovered = sector.filter(|_| self.covers_tissue() == Some(false)).map(|(low, high)| {
-            let (softest, stiffest) = self.tissue().stiffness_n_per_m;
+            let (softest, stiffest) = self.tissue().sector_n_per_m();
             let is_outside = softest < low || stiffest > high;
             let (message, remedy) = if is_outside {
                 (

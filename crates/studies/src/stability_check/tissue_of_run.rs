@@ -4,7 +4,8 @@ use super::CheckError;
 use crate::run::{RunError, observe};
 use trocar_core::time::nearest_ticks;
 use trocar_engine::engine::{Observer, Signals};
-use trocar_scenario::Scenario;
+use trocar_engine::tissue::Springs;
+use trocar_scenario::{OVERSHOOT, Scenario};
 use trocar_stability::{LinearLoop, TissueRange, TissueSource};
 
 /// Advance over which a slope is measured, in m.
@@ -13,8 +14,8 @@ const ADVANCE_M: f64 = 5e-5;
 /// Excluded time after a rupture in s, in which the force of the ruptured layer falls.
 const RUPTURE_S: f64 = 0.1;
 
-/// The range of stiffness that the needle encounters. The scenario is run once only if its parameters do not determine
-/// it: for the tissue of a unit, and for one that stiffens with depth under a live hand.
+/// The springs and dampers that the needle meets. The scenario is run once if its parameters do not determine them: for
+/// the tissue of a unit, and for one that stiffens with depth under a live hand.
 ///
 /// # Errors
 /// [`RunError`].
@@ -28,9 +29,16 @@ pub fn tissue_range(scenario: &Scenario) -> Result<TissueRange, RunError> {
         until: 0,
         rupture_ticks: nearest_ticks(RUPTURE_S, scenario.grid.tick_s()),
         largest_n_per_m: 0.0,
+        deepest_m: 0.0,
     };
     observe(scenario, &mut observer)?;
-    Ok(TissueRange::of_slopes(TissueSource::Run, (0.0, observer.largest_n_per_m)))
+    let depth_m = OVERSHOOT * observer.deepest_m;
+    let model = scenario.tissue.settings().and_then(|settings| TissueRange::of_model(settings, Some(depth_m)));
+    let of_slopes = || Springs::between((0.0, observer.largest_n_per_m), (0.0, 0.0));
+    Ok(match model {
+        Some(range) => TissueRange { source: TissueSource::ModelInRun, ..range },
+        None => TissueRange { source: TissueSource::Run, springs: of_slopes() },
+    })
 }
 
 /// The linear loop of a scenario, with the tissue that its needle encounters.
@@ -49,11 +57,13 @@ struct SlopeObserver {
     until: u64,
     rupture_ticks: u64,
     largest_n_per_m: f64,
+    deepest_m: f64,
 }
 
 impl Observer<f64> for SlopeObserver {
     fn observe(&mut self, s: &Signals<f64>) {
         let (depth_m, force_n) = (s.slave_position_m - self.contact_m, s.tissue_force_n);
+        self.deepest_m = self.deepest_m.max(depth_m);
         if s.ruptured {
             self.until = s.tick + self.rupture_ticks;
         }

@@ -6,28 +6,31 @@ use super::{CheckError, document};
 use trocar_document::json_of;
 use trocar_scenario::Scenario;
 use trocar_stability::{
-    ClosedLoop, LeftOut, LinearLoop, LoopLimit, Margins, Mode, VaryingDelays, left_out_with, loop_limits, unmodelled,
+    ClosedLoop, LeftOut, LinearLoop, LoopLimit, Margins, Mode, Parameter, RangeVerdict, Search, StabilityError,
+    VaryingDelays, assumed_passive, inputs, largest_stable, left_out_with, loop_limits,
 };
 
 /// The verdict on the linear loop of a scenario, for all user interfaces.
 #[derive(Debug, Clone)]
 pub struct LoopVerdict {
-    /// The loop, at the worst stiffness of its tissue.
+    /// The loop, at the worst spring and damper of its tissue.
     pub settings: LinearLoop,
     /// The dominant mode of that loop.
     pub mode: Mode,
     /// Margins of the loop.
     pub margins: Margins,
-    /// True if the loop is stable at every stiffness of its tissue, and in free motion.
-    pub is_stable_in_range: bool,
-    /// The parts of the scenario that the analysis leaves out, other than tissue and augmentation.
+    /// The verdict at every spring and damper of the tissue, and out of contact.
+    pub range: RangeVerdict,
+    /// The parts of the scenario with which the stability is unknown.
     pub left_out: Vec<LeftOut>,
+    /// The parts that the loop does not model because they only dissipate energy.
+    pub assumed_passive: Vec<LeftOut>,
+    /// The parts that act on the loop as inputs.
+    pub inputs: Vec<LeftOut>,
     /// The limits of motors and force sensor that the loop never reaches.
     pub unreached: Vec<LoopLimit>,
     /// Delays that vary from tick to tick; `None` if they are constant or unbounded.
     pub delays: Option<VaryingDelays>,
-    /// Everything that the linear loop leaves out, including tissue and augmentation.
-    pub unmodelled: Vec<String>,
 }
 
 impl LoopVerdict {
@@ -47,36 +50,44 @@ impl LoopVerdict {
         let closed = ClosedLoop::new(&settings)?;
         let delays = VaryingDelays::of(scenario, &settings)?;
         let limits = loop_limits(scenario);
-        let left_out = left_out_with(scenario, delays.as_ref(), &limits);
         Ok(Self {
             mode: closed.dominant_mode()?,
             margins: closed.margins()?,
-            is_stable_in_range: settings.is_stable()?,
-            unmodelled: unmodelled(scenario, &settings.tissue, &left_out),
+            range: settings.in_range()?,
+            left_out: left_out_with(scenario, delays.as_ref(), &limits),
+            assumed_passive: assumed_passive(scenario),
+            inputs: inputs(scenario),
             unreached: limits.into_iter().filter(LoopLimit::is_unreached).collect(),
-            left_out,
             delays,
             settings,
         })
     }
 
-    /// True if the loop is stable in contact with its tissue and in free motion, for every order of varying delays;
-    /// `None` if the analysis leaves out a part.
+    /// True if the loop is stable at every spring and damper of its tissue and out of contact, for every order of varying
+    /// delays; `None` if the analysis leaves out a part.
     #[must_use]
     pub fn is_stable(&self) -> Option<bool> {
-        self.left_out.is_empty().then_some(self.is_stable_in_range)
-    }
-
-    /// True if the loop is stable at the worst stiffness, without the omitted parts.
-    #[must_use]
-    pub fn is_linear_loop_stable(&self) -> bool {
-        self.mode.spectral_radius < 1.0
+        self.left_out.is_empty().then_some(self.range.is_stable)
     }
 
     /// The verdict in one sentence, with the tissue for which it holds.
     #[must_use]
     pub fn sentence(&self) -> String {
         document::verdict::sentence(self)
+    }
+
+    /// For a loop that is not stable, a continuation of "the loop is" with the largest stable force scale; `None` for any
+    /// other verdict.
+    ///
+    /// # Errors
+    /// [`StabilityError`].
+    pub fn instability(&self) -> Result<Option<String>, StabilityError> {
+        if self.is_stable() != Some(false) {
+            return Ok(None);
+        }
+        let scale = Parameter::ForceScale;
+        let limit = largest_stable(&self.settings, scale, Search { tolerance: 1e-6, ..Search::of(scale) })?;
+        Ok(Some(document::verdict::instability(self, &limit)))
     }
 
     /// The verdict as JSON, with its tissue and the omitted parts: the first part of `stability.json`, also for the

@@ -6,8 +6,7 @@ use crate::stability_check::{Verdict, linear_loop, simulate};
 use trocar_metrics::metrics;
 use trocar_scenario::Scenario;
 use trocar_stability::{
-    Analysis, ClosedLoop, LinearLoop, Margins, Mode, Peaks, Switching, SwitchingSettings, TissueSource, VaryingDelays,
-    left_out,
+    Analysis, ClosedLoop, LinearLoop, Margins, Mode, Peaks, Switching, SwitchingSettings, VaryingDelays, left_out,
 };
 
 /// The closed loop of a case; each part is computed at its first use.
@@ -48,7 +47,7 @@ impl<'a> LoopOfCase<'a> {
     }
 
     fn is_stable(&self) -> Option<bool> {
-        *self.is_stable.get_or_init(|| self.settings()?.is_stable().ok())
+        *self.is_stable.get_or_init(|| Some(self.settings()?.in_range().ok()?.is_stable))
     }
 
     fn mode(&self) -> Option<Mode> {
@@ -83,8 +82,8 @@ impl<'a> LoopOfCase<'a> {
         if self.leaves_out() {
             return None;
         }
-        let settings = self.settings().filter(|settings| settings.tissue.source != TissueSource::Run)?;
-        SwitchingSettings::of(self.scenario, settings.clone(), settings.tissue.stiffness_n_per_m).ok()
+        let settings = self.settings().filter(|settings| !settings.tissue.is_of_run())?;
+        SwitchingSettings::of(self.scenario, settings.clone(), settings.tissue.sector_n_per_m()).ok()
     }
 
     fn is_decay_certified(&self) -> Option<bool> {
@@ -106,7 +105,7 @@ metrics! {
     impl Loop for LoopOfCase<'_> {
         /// Magnitude of the largest pole of the loop, per tick; motions decay if it is below 1.
         spectral_radius = "spectral radius", Number, Lower => |l| Some(l.mode()?.spectral_radius);
-        /// 1 if the loop is stable at every stiffness of its tissue and in free motion, by its matrices, else 0; undefined if the matrices leave out a part of the scenario.
+        /// 1 if the loop is stable at every spring and damper of its tissue and out of contact, by its matrices, else 0; undefined if the matrices leave out a part of the scenario.
         is_stable = "is stable", Count, Higher => |l| {
             let stable = l.is_stable()?;
             (!l.leaves_out()).then(|| as_number(stable))

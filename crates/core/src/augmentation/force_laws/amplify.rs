@@ -1,6 +1,6 @@
 //! Force law that scales the variation of the force.
 
-use super::{AugmentedTick, BuiltIn, ForceLaw};
+use super::{AugmentedTick, BuiltIn, ForceLaw, ForceMap};
 use crate::lane::Lane;
 
 crate::settings! {
@@ -22,9 +22,14 @@ pub struct Amplify<L> {
 
 impl<L: Lane> BuiltIn for Amplify<L> {
     type Settings = AmplifySettings;
+    type Map = ForceMap;
 
     fn build(settings: &AmplifySettings, _tick_s: f64) -> Self {
         Self { gain: L::splat(settings.gain) }
+    }
+
+    fn map(settings: &AmplifySettings) -> Option<ForceMap> {
+        Some(ForceMap::FollowsTissue { gain: settings.gain })
     }
 }
 

@@ -1,6 +1,6 @@
 //! Force law that adds damping to the master during the event (variable impedance).
 
-use super::{AugmentedTick, BuiltIn, ForceLaw};
+use super::{AugmentedTick, BuiltIn, ForceLaw, ForceMap};
 use crate::lane::Lane;
 
 crate::settings! {
@@ -29,10 +29,15 @@ pub struct Damp<L> {
 
 impl<L: Lane> BuiltIn for Damp<L> {
     type Settings = DampSettings;
+    type Map = ForceMap;
 
     fn build(settings: &DampSettings, tick_s: f64) -> Self {
         let keep = L::splat(libm::exp(-tick_s / settings.time_constant_s));
         Self { damping: L::splat(settings.damping_n_s_per_m), keep, risen: L::zero(), braking: L::zero() }
+    }
+
+    fn map(settings: &DampSettings) -> Option<ForceMap> {
+        Some(ForceMap::IsDamped { damping_n_s_per_m: settings.damping_n_s_per_m })
     }
 }
 

@@ -1,6 +1,6 @@
 //! A force that decays after the alarm, independent of the tissue.
 
-use super::{AugmentedTick, BuiltIn, ForceLaw};
+use super::{AugmentedTick, BuiltIn, ForceLaw, ForceMap};
 use crate::lane::Lane;
 
 crate::settings! {
@@ -25,9 +25,14 @@ pub struct Decay<L> {
 
 impl<L: Lane> BuiltIn for Decay<L> {
     type Settings = DecaySettings;
+    type Map = ForceMap;
 
     fn build(settings: &DecaySettings, tick_s: f64) -> Self {
         Self { ratio: L::splat(settings.ratio), keep: L::splat(libm::exp(-tick_s / settings.time_constant_s)) }
+    }
+
+    fn map(&DecaySettings { ratio, time_constant_s }: &DecaySettings) -> Option<ForceMap> {
+        Some(ForceMap::Decays { ratio, time_constant_s })
     }
 }
 

@@ -1,6 +1,6 @@
 //! Force law that guides the hand back to where it was at the alarm.
 
-use super::{AugmentedTick, BuiltIn, ForceLaw};
+use super::{AugmentedTick, BuiltIn, ForceLaw, ForceMap};
 use crate::lane::Lane;
 
 crate::settings! {
@@ -26,6 +26,7 @@ pub struct Guide<L> {
 
 impl<L: Lane> BuiltIn for Guide<L> {
     type Settings = GuideSettings;
+    type Map = ForceMap;
 
     fn build(settings: &GuideSettings, tick_s: f64) -> Self {
         Self { per_speed: L::splat(settings.stiffness_n_per_m * tick_s), pull: L::zero() }

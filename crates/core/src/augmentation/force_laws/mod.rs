@@ -43,6 +43,29 @@ pub trait ForceLaw<L: Lane> {
     fn augmented(&mut self, now: &AugmentedTick<L>) -> (L, L);
 }
 
+/// The feedback force during an event as a linear map, for the certificate of events.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ForceMap {
+    /// It decays to a share of the force at the alarm, whatever the tissue does.
+    Decays {
+        /// The share that remains.
+        ratio: f64,
+        /// Time constant in s.
+        time_constant_s: f64,
+    },
+    /// It is the force at the alarm, plus the change of the measured force since then times a gain, which a floor can
+    /// reduce to 0.
+    FollowsTissue {
+        /// The gain.
+        gain: f64,
+    },
+    /// It is the force of teleoperation, plus a damping of the master that rises from 0.
+    IsDamped {
+        /// The largest damping in N·s/m.
+        damping_n_s_per_m: f64,
+    },
+}
+
 #[cfg(feature = "alloc")]
 impl<L: Lane, F: ForceLaw<L> + ?Sized> ForceLaw<L> for alloc::boxed::Box<F> {
     fn augmented(&mut self, now: &AugmentedTick<L>) -> (L, L) {
@@ -65,6 +88,14 @@ crate::registry! {
     "guide" => Guide(GuideSettings) = guide::Guide,
 }
 
+impl ForceLawSettings {
+    /// The law as a linear map; `None` if the certificate of events does not cover it.
+    #[must_use]
+    pub fn map(&self) -> Option<ForceMap> {
+        of_kind!(self, Part(kind_settings) => Part::<f64>::map(kind_settings))
+    }
+}
+
 impl<L: Lane> AnyForceLaw<L> {
     /// Creates the law of the settings for ticks of `tick_s`.
     #[must_use]
@@ -77,5 +108,58 @@ impl<L: Lane> ForceLaw<L> for AnyForceLaw<L> {
     #[inline(always)]
     fn augmented(&mut self, now: &AugmentedTick<L>) -> (L, L) {
         each!(self, law => law.augmented(now))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The smallest and the largest force of a map, in N.
+    fn of_map(map: ForceMap, now: &AugmentedTick<f64>, tick_s: f64) -> (f64, f64) {
+        let between = |a: f64, b: f64| (a.min(b), a.max(b));
+        match map {
+            ForceMap::Decays { ratio, time_constant_s } => {
+                let keep = (-tick_s / time_constant_s).exp();
+                let force_n = now.last_n * keep + ratio * now.anchor_n * (1.0 - keep);
+                (force_n, force_n)
+            }
+            ForceMap::FollowsTissue { gain } => {
+                between(now.anchor_n, now.anchor_n + gain * (now.measured_n - now.anchor_n))
+            }
+            ForceMap::IsDamped { damping_n_s_per_m } => {
+                between(now.measured_n, now.measured_n + damping_n_s_per_m * now.velocity_m_per_s)
+            }
+        }
+    }
+
+    #[test]
+    fn each_law_with_a_map_gives_a_force_of_its_map() {
+        let tick_s = 1e-3;
+        let laws = of_kind!([WORD, Part] => {
+            let settings = Default::default();
+            (WORD, Part::<f64>::map(&settings), AnyForceLaw::<f64>::from(Part::build(&settings, tick_s)))
+        });
+        let mut covered = 0;
+        for (word, map, mut law) in laws {
+            let Some(map) = map else { continue };
+            covered += 1;
+            let (mut last_n, anchor_n) = (3.0, 3.0);
+            for tick in 0..200 {
+                let phase = 0.1 * f64::from(tick);
+                let now = AugmentedTick {
+                    anchor_n,
+                    last_n,
+                    measured_n: 3.0 + 2.0 * phase.sin(),
+                    moved_n: 0.2,
+                    velocity_m_per_s: 0.1 * phase.cos(),
+                    begins: tick == 0,
+                };
+                let (low, high) = of_map(map, &now, tick_s);
+                (last_n, _) = law.augmented(&now);
+                assert!((low - 1e-12..=high + 1e-12).contains(&last_n), "{word} at {tick}: {low} {last_n} {high}");
+            }
+        }
+        assert!(covered >= 3);
     }
 }

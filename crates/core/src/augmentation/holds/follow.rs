@@ -2,7 +2,7 @@
 
 use core::marker::PhantomData;
 
-use super::{BuiltIn, HeldTick, Hold};
+use super::{BuiltIn, HeldTick, Hold, HoldMap};
 use crate::lane::Lane;
 
 /// `x_ref = hand`.
@@ -11,9 +11,14 @@ pub struct Following<L>(PhantomData<L>);
 
 impl<L: Lane> BuiltIn for Following<L> {
     type Settings = ();
+    type Map = HoldMap;
 
     fn build(_settings: &(), _tick_s: f64) -> Self {
         Self(PhantomData)
+    }
+
+    fn map(_settings: &()) -> Option<HoldMap> {
+        Some(HoldMap::Following)
     }
 }
 

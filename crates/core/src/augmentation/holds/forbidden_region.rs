@@ -1,6 +1,6 @@
 //! Hold that keeps the slave out of the region behind the layer.
 
-use super::{BuiltIn, HeldTick, Hold};
+use super::{BuiltIn, HeldTick, Hold, HoldMap};
 use crate::lane::Lane;
 
 crate::settings! {
@@ -20,6 +20,7 @@ pub struct ForbiddenRegion<L> {
 
 impl<L: Lane> BuiltIn for ForbiddenRegion<L> {
     type Settings = ForbiddenRegionSettings;
+    type Map = HoldMap;
 
     fn build(settings: &ForbiddenRegionSettings, _tick_s: f64) -> Self {
         Self { margin: L::splat(settings.margin_m) }

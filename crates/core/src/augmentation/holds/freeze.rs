@@ -2,7 +2,7 @@
 
 use core::marker::PhantomData;
 
-use super::{BuiltIn, HeldTick, Hold};
+use super::{BuiltIn, HeldTick, Hold, HoldMap};
 use crate::lane::Lane;
 
 /// `x_ref = anchor`.
@@ -11,9 +11,14 @@ pub struct Frozen<L>(PhantomData<L>);
 
 impl<L: Lane> BuiltIn for Frozen<L> {
     type Settings = ();
+    type Map = HoldMap;
 
     fn build(_settings: &(), _tick_s: f64) -> Self {
         Self(PhantomData)
+    }
+
+    fn map(_settings: &()) -> Option<HoldMap> {
+        Some(HoldMap::Frozen)
     }
 }
 

@@ -34,6 +34,15 @@ pub trait Hold<L: Lane> {
     fn reference_m(&self, now: &HeldTick<L>) -> L;
 }
 
+/// The slave's reference during an event as a linear map, for the certificate of events.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HoldMap {
+    /// It is constant.
+    Frozen,
+    /// It is the hand's position.
+    Following,
+}
+
 crate::registry! {
     /// Hold the slave during an event: by a freeze, a speed limit, a forbidden region, a fixture that yields, or not at all.
     #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,6 +60,14 @@ crate::registry! {
     "forbidden-region" => ForbiddenRegion(ForbiddenRegionSettings) = forbidden_region::ForbiddenRegion,
     /// The slave is held until the hand pushes on by a distance, and then follows.
     "yielding" => Yielding(YieldingSettings) = yielding::Yielding,
+}
+
+impl HoldSettings {
+    /// The hold as a linear map; `None` if the certificate of events does not cover it.
+    #[must_use]
+    pub fn map(&self) -> Option<HoldMap> {
+        of_kind!(self, Part(kind_settings) => Part::<f64>::map(kind_settings))
+    }
 }
 
 impl<L: Lane> AnyHold<L> {

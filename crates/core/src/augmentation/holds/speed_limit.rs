@@ -1,6 +1,6 @@
 //! Hold that limits the slave's speed.
 
-use super::{BuiltIn, HeldTick, Hold};
+use super::{BuiltIn, HeldTick, Hold, HoldMap};
 use crate::lane::Lane;
 
 crate::settings! {
@@ -20,6 +20,7 @@ pub struct SpeedLimit<L> {
 
 impl<L: Lane> BuiltIn for SpeedLimit<L> {
     type Settings = SpeedLimitSettings;
+    type Map = HoldMap;
 
     fn build(settings: &SpeedLimitSettings, tick_s: f64) -> Self {
         Self { step: L::splat(settings.speed_m_per_s * tick_s) }

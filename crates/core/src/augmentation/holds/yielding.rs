@@ -1,6 +1,6 @@
 //! Hold at the position of the alarm that yields to a deliberate push (a virtual fixture).
 
-use super::{BuiltIn, HeldTick, Hold};
+use super::{BuiltIn, HeldTick, Hold, HoldMap};
 use crate::lane::Lane;
 
 crate::settings! {
@@ -24,6 +24,7 @@ pub struct Yielding<L> {
 
 impl<L: Lane> BuiltIn for Yielding<L> {
     type Settings = YieldingSettings;
+    type Map = HoldMap;
 
     fn build(settings: &YieldingSettings, _tick_s: f64) -> Self {
         Self { distance: L::splat(settings.distance_m) }

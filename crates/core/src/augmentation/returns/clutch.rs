@@ -2,7 +2,7 @@
 
 use core::marker::PhantomData;
 
-use super::{BuiltIn, Return, ReturnTick};
+use super::{BuiltIn, Return, ReturnMap, ReturnTick};
 use crate::lane::Lane;
 
 /// The gap stays: slave and hand move on with an offset.
@@ -11,9 +11,14 @@ pub struct Clutch<L>(PhantomData<L>);
 
 impl<L: Lane> BuiltIn for Clutch<L> {
     type Settings = ();
+    type Map = ReturnMap;
 
     fn build(_settings: &(), _tick_s: f64) -> Self {
         Self(PhantomData)
+    }
+
+    fn map(_settings: &()) -> Option<ReturnMap> {
+        Some(ReturnMap::Keeps)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Return along an exponential, which continues in teleoperation.
 
-use super::{BuiltIn, Return, ReturnTick};
+use super::{BuiltIn, Return, ReturnMap, ReturnTick};
 use crate::lane::Lane;
 
 crate::settings! {
@@ -27,9 +27,14 @@ pub struct Fade<L> {
 
 impl<L: Lane> BuiltIn for Fade<L> {
     type Settings = FadeSettings;
+    type Map = ReturnMap;
 
     fn build(settings: &FadeSettings, tick_s: f64) -> Self {
         Self { keep: L::splat(libm::exp(-tick_s / settings.gap_time_constant_s)) }
+    }
+
+    fn map(settings: &FadeSettings) -> Option<ReturnMap> {
+        Some(ReturnMap::Fades { time_constant_s: settings.gap_time_constant_s })
     }
 }
 

@@ -49,6 +49,22 @@ pub trait Return<L: Lane> {
     }
 }
 
+/// The gap after an event as a linear map, for the certificate of events.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ReturnMap {
+    /// It only shrinks, and is closed when the event ends.
+    Closes,
+    /// It closes at once.
+    Jumps,
+    /// It closes exponentially, also after the event.
+    Fades {
+        /// Time constant in s.
+        time_constant_s: f64,
+    },
+    /// It is kept.
+    Keeps,
+}
+
 /// The gap after it has closed by at most `step`.
 #[inline(always)]
 fn closed_by<L: Lane>(gap_m: L, step: L) -> L {
@@ -79,10 +95,10 @@ crate::registry! {
 }
 
 impl Reengage {
-    /// True if a gap remains after the event: it is kept, or closes later.
+    /// The return as a linear map; `None` if the certificate of events does not cover it.
     #[must_use]
-    pub fn leaves_gap(&self) -> bool {
-        !matches!(self, Self::Ramp(_) | Self::Snap)
+    pub fn map(&self) -> Option<ReturnMap> {
+        of_kind!(self, Part(kind_settings) => Part::<f64>::map(kind_settings))
     }
 }
 

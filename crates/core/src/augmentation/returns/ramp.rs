@@ -1,6 +1,6 @@
 //! Return at a bounded speed (section 5.1).
 
-use super::{BuiltIn, Return, ReturnTick, closed_by};
+use super::{BuiltIn, Return, ReturnMap, ReturnTick, closed_by};
 use crate::lane::Lane;
 
 crate::settings! {
@@ -20,9 +20,14 @@ pub struct Ramp<L> {
 
 impl<L: Lane> BuiltIn for Ramp<L> {
     type Settings = RampSettings;
+    type Map = ReturnMap;
 
     fn build(settings: &RampSettings, tick_s: f64) -> Self {
         Self { step: L::splat(settings.catch_up_speed_m_per_s * tick_s) }
+    }
+
+    fn map(_settings: &RampSettings) -> Option<ReturnMap> {
+        Some(ReturnMap::Closes)
     }
 }
 

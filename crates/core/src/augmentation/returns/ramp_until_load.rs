@@ -1,6 +1,6 @@
 //! Return at a bounded speed that stops where the force rises.
 
-use super::{BuiltIn, Return, ReturnTick, closed_by};
+use super::{BuiltIn, Return, ReturnMap, ReturnTick, closed_by};
 use crate::lane::Lane;
 
 crate::settings! {
@@ -26,6 +26,7 @@ pub struct RampUntilLoad<L> {
 
 impl<L: Lane> BuiltIn for RampUntilLoad<L> {
     type Settings = RampUntilLoadSettings;
+    type Map = ReturnMap;
 
     fn build(settings: &RampUntilLoadSettings, tick_s: f64) -> Self {
         Self {

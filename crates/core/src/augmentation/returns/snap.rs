@@ -2,7 +2,7 @@
 
 use core::marker::PhantomData;
 
-use super::{BuiltIn, Return, ReturnTick};
+use super::{BuiltIn, Return, ReturnMap, ReturnTick};
 use crate::lane::Lane;
 
 /// The gap is 0 from the release on, so the reference jumps to the hand.
@@ -11,9 +11,14 @@ pub struct Snap<L>(PhantomData<L>);
 
 impl<L: Lane> BuiltIn for Snap<L> {
     type Settings = ();
+    type Map = ReturnMap;
 
     fn build(_settings: &(), _tick_s: f64) -> Self {
         Self(PhantomData)
+    }
+
+    fn map(_settings: &()) -> Option<ReturnMap> {
+        Some(ReturnMap::Jumps)
     }
 }
 

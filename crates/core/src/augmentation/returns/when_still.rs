@@ -1,6 +1,6 @@
 //! Return that waits until the hand stands still or moves back.
 
-use super::{BuiltIn, Return, ReturnTick, closed_by};
+use super::{BuiltIn, Return, ReturnMap, ReturnTick, closed_by};
 use crate::lane::Lane;
 
 crate::settings! {
@@ -32,6 +32,7 @@ pub struct WhenStill<L> {
 
 impl<L: Lane> BuiltIn for WhenStill<L> {
     type Settings = WhenStillSettings;
+    type Map = ReturnMap;
 
     fn build(settings: &WhenStillSettings, tick_s: f64) -> Self {
         Self {

@@ -129,6 +129,11 @@ fn verdict(study: &StrategyStudy) -> Verdict {
     if !unsettled.is_empty() {
         sentences.push(format!("{}.", unsettled.join(", ")));
     }
+    let LinearLoops { count, stable, .. } = study.linear_loops;
+    if stable < count {
+        let all = format!("The loop between events is stable for {stable} of {count} patients and persons.");
+        sentences.insert(0, all);
+    }
     Verdict { sentences, left_out: vec!["\"settles\" is a result of these runs, not a proof".to_owned()] }
 }
 

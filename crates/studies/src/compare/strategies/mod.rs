@@ -148,7 +148,7 @@ impl LinearLoops {
     fn add(&mut self, scenario: &Scenario) {
         let verdict = linear_loop(scenario).and_then(|settings| {
             let margins = ClosedLoop::new(&settings)?.margins()?;
-            Ok((settings.is_stable()?, margins.gain))
+            Ok((settings.in_range()?.is_stable, margins.gain))
         });
         if let Ok((is_stable, gain)) = verdict {
             self.count += 1;

@@ -28,7 +28,7 @@ pub struct StabilityFile<'a> {
     /// The warnings about the analysis.
     warnings: Vec<Warning>,
     #[serde(flatten)]
-    of_loop: LoopPart<'a>,
+    of_loop: LoopPart,
     /// The loop with measured frequency responses, with `--master-response` or `--slave-response`.
     measured: Option<MeasuredPart>,
     /// The Z-width, with `--z-width`.

@@ -19,14 +19,18 @@ pub use verdict::LoopPart;
 
 use super::StabilityStudy;
 use trocar_document::{DataTable, Document, Section, Study, TextFile, Verdict};
+use trocar_stability::LeftOut;
 
 impl Study for StabilityStudy {
     fn document(&self) -> Document<'_> {
         let unreached = self.verdict.unreached.iter().map(tables::unreached);
-        let unmodelled = &self.verdict.unmodelled;
-        let unmodelled =
-            (!unmodelled.is_empty()).then(|| format!("not in the linear model: {}", unmodelled.join("; ")));
-        let left_out = unmodelled.into_iter().chain(unreached).collect();
+        let listed = |what: &str, parts: &[LeftOut]| {
+            let parts: Vec<String> = parts.iter().map(LeftOut::to_string).collect();
+            (!parts.is_empty()).then(|| format!("{what}: {}", parts.join("; ")))
+        };
+        let passive = listed("assumed passive", &self.verdict.assumed_passive);
+        let inputs = listed("inputs, which do not change the verdict", &self.verdict.inputs);
+        let left_out = passive.into_iter().chain(inputs).chain(unreached).collect();
         let mut document = Document {
             name: "stability",
             title: self.name.clone(),

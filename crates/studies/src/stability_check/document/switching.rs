@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::stability_check::statement::{ASSUMPTIONS, useful_bounds};
+use crate::stability_check::study::DEVIATIONS;
 use crate::stability_check::{EventLimit, StabilityStudy, Statement};
 use trocar_document::{Cell, DataTable, Number, Table, Unit, significant};
 use trocar_stability::{EventBound, GAP_M, LONGEST_DWELL_S, Switching, SwitchingSettings};
@@ -84,35 +86,42 @@ pub(super) fn lines(switching: &Switching) -> Vec<String> {
 pub(super) fn statement(study: &StabilityStudy) -> String {
     let statement = study.statement();
     let word = statement.word();
-    let (peaks, step_n) = match statement {
+    let (peaks, sensor_n) = match statement {
         Statement::None(reason) => return format!("certificate: {word} ({reason})"),
         Statement::Decays(peaks) => (peaks, None),
-        Statement::Bounded(peaks, step_n) => (peaks, Some(step_n)),
+        Statement::Bounded(peaks, sensor_n) => (peaks, Some(sensor_n)),
     };
     let mm = |metres: f64| significant(1e3 * metres);
     let motion = |times: f64| {
-        format!(
-            "the needle at most {} mm and the hand at most {} mm",
-            mm(peaks.needle_m_per_n * times),
-            mm(peaks.hand_m_per_n * times)
-        )
+        useful_bounds(peaks).map(|[needle, hand]| {
+            format!("the needle at most {} mm and the hand at most {} mm", mm(needle * times), mm(hand * times))
+        })
     };
     let tissue = study.switching.as_ref().map(|switching| tissue(&switching.settings)).unwrap_or_default();
     let decay = significant(peaks.decay_per_s);
-    let swing = step_n.map_or_else(
-        || format!("the effect of every rupture and of every other motion decays with {decay} 1/s of teleoperation"),
-        |step_n| {
-            format!("a swing by the steps of the force sensor moves {}, and larger motions decay with {decay} 1/s of teleoperation", motion(step_n))
-        },
-    );
-    let left_out: Vec<String> = study.verdict.left_out.iter().map(ToString::to_string).collect();
-    let without = if left_out.is_empty() { String::new() } else { format!("; left out: {}", left_out.join("; ")) };
+    let effect = match sensor_n {
+        None => {
+            format!("the effect of every rupture and of every other motion decays with {decay} 1/s of teleoperation")
+        }
+        Some(sensor_n) => format!(
+            "the motion stays bounded: the errors of the force sensor, {} N with {DEVIATIONS} standard deviations of its \
+             noise, move {}, and the effect of larger ones decays with {decay} 1/s of teleoperation",
+            significant(sensor_n),
+            motion(sensor_n).unwrap_or_else(|| "needle and hand within bounds that are too loose to be useful".into()),
+        ),
+    };
+    let bound = match motion(1.0) {
+        Some(motion) => format!(
+            "1 N of drop, friction or noise moves {motion} ({} and {} mm without events)",
+            mm(peaks.found_m_per_n[0]),
+            mm(peaks.found_m_per_n[1]),
+        ),
+        None => "The bounds of the motion are too loose to be useful".to_owned(),
+    };
     format!(
-        "certificate: {word}. With {tissue}, and any further force: {swing}, under any events that keep the enforced \
-         times. 1 N of drop, friction or noise moves {} ({} and {} mm without events){without}",
-        motion(1.0),
-        mm(peaks.found_m_per_n[0]),
-        mm(peaks.found_m_per_n[1]),
+        "certificate: {word}. With {tissue}: {effect}, under any events that keep the enforced times. {bound}. It \
+         assumes that {}",
+        ASSUMPTIONS.join("; that ")
     )
 }
 
@@ -261,14 +270,14 @@ pub(super) struct StatementPart {
     counterexample: Option<&'static str>,
     /// Decay rate of every motion during teleoperation, in 1/s.
     decay_per_s: Option<f64>,
-    /// Bound of the needle's motion per newton of additional force, in m/N.
+    /// Bound of the needle's motion per newton of additional force, in m/N; `None` if it is too loose to be useful.
     needle_m_per_n: Option<f64>,
-    /// Bound of the hand's motion per newton of additional force, in m/N.
+    /// Bound of the hand's motion per newton of additional force, in m/N; `None` if it is too loose to be useful.
     hand_m_per_n: Option<f64>,
-    /// The additional force of the sensor's steps in N, for `bounded`.
+    /// The additional force of the sensor's steps and noise in N, for `bounded`.
     sensor_force_n: Option<f64>,
-    /// The parts of the scenario that the statement leaves out.
-    left_out: Vec<String>,
+    /// The assumptions of the statement.
+    assumptions: &'static [&'static str],
 }
 
 /// The limit of a parameter of an event for the certificate, with all else unchanged.
@@ -301,6 +310,7 @@ impl StatementPart {
             Statement::Bounded(peaks, step_n) => (Some(peaks), None, Some(step_n)),
             Statement::None(reason) => (None, Some(reason), None),
         };
+        let bounds = peaks.and_then(useful_bounds);
         let grows = study.switching.as_ref().is_ok_and(Switching::shows_growth);
         let is_shown = peaks.is_none() && grows && study.worst_events.is_some();
         Self {
@@ -309,10 +319,10 @@ impl StatementPart {
             reason,
             counterexample: is_shown.then_some("worst_events.toml"),
             decay_per_s: peaks.map(|peaks| peaks.decay_per_s),
-            needle_m_per_n: peaks.map(|peaks| peaks.needle_m_per_n),
-            hand_m_per_n: peaks.map(|peaks| peaks.hand_m_per_n),
+            needle_m_per_n: bounds.map(|[needle, _]| needle),
+            hand_m_per_n: bounds.map(|[_, hand]| hand),
             sensor_force_n,
-            left_out: study.verdict.left_out.iter().map(ToString::to_string).collect(),
+            assumptions: if peaks.is_some() { &ASSUMPTIONS } else { &[] },
         }
     }
 }

@@ -5,52 +5,103 @@ use serde::Serialize;
 
 use crate::stability_check::LoopVerdict;
 use trocar_document::significant;
-use trocar_stability::{DelayRange, LeftOut, LinearLoop, LoopLimit, TissueRange, TissueSource, VaryingDelays};
+use trocar_engine::tissue::{Relaxation, Springs};
+use trocar_stability::{DelayRange, LeftOut, Limit, LinearLoop, LoopLimit, TissueSource, VaryingDelays};
 
 pub(crate) fn sentence(verdict: &LoopVerdict) -> String {
-    let settings = &verdict.settings;
-    let tissue = in_tissue(settings);
-    let word = |is_stable: bool| if is_stable { "stable" } else { "not stable" };
     let delays = verdict.delays.as_ref().map(ranges);
+    let of_loop = of_range(verdict);
     match verdict.is_stable() {
         Some(true) => {
             let orders = delays.map(|ranges| format!(", for every order of {ranges} (small gain)"));
-            let free = if settings.tissue.source == TissueSource::RecordedForce { "" } else { ", and out of contact" };
-            format!("stable {tissue}{free}{}", orders.unwrap_or_default())
+            format!("{of_loop}{}", orders.unwrap_or_default())
         }
-        Some(false) if verdict.is_linear_loop_stable() => {
-            format!("not stable at every smaller stiffness, but stable {tissue}")
-        }
-        Some(false) => format!("not stable {tissue}"),
+        Some(false) => of_loop,
         None => {
             let parts: Vec<String> = verdict.left_out.iter().map(LeftOut::to_string).collect();
             format!(
-                "stability unknown: the analysis leaves out {}{}; without that, {} {tissue}",
+                "stability unknown: the analysis leaves out {}{}; without that, {of_loop}",
                 parts.join(", "),
                 delays.map(|ranges| format!(", with {ranges}")).unwrap_or_default(),
-                word(verdict.is_linear_loop_stable())
             )
         }
     }
 }
 
+/// The verdict on the linear loop, whatever it leaves out.
+fn of_range(LoopVerdict { settings, range, .. }: &LoopVerdict) -> String {
+    let Springs { stiffness_n_per_m: (low, high), drawn_back_n_per_m, damping_n_s_per_m, .. } = settings.tissue.springs;
+    let stiffness = |(low, high): (f64, f64)| format!("{} to {} N/m", significant(low), significant(high));
+    if settings.tissue.source == TissueSource::RecordedForce {
+        return match range.is_stable {
+            true => "stable by itself; the recorded force closes no loop".to_owned(),
+            false => "not stable by itself, although the recorded force closes no loop".to_owned(),
+        };
+    }
+    if range.is_stable {
+        return format!("stable {}, and out of contact", in_tissue(settings));
+    }
+    let bears = match range.stable_up_to_n_per_m {
+        Some(up_to) if up_to > 0.0 => format!(": the loop bears {} N/m", significant(up_to)),
+        _ => String::new(),
+    };
+    if range.is_stable_advancing {
+        format!(
+            "stable while the needle advances, {}; not stable when it is drawn back, up to {} N/m{bears}",
+            stiffness((low, high)),
+            significant(drawn_back_n_per_m),
+        )
+    } else if range.is_stable_with_least_damping {
+        let (_, most) = damping_n_s_per_m;
+        format!("not stable with the damping of the tissue, up to {} N·s/m{bears}", significant(most))
+    } else {
+        format!("not stable {}{bears}", in_tissue(settings))
+    }
+}
+
+/// What a loop that is not stable is, with the largest stable force scale.
+pub(crate) fn instability(verdict: &LoopVerdict, limit: &Limit) -> String {
+    let when = if verdict.range.is_stable_advancing { " when the needle is drawn back" } else { "" };
+    let at = significant(limit.value);
+    match limit.largest() {
+        Some(largest) if largest < limit.value => {
+            format!("not stable{when} at force scale {at}: at most {}", significant(largest))
+        }
+        _ => format!("not stable{when} at any tried force scale (here {at})"),
+    }
+}
+
 /// The tissue of a loop, as a continuation of "stable".
 fn in_tissue(settings: &LinearLoop) -> String {
-    let TissueRange { source, stiffness_n_per_m: (low, high), .. } = settings.tissue;
+    let Springs { stiffness_n_per_m: (low, high), drawn_back_n_per_m, damping_n_s_per_m: (least, most), .. } =
+        settings.tissue.springs;
     let (stiffness, damping) = (significant(settings.stiffness_n_per_m), significant(settings.damping_n_s_per_m));
-    let range = format!("{} to {} N/m", significant(low), significant(high));
-    let worst = format!("in contact with {range}, worst at {stiffness} N/m");
-    match source {
-        TissueSource::SpringDamper => format!("in contact with {stiffness} N/m and {damping} N·s/m"),
-        TissueSource::Stated => {
-            format!("in contact with {stiffness} N/m and {damping} N·s/m, stated in place of the recorded force")
+    let single = format!("in contact with {stiffness} N/m and {damping} N·s/m");
+    let back = if drawn_back_n_per_m > high {
+        format!(", up to {} N/m when the needle is drawn back", significant(drawn_back_n_per_m))
+    } else {
+        String::new()
+    };
+    let (dampings, worst_damping) = if most > 0.0 {
+        (format!(" and {} to {} N·s/m", significant(least), significant(most)), format!(" and {damping} N·s/m"))
+    } else {
+        (String::new(), String::new())
+    };
+    let worst = format!(
+        "in contact with {} to {} N/m{back}{dampings}, worst at {stiffness} N/m{worst_damping}",
+        significant(low),
+        significant(high)
+    );
+    match settings.tissue.source {
+        TissueSource::SpringDamper => single,
+        TissueSource::Stated => format!("{single}, stated in place of the recorded force"),
+        TissueSource::RecordedForce => "under the recorded force".to_owned(),
+        TissueSource::Model => format!("{worst} (slopes of the tissue down to the depth that the needle may reach)"),
+        TissueSource::ModelInRun => {
+            format!("{worst} (slopes of the tissue down to the depth that the needle may reach, from a run)")
         }
-        TissueSource::RecordedForce => {
-            "under the recorded force, which does not depend on the needle and closes no loop".to_owned()
-        }
-        TissueSource::Model => format!("{worst} (slopes of the tissue down to the intended depth)"),
         TissueSource::Layers => format!("{worst} (slopes of the layers between ruptures)"),
-        TissueSource::RecordedDepth => format!("{worst} (rises of the recorded force)"),
+        TissueSource::RecordedDepth => format!("{worst} (slopes of the recorded force)"),
         TissueSource::Run => format!("{worst} (slopes that the tissue showed in a run)"),
     }
 }
@@ -62,41 +113,61 @@ fn ranges(delays: &VaryingDelays) -> String {
 
 /// The verdict on a linear loop, with its tissue and the parts of the scenario that it leaves out.
 #[derive(Debug, Serialize, JsonSchema)]
-pub struct LoopPart<'a> {
+pub struct LoopPart {
     /// The verdict in one sentence.
     verdict: String,
-    /// True if the loop is stable in contact and in free motion, for every order of varying delays; `None` if the
-    /// analysis leaves out a part of the scenario.
+    /// True if the loop is stable at every spring and damper of its tissue and out of contact, for every order of varying
+    /// delays; `None` if the analysis leaves out a part of the scenario.
     is_stable: Option<bool>,
-    /// True if the loop is stable at the worst stiffness, without the parts that the analysis leaves out.
+    /// The same without the parts that the analysis leaves out.
     is_linear_loop_stable: bool,
+    /// True if the loop is stable while the needle advances, without the parts that the analysis leaves out.
+    is_stable_advancing: bool,
+    /// Stiffness in N/m up to which the loop is stable at every damping of its tissue, at most the tissue's largest;
+    /// `None` if it is not stable out of contact.
+    stable_up_to_n_per_m: Option<f64>,
     tissue: TissuePart,
     /// Worst stiffness of the tissue, in N/m, for which the following numbers hold.
     stiffness_n_per_m: f64,
-    /// Damping of the tissue, in N·s/m.
+    /// Worst damping of the tissue, in N·s/m.
     damping_n_s_per_m: f64,
     mode: ModePart,
     /// The margins of the loop; `None` for an unstable loop, and for a margin without a limit.
     pub(super) margins: MarginsPart,
-    /// Everything that the linear loop leaves out, including tissue and augmentation.
-    unmodelled: &'a [String],
-    /// The parts of the scenario without which the verdict holds.
+    /// The parts of the scenario with which the stability is unknown: they can supply energy or delay.
     left_out: Vec<LeftOutPart>,
+    /// The parts that the loop does not model because they only dissipate energy.
+    assumed_passive: Vec<LeftOutPart>,
+    /// The parts that act on the loop as inputs.
+    inputs: Vec<LeftOutPart>,
     /// The limits of motors and force sensor that the loop never reaches.
     never_reached: Vec<UnreachedPart>,
     /// Delays that vary from tick to tick; `None` if they are constant or unbounded.
     varying_delays: Option<DelaysPart>,
 }
 
-/// The range of stiffness that the needle encounters.
+/// The springs and dampers that the needle meets.
 #[derive(Debug, Serialize, JsonSchema)]
 struct TissuePart {
-    /// Source of the range.
+    /// Source of the ranges.
     source: &'static str,
-    /// Minimum and maximum stiffness, in N/m.
+    /// Minimum and maximum stiffness while the needle advances, in N/m.
     stiffness_n_per_m: (f64, f64),
-    /// Damping, in N·s/m.
-    damping_n_s_per_m: f64,
+    /// Maximum stiffness when the needle is drawn back, in N/m.
+    drawn_back_n_per_m: f64,
+    /// Minimum and maximum damping, in N·s/m.
+    damping_n_s_per_m: (f64, f64),
+    /// The relaxation of the stiffest spring; `None` if it does not relax.
+    relaxation: Option<RelaxationPart>,
+}
+
+/// The relaxation of a spring.
+#[derive(Debug, Serialize, JsonSchema)]
+struct RelaxationPart {
+    /// Stiffness of a slow deflection over that of a fast one.
+    relaxed_share: f64,
+    /// Time constant of a held deflection, in s.
+    time_s: f64,
 }
 
 /// The dominant mode of the loop: the pole z = exp(s T) with the largest modulus.
@@ -144,7 +215,7 @@ pub(super) struct JitterPart {
     pub(super) jitter_s: Option<f64>,
 }
 
-/// A part of the scenario that the analysis leaves out.
+/// A part of the scenario that the linear loop does not model.
 #[derive(Debug, Serialize, JsonSchema)]
 struct LeftOutPart {
     /// The key that enables it.
@@ -179,23 +250,30 @@ struct DelaysPart {
     can_be_outage: bool,
 }
 
-impl<'a> LoopPart<'a> {
+impl LoopPart {
     /// Creates the verdict without the jitter margin.
     #[must_use]
-    pub fn of(verdict: &'a LoopVerdict) -> Self {
+    pub fn of(verdict: &LoopVerdict) -> Self {
         let LoopVerdict { settings, mode, margins, .. } = verdict;
-        let left_out = |part: &LeftOut| LeftOutPart { key: part.key, what: part.what, largest: part.bound };
+        let springs = &settings.tissue.springs;
+        let part = |part: &LeftOut| LeftOutPart { key: part.key, what: part.what, largest: part.bound };
         let unreached =
             |limit: &LoopLimit| UnreachedPart { key: limit.part.key, limit: limit.limit, largest: limit.part.bound };
         let ticks = |way: DelayRange| [way.min_ticks, way.max_ticks];
         Self {
             verdict: sentence(verdict),
             is_stable: verdict.is_stable(),
-            is_linear_loop_stable: verdict.is_linear_loop_stable(),
+            is_linear_loop_stable: verdict.range.is_stable,
+            is_stable_advancing: verdict.range.is_stable_advancing,
+            stable_up_to_n_per_m: verdict.range.stable_up_to_n_per_m,
             tissue: TissuePart {
                 source: settings.tissue.source.word(),
-                stiffness_n_per_m: settings.tissue.stiffness_n_per_m,
-                damping_n_s_per_m: settings.tissue.damping_n_s_per_m,
+                stiffness_n_per_m: springs.stiffness_n_per_m,
+                drawn_back_n_per_m: springs.drawn_back_n_per_m,
+                damping_n_s_per_m: springs.damping_n_s_per_m,
+                relaxation: springs
+                    .relaxation
+                    .map(|Relaxation { relaxed_share, time_s }| RelaxationPart { relaxed_share, time_s }),
             },
             stiffness_n_per_m: settings.stiffness_n_per_m,
             damping_n_s_per_m: settings.damping_n_s_per_m,
@@ -215,8 +293,9 @@ impl<'a> LoopPart<'a> {
                 delay_s: margins.delay_s,
                 jitter: None,
             },
-            unmodelled: &verdict.unmodelled,
-            left_out: verdict.left_out.iter().map(left_out).collect(),
+            left_out: verdict.left_out.iter().map(part).collect(),
+            assumed_passive: verdict.assumed_passive.iter().map(part).collect(),
+            inputs: verdict.inputs.iter().map(part).collect(),
             never_reached: verdict.unreached.iter().map(unreached).collect(),
             varying_delays: verdict.delays.map(|delays| DelaysPart {
                 forward_ticks: ticks(delays.forward),
