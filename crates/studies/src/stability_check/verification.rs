@@ -3,11 +3,10 @@
 use thiserror::Error;
 
 use super::certificate::{CertificateFile, Certificates};
-use super::tissue_of_run::linear_loop;
-use super::{CheckError, is_tissue};
+use super::is_tissue;
 use trocar_document::significant;
 use trocar_scenario::Scenario;
-use trocar_stability::{Certificate, Choice, SwitchingSettings, TissueSource};
+use trocar_stability::{Certificate, Choice, LinearLoop, StabilityError, SwitchingSettings, TissueRange};
 
 /// The error of a verification.
 #[derive(Debug, Error)]
@@ -31,7 +30,7 @@ pub enum VerificationError {
     },
     /// The scenario cannot be analysed.
     #[error(transparent)]
-    Scenario(#[from] CheckError),
+    Scenario(#[from] StabilityError),
 }
 
 /// A verified certificate.
@@ -53,11 +52,10 @@ pub struct Verified {
 pub fn verify(text: &str, scenario: &Scenario) -> Result<Vec<Verified>, VerificationError> {
     let file: CertificateFile =
         serde_json::from_str(text).map_err(|error| VerificationError::Form(error.to_string()))?;
-    let of_loop = linear_loop(scenario)?;
-    if of_loop.tissue.source == TissueSource::Run {
-        return Err(VerificationError::Excluded("the stiffness of its tissue is known from a run only"));
-    }
-    let stiffness_n_per_m = of_loop.tissue.stiffness_n_per_m;
+    let tissue = TissueRange::of_parameters(scenario)
+        .ok_or(VerificationError::Excluded("the stiffness of its tissue is known from a run only"))?;
+    let stiffness_n_per_m = tissue.stiffness_n_per_m;
+    let of_loop = LinearLoop::of(scenario, tissue)?;
     let of_scenario =
         SwitchingSettings::of(scenario, of_loop, stiffness_n_per_m).map_err(VerificationError::Excluded)?;
     check_scenario(&file, &of_scenario).map_err(VerificationError::OtherScenario)?;

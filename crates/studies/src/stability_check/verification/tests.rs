@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 use serde_json::{Value as Json, json};
 
 use super::*;
+use crate::stability_check::linear_loop;
 use trocar_scenario::Source;
 use trocar_stability::Switching;
 
