@@ -19,10 +19,15 @@ use crate::{convert, document, error};
 type Analysed<'py> =
     (Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyDict>, Vec<(String, String)>, Bound<'py, PyDict>);
 
-/// The verified certificates of the text of `certificate.json`: names and numbers of conditions.
+/// The verified certificates of the text of `certificate.json` for a scenario: names and numbers of conditions.
 #[pyfunction]
-pub(crate) fn verify_certificate(py: Python<'_>, text: &str) -> PyResult<Vec<(String, u64)>> {
-    let all = py.detach(|| verify(text)).map_err(|error| error::value(error.to_string()))?;
+pub(crate) fn verify_certificate(
+    py: Python<'_>,
+    text: &str,
+    scenario: &Scenario,
+) -> PyResult<Vec<(&'static str, u64)>> {
+    let scenario = &scenario.scenario;
+    let all = py.detach(|| verify(text, scenario)).map_err(|error| error::value(error.to_string()))?;
     Ok(all.into_iter().map(|one| (one.name, one.conditions)).collect())
 }
 

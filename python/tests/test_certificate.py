@@ -13,6 +13,7 @@ SCRIPT = CONCEPTS / "verify_certificate.py"
 
 # A spring and damper replace the recorded force, which closes no loop.
 TISSUE = ["--set", "tissue.stiffness_n_per_m=200", "--set", "tissue.damping_n_s_per_m=5"]
+SCENARIO = "strategies/snap"
 
 
 @pytest.fixture(scope="module")
@@ -20,9 +21,9 @@ def path(cli, tmp_path_factory):
     """Returns the path of certificate.json of the shipped scenario."""
     folder = tmp_path_factory.mktemp("certificate")
     small = ["--x", "scaling.force=0.1:10:4", "--y", "tissue.stiffness_n_per_m=10:2000:4"]
-    done = cli("stability", "paper/augmented", *TISSUE, "--tissue", "50:600", *small, "--quiet", "--out", folder)
+    done = cli("stability", SCENARIO, *small, "--quiet", "--out", folder)
     assert done.returncode == 0, done.stderr
-    return folder / "augmented" / "certificate.json"
+    return folder / "snap" / "certificate.json"
 
 
 @pytest.fixture(scope="module")
@@ -31,41 +32,85 @@ def written(path):
     return json.loads(path.read_text())
 
 
-def test_python_verifies_the_file_and_finds_a_changed_digit(path, written, tmp_path):
-    verified = trocar.verify_certificate(path)
+@pytest.fixture(scope="module")
+def verify():
+    """Returns the manual's function that verifies the content of a file."""
+    return runpy.run_path(str(SCRIPT))["verify"]
+
+
+def test_python_verifies_the_file_and_refuses_another_scenario(path, written, tmp_path):
+    verified = trocar.verify_certificate(path, SCENARIO)
     assert set(verified) == set(written["certificates"])
-    assert all(count > 100 for count in verified.values())
-    text = path.read_text()
-    at = text.rindex("1")
-    changed = tmp_path / "changed.json"
-    changed.write_text(text[:at] + "2" + text[at + 1 :])
-    with pytest.raises(ValueError, match="digest"):
-        trocar.verify_certificate(changed)
+    assert all(count > 50 for count in verified.values())
+    with pytest.raises(ValueError, match="is not the scenario's"):
+        trocar.verify_certificate(path, trocar.Scenario.load(SCENARIO, **{"scaling.force": 2.0}))
+    written = json.loads(path.read_text())
+    del written["certificates"]["statement"]["inequalities"][3]
+    forged = tmp_path / "forged.json"
+    forged.write_text(json.dumps(written))
+    with pytest.raises(ValueError, match="is not the scenario's"):
+        trocar.verify_certificate(forged, SCENARIO)
 
 
-def test_the_script_is_short_and_verifies_every_certificate(written):
-    assert len(SCRIPT.read_text().splitlines()) <= 80
-    verify = runpy.run_path(str(SCRIPT))["verify"]
-    assert set(written["certificates"]) == {"shortest_dwell", "growth_at_refractory", "statement"}
-    for certificate in written["certificates"].values():
-        count, worst = verify(certificate)
-        assert count > 1000 and worst > 0
+def test_the_script_verifies_the_conditions_that_trocar_verifies(verify, path, written):
+    verified = verify(written)
+    assert {name: count for name, (count, _) in verified.items()} == trocar.verify_certificate(path, SCENARIO)
+    assert set(verified) == {"shortest_dwell", "growth_at_refractory", "statement"}
+    assert all(worst > 0 for _, worst in verified.values())
 
 
-def test_the_script_refuses_a_changed_certificate(written):
-    verify = runpy.run_path(str(SCRIPT))["verify"]
-    certificate = json.loads(json.dumps(written["certificates"]["shortest_dwell"]))
-    changed = next(one for one in certificate["maps"] if one["name"] == "teleoperation_1")
-    changed["matrix"][0][0] *= 1.05
+def delete(certificate):
+    del certificate["inequalities"][4]
+
+
+def keep_one(certificate):
+    del certificate["inequalities"][1:]
+
+
+def weaken(certificate):
+    certificate["inequalities"][0]["terms"][0]["factor"] *= 1.01
+
+
+def shorten(certificate):
+    next(one for one in certificate["inequalities"] if one["powers"])["powers"][0] += 1
+
+
+def replace_map(certificate):
+    next(one for one in certificate["maps"] if one["name"] == "teleoperation_1")["matrix"][0][0] *= 1.05
+
+
+def replace_function(certificate):
+    certificate["functions"][0]["p"] = (-np.array(certificate["functions"][0]["p"])).tolist()
+
+
+def claim_less(certificate):
+    certificate["choice"]["contraction"] *= 0.9
+
+
+@pytest.mark.parametrize(
+    "forge", [delete, keep_one, weaken, shorten, replace_map, replace_function, claim_less], ids=lambda forge: forge.__name__
+)
+def test_the_script_refuses_a_forged_certificate(verify, written, forge):
+    forged = json.loads(json.dumps(written))
+    forge(forged["certificates"]["statement"])
     with pytest.raises(AssertionError):
-        verify(certificate)
+        verify(forged)
+
+
+def test_the_script_refuses_another_scenario_and_another_tissue(verify, written):
+    with pytest.raises(AssertionError):
+        verify(written, "strategies/designed")
+    with pytest.raises(AssertionError):
+        verify(written | {"stiffness_n_per_m": [0.0, 1e9]})
+    with pytest.raises(AssertionError):
+        verify(written | {"damping_n_s_per_m": [0.0, 0.0]})
 
 
 def test_states_have_names_and_units(written):
-    states = written["certificates"]["shortest_dwell"]["spaces"]["FadingGap"]["states"]
+    states = written["certificates"]["shortest_dwell"]["spaces"]["Frozen"]["states"]
     names = [(state["name"], state["unit"]) for state in states]
     assert names[:4] == [("x_h", "m"), ("v_h", "m/s"), ("x_a", "m"), ("v_a", "m/s")]
-    assert names[-2:] == [("force_fed_back", "N"), ("gap", "m")]
+    assert names[-3:] == [("held_reference", "m"), ("force_fed_back", "N"), ("force_at_alarm", "N")]
 
 
 def best_margin(certificate):
@@ -110,7 +155,8 @@ def test_an_independent_solver_agrees_on_the_dwell(cli, tmp_path, settings, tiss
     changes = [word for setting in settings for word in ("--set", setting)]
     done = cli("stability", "paper/augmented", *TISSUE, *small, *changes, "--quiet", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
-    certificate = json.loads((tmp_path / "augmented" / "certificate.json").read_text())["certificates"]["shortest_dwell"]
-    assert 1e3 * certificate["dwell_s"] <= limit_ms
+    written = json.loads((tmp_path / "augmented" / "certificate.json").read_text())
+    certificate = written["certificates"]["shortest_dwell"]
+    assert 1e3 * written["tick_s"] * certificate["choice"]["dwell_ticks"] <= limit_ms
     # The other solver also finds the same conditions feasible.
     assert best_margin(certificate) > 1e-4

@@ -379,13 +379,20 @@ def margins(
     return Margins(scenario=scenario.name, **found)
 
 
-def verify_certificate(certificate: Stability | str | os.PathLike[str]) -> dict[str, int]:
+def verify_certificate(
+    certificate: Stability | str | os.PathLike[str], scenario: Scenario | str | os.PathLike[str]
+) -> dict[str, int]:
     """Verifies a certificate of events in interval arithmetic, without the search that found it.
+
+    Rebuilds maps and inequalities from the scenario, for the range of the tissue that the certificate states, and takes
+    only the functions from the certificate.
 
     Parameters
     ----------
     certificate
         A result of :func:`stability`, or a file ``certificate.json``.
+    scenario
+        The scenario of the certificate, or its path.
 
     Returns
     -------
@@ -396,17 +403,25 @@ def verify_certificate(certificate: Stability | str | os.PathLike[str]) -> dict[
     ------
     OSError
         For a file that cannot be read.
+    ScenarioError
+        For a scenario that cannot be read or is invalid. It is a ``ValueError``.
     ValueError
-        For a result or a file without a certificate, for one that was changed, and for an inequality that does not hold.
+        For a result or a file without a certificate, for one of another scenario, and for an inequality that is missing
+        or does not hold.
+    TypeError
+        If the scenario is neither a ``Scenario`` nor a path.
 
     >>> import trocar
-    >>> trocar.verify_certificate("certificate.json")
+    >>> trocar.verify_certificate("certificate.json", "strategies/snap")
     Traceback (most recent call last):
     FileNotFoundError: [Errno 2] No such file or directory: 'certificate.json'
     """
+    scenario = scenario_of(scenario)
     if isinstance(certificate, Stability):
         if "certificate.json" not in certificate.files:
             raise ValueError(f"{certificate!r} has no certificate")
-        return dict(_core.verify_certificate(certificate.files["certificate.json"]))
-    with open(certificate, encoding="utf-8", newline="") as file:
-        return dict(_core.verify_certificate(file.read()))
+        text = certificate.files["certificate.json"]
+    else:
+        with open(certificate, encoding="utf-8") as file:
+            text = file.read()
+    return dict(_core.verify_certificate(text, scenario._core))

@@ -55,7 +55,7 @@ const KINDS: &[FileKind] = &[
     ("manifest", "manifest.json of `trocar sweep`", schema_of::<SweepManifestFile>),
     ("files", "manifest.json of the other commands", schema_of::<ManifestFile>),
     ("stability", "stability.json of `trocar stability`", schema_of::<StabilityFile<'_>>),
-    ("certificate", "certificate.json of `trocar stability`", schema_of::<CertificateFile<'_>>),
+    ("certificate", "certificate.json of `trocar stability`", schema_of::<CertificateFile>),
     ("link", "summary.json of `trocar link`", schema_of::<LinkFile<'_>>),
     ("check", "The output of `trocar check --json`", schema_of::<Vec<CheckedFile<'_>>>),
     ("scenarios", "The output of `trocar scenarios --json`", schema_of::<Vec<ShippedScenario>>),

@@ -17,11 +17,32 @@ use trocar_stability::{Axis, FrequencyResponse, MeasuredSides, Parameter, Termin
 use trocar_studies::run::delays_rounded;
 use trocar_studies::stability_check::{MAX_STIFFNESS_N_PER_M, StabilityStudy, Verified, is_tissue, verify};
 
+const DEFAULT_SCENARIO: &str = "paper/depth-classical";
 const DEFAULT_X: &str = "scaling.force=0.1:10:200";
 const DEFAULT_Y: &str = "tissue.stiffness_n_per_m=10:2000:200";
 const DEFAULT_HAND: &str = "0:inf";
 
 const MAX_DAMPING_N_S_PER_M: f64 = 1e6;
+
+/// The options that --verify does not use.
+const ANALYSIS: [&str; 16] = [
+    "x",
+    "y",
+    "simulate",
+    "tissue",
+    "tissue_damping",
+    "hand",
+    "absolute",
+    "locus",
+    "z_width",
+    "master_response",
+    "slave_response",
+    "arms",
+    "event_limits",
+    "report",
+    "OutputArgs",
+    "FigureArgs",
+];
 
 const EXAMPLES: &str = "\
 Examples:
@@ -40,16 +61,16 @@ Examples:
   trocar stability my.toml --slave-response slave.csv
                                             with a measured slave
   trocar stability my.toml --simulate       and compare with simulations
-  trocar stability --verify out/my/certificate.json
+  trocar stability my.toml --verify out/my/certificate.json
                                             verify a certificate";
 
 /// Analyse the stability of the loop.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, mut_arg("settings", |arg| arg.help(super::SET_ONE)))]
 pub(super) struct StabilityArgs {
-    /// A scenario file, or a shipped scenario such as paper/classical
-    #[arg(value_name = "SCENARIO", default_value = "paper/depth-classical")]
-    scenario: String,
+    /// A scenario file, or a shipped scenario such as paper/classical [default: paper/depth-classical]
+    #[arg(value_name = "SCENARIO")]
+    scenario: Option<String>,
     /// Horizontal axis of the map
     #[arg(long, value_name = "KEY=LOW:HIGH:COUNT", default_value = DEFAULT_X)]
     x: String,
@@ -99,9 +120,10 @@ pub(super) struct StabilityArgs {
     /// Also search for the limits of the certificate of events, such as the largest certified amplification; takes minutes
     #[arg(long)]
     event_limits: bool,
-    /// Verify the inequalities of a certificate.json in interval arithmetic instead, without an analysis; exit code 1 if
-    /// they do not hold
-    #[arg(long, value_name = "FILE", exclusive = true)]
+    /// Verify a certificate.json of SCENARIO instead, without an analysis: rebuild the inequalities from the scenario
+    /// and check them in interval arithmetic, for the range of the tissue in the file. Give the --set of the analysis.
+    /// Exit code 1 if the certificate does not hold
+    #[arg(long, value_name = "FILE", conflicts_with_all = ANALYSIS)]
     verify: Option<PathBuf>,
     /// Also write report.html: one self-contained page with the map, limits, sensitivities, ports and events
     #[arg(long)]
@@ -120,21 +142,24 @@ impl StabilityArgs {
     }
 }
 
-fn verified(path: &Path) -> Result<(), CliError> {
+fn verified(args: &StabilityArgs, path: &Path) -> Result<(), CliError> {
     let named = || path.display().to_string();
+    let scenario = args.scenario.clone().ok_or_else(|| CliError::NoScenario { file: named() })?;
+    let scenario = args.changes.load(&[scenario])?.remove(0);
     let text = std::fs::read_to_string(path).map_err(|source| CliError::Unreadable { path: named(), source })?;
-    let all = verify(&text).map_err(|source| CliError::Certificate { path: named(), source })?;
+    let all = verify(&text, &scenario).map_err(|source| CliError::Certificate { path: named(), source })?;
     let mut out = std::io::stdout().lock();
-    for Verified { name, conditions } in all {
-        writeln!(out, "{name}: {conditions} conditions hold").map_err(CliError::Print)?;
+    for Verified { name, conditions, claim } in all {
+        writeln!(out, "{name}: {conditions} conditions hold: {claim}").map_err(CliError::Print)?;
     }
     Ok(())
 }
 
 pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     if let Some(path) = &args.verify {
-        return verified(path);
+        return verified(args, path);
     }
+    let name = args.scenario.as_deref().unwrap_or(DEFAULT_SCENARIO);
     let axis = |text: &String| Axis::parse(text).map_err(|reason| CliError::Axis { axis: text.clone(), reason });
     let (x, y) = (axis(&args.x)?, axis(&args.y)?);
     if x.parameter.varies_with(y.parameter) {
@@ -146,7 +171,7 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     let of_hand = dampings(&args.hand, f64::INFINITY)?;
     let of_tissue = args.tissue_damping.as_ref().map(|range| dampings(range, MAX_DAMPING_N_S_PER_M)).transpose()?;
     let of_walls = args.z_width.as_ref().map(|range| walls(range)).transpose()?;
-    let scenario = args.changes().load(std::slice::from_ref(&args.scenario))?.remove(0);
+    let scenario = args.changes().load(&[name.to_owned()])?.remove(0);
     let sector = args.tissue.as_ref().map(|range| tissue(range)).transpose()?;
     let folder = args.output.destination().open("stability", &[&scenario.name])?.folder(&scenario.name);
     let bar = progress::elapsed("analyses the loop and searches for a certificate of its events", args.output.quiet);
@@ -178,7 +203,7 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     if let Some(axis) = &of_locus {
         study.compute_locus(axis)?;
     }
-    study.make_worst_events(&Source::parse(&args.scenario), &args.changes.settings)?;
+    study.make_worst_events(&Source::parse(name), &args.changes.settings)?;
     let warnings = Warnings::new(&args.output);
     let document = study.document();
     // For any other tissue, a run determines the stiffness, and the run reads every key.

@@ -61,13 +61,13 @@ fn any_events_at_the_papers_numbers_are_certified_with_a_margin() {
     let switching = analysed(&[], TISSUE);
     let found = switching.certificate.as_ref().expect("certified");
     assert!(switching.is_certified());
-    assert!(found.dwell_ticks <= 11 && found.contraction <= 1.0 && found.margin > 0.0);
+    assert!(found.choice.dwell_ticks <= 11 && found.choice.contraction <= 1.0);
     // This method is independent of the solver and of the verification.
     assert!(found.p_at_events().symmetric_eigenvalues().min() > 0.0);
     assert_eq!(switching.growing_dwell_ticks, None);
     assert_eq!(switching.covers_lost_contact, Some(true));
     // The found and the certified growth enclose the true one.
-    let certified = switching.at_refractory.as_ref().expect("certified").contraction.sqrt();
+    let certified = switching.at_refractory.as_ref().expect("certified").choice.contraction.sqrt();
     assert!(switching.growth.found <= certified && certified <= 10.0 * switching.growth.found && certified < 0.1);
     assert!(switching.by_dwell.iter().all(|point| point.certified.is_none_or(|bound| point.found <= bound)));
 }
@@ -150,8 +150,8 @@ fn amplified_forces_are_certified_at_the_enforced_time() {
     let switching = analysed(&["augmentation.force_law=amplify"], TISSUE);
     // With lost contact at any tick and an additional force.
     let peaks = switching.peaks.as_ref().expect("certified");
-    assert_eq!(peaks.certificate.dwell_ticks, switching.phases.refractory);
-    assert!(peaks.decay_per_s > 0.0 && peaks.certificate.verify().is_ok());
+    assert_eq!(peaks.certificate.choice.dwell_ticks, switching.phases.refractory);
+    assert!(peaks.decay_per_s > 0.0 && peaks.certificate.verify(&switching.settings).is_ok());
     assert!(switching.is_certified(), "{:?}", switching.dwell_ticks());
 }
 
@@ -229,7 +229,7 @@ fn fast_switching_that_makes_a_stable_loop_unstable_is_refused_and_shown() {
     assert!(!switching.is_certified());
     let (found, growing) =
         (switching.certificate.as_ref().expect("slowly"), switching.growing_dwell_ticks.expect("fast"));
-    assert!(growing >= switching.phases.refractory && growing < found.dwell_ticks);
+    assert!(growing >= switching.phases.refractory && growing < found.choice.dwell_ticks);
     assert!(switching.shown.found > 1.0);
     // The growth in the engine agrees with the analysis, event by event.
     let shown = worst_events(&source(), &owned(&HOLD), &switching).expect("loads");
@@ -244,7 +244,7 @@ fn fast_switching_that_makes_a_stable_loop_unstable_is_refused_and_shown() {
     let growth = (at[last] / at[last - rounds * period]).abs().powf(1.0 / (rounds * period) as f64);
     assert!(growth > 1.0 && (growth / switching.shown.found - 1.0).abs() < 0.1, "{growth} {}", switching.shown.found);
     // If teleoperation between events lasts as long as certified, the motion decays.
-    let ticks = found.dwell_ticks;
+    let ticks = found.choice.dwell_ticks;
     let calm = format!("augmentation.refractory_s={}", ticks as f64 * 1e-3);
     let calm: Vec<&str> = HOLD.iter().copied().chain([calm.as_str()]).collect();
     let switching = analysed(&calm, (1500.0, 1500.0));
@@ -323,14 +323,15 @@ fn the_command_writes_the_printed_results_of_the_switching() {
     }
     folder.good(&["check", out.join("worst_events.toml").to_str().expect("a path")]);
     let certificate = out.join("certificate.json");
-    let verify = ["stability", "--verify", certificate.to_str().expect("a path")];
-    assert!(folder.good(&verify).contains("statement: "), "no statement");
-    let text = std::fs::read_to_string(&certificate).expect("read");
-    let at = text.rfind(|letter: char| letter.is_ascii_digit()).expect("a digit");
-    let other = if &text[at..=at] == "1" { "2" } else { "1" };
-    std::fs::write(&certificate, format!("{}{other}{}", &text[..at], &text[at + 1..])).expect("written");
-    let changed = folder.trocar(&verify);
-    assert!(changed.code == 1 && changed.err.contains("digest"), "{}", changed.err);
+    let file = certificate.to_str().expect("a path");
+    let verify = [&["stability", "builtin:paper/augmented.toml", "--verify", file], &stated[..]].concat();
+    let printed = folder.good(&verify);
+    assert!(printed.contains("statement: ") && printed.contains("with 50.00 to 600.0 N/m"), "{printed}");
+    let other = folder.trocar(&verify[..4]);
+    assert!(other.code == 1 && other.err.contains("give the scenario and the --set"), "{}", other.err);
+    folder.refused(&["stability", "--verify", file], &["trocar stability SCENARIO --verify"]);
+    folder.refused(&[&verify[..], &["--tissue", "50:600"]].concat(), &["cannot be used with"]);
+    folder.refused(&[&verify[..], &["--out", "other"]].concat(), &["cannot be used with"]);
     std::fs::write(&certificate, "{}").expect("written");
     folder.refused(&verify, &["not a certificate file"]);
     folder.refused(&["stability", "--tissue", "600:50"], &["LOW:HIGH"]);

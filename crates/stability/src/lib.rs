@@ -56,7 +56,7 @@ mod z_width;
 
 pub use analysis::{Analysis, LIMITED, PortPoint};
 pub use bounded::{AbsoluteOver, AbsolutePoint, Bounded, NeededDamping, Terminations, arm_impedance};
-pub use certificate::{Certificate, Inequality, Lyapunov, StateMap, StateSpace, Summand};
+pub use certificate::{Certificate, Choice, Inequality, Lyapunov, MapFactor, State, StateMap, StateSpace, Summand};
 pub use closed_loop::ClosedLoop;
 pub use coverage::{LeftOut, LoopLimit, assumed_passive, inputs, left_out, left_out_with, loop_limits};
 pub use error::StabilityError;

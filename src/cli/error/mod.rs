@@ -84,6 +84,8 @@ pub(super) enum CliError {
     Response(RecordingError),
     #[error(transparent)]
     Stability(#[from] StabilityError),
+    #[error("a certificate holds for one scenario; name it: trocar stability SCENARIO --verify {file}")]
+    NoScenario { file: String },
     #[error("{path}: {source}")]
     Certificate { path: String, source: VerificationError },
     #[error("{path}: {source}")]
@@ -223,6 +225,7 @@ impl CliError {
             | Self::Unreadable { .. }
             | Self::Exists { .. }
             | Self::NoCase { .. }
+            | Self::NoScenario { .. }
             | Self::NoManifest { .. }
             | Self::LongSweep { .. }
             | Self::OtherDesign { .. }

@@ -30,6 +30,10 @@ impl Interval {
         }
     }
 
+    fn is_zero(self) -> bool {
+        self.low == 0.0 && self.high == 0.0
+    }
+
     fn squared(self) -> Self {
         let (a, b) = (self.low.abs(), self.high.abs());
         let spans_zero = self.low <= 0.0 && self.high >= 0.0;
@@ -60,11 +64,14 @@ impl Sub for Interval {
 impl Mul for Interval {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
+        // Most entries of the maps are 0.
+        if self.is_zero() || other.is_zero() {
+            return Self::exact(0.0);
+        }
         let (a, b) = (self.low * other.low, self.low * other.high);
         let (c, d) = (self.high * other.low, self.high * other.high);
         let (min, max) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
-        // A product with an exact 0 is exact; most entries of the maps are 0.
-        if min == 0.0 && max == 0.0 { Self::exact(0.0) } else { Self { low: min.next_down(), high: max.next_up() } }
+        Self { low: min.next_down(), high: max.next_up() }
     }
 }
 
@@ -84,10 +91,9 @@ pub(crate) fn product(a: &Enclosure, b: &Enclosure) -> Enclosure {
     let columns = b.first().map_or(0, Vec::len);
     let of_row = |row: &Vec<Interval>| {
         let mut sums = vec![Interval::exact(0.0); columns];
-        // A product with an exact 0 is exact; many entries of the maps are 0.
         for k in 0..row.len() {
             let (x, other) = (row[k], &b[k][..columns]);
-            if x.low != 0.0 || x.high != 0.0 {
+            if !x.is_zero() {
                 for j in 0..columns {
                     sums[j] = sums[j] + x * other[j];
                 }
@@ -187,6 +193,8 @@ mod tests {
         assert!(spans.squared().low == 0.0 && spans.squared().high >= 4.0);
         let product = spans * Interval { low: -3.0, high: 1.0 };
         assert!(product.low <= -6.0 && product.high >= 3.0);
+        // The product of doubles is 0.
+        assert!((Interval::exact(1e-200) * Interval::exact(1e-200)).high > 0.0);
     }
 
     #[test]

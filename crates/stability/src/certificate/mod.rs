@@ -1,66 +1,101 @@
 //! The certificate of events and its verification, which know nothing of the search.
 
+mod compare;
 pub(crate) mod interval;
+mod rows;
 mod verify;
 
+use std::collections::BTreeMap;
+
 use nalgebra::DMatrix;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 pub(crate) use verify::unverified;
 
-/// A quadratic function of a certificate.
-#[derive(Debug, Clone)]
+/// A quadratic function `V = zᵀ P z` of the scaled states `z = S⁻¹ x`.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Lyapunov {
     /// The name, with the number of its node in time.
     pub name: String,
-    /// `P̂` in `V = zᵀ P̂ z`, with the scaled states `z = S⁻¹ x`.
-    pub matrix: DMatrix<f64>,
-    /// Index of the space in [`Certificate::spaces`].
-    pub space: usize,
+    /// The space of its states.
+    pub space: String,
+    /// The matrix P.
+    #[serde(with = "rows")]
+    #[schemars(with = "Vec<Vec<f64>>")]
+    pub p: DMatrix<f64>,
 }
 
 /// The states of a phase.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct StateSpace {
-    /// The name of the space.
-    pub name: String,
-    /// Name and unit of each state, in order.
-    pub states: Vec<(String, &'static str)>,
-    /// `S`, from scaled states to states.
+    /// The states, in order.
+    pub states: Vec<State>,
+    /// The lower triangular matrix S, from scaled states to states.
+    #[serde(with = "rows")]
+    #[schemars(with = "Vec<Vec<f64>>")]
     pub scale: DMatrix<f64>,
 }
 
-/// A map between the states of two spaces.
-#[derive(Debug, Clone)]
+/// A state.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct State {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+}
+
+/// A map from the states of one space to the states of another.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct StateMap {
     /// The name of the map.
     pub name: String,
-    /// Index of the space of the argument.
-    pub from: usize,
-    /// Index of the space of the result.
-    pub to: usize,
+    /// The space of the argument.
+    pub from: String,
+    /// The space of the result.
+    pub to: String,
     /// The matrix.
+    #[serde(with = "rows")]
+    #[schemars(with = "Vec<Vec<f64>>")]
     pub matrix: DMatrix<f64>,
 }
 
-/// `f Mᵀ P M` with `M` a product of maps.
-#[derive(Debug, Clone)]
+/// A term `factor · Mᵀ P M`, with `M` a product of maps.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Summand {
-    /// `f`.
+    /// The factor.
     pub factor: f64,
-    /// Index of the function.
+    /// Index of the function, from 0.
     pub function: usize,
-    /// Indices of the maps, the first one applied last; true for the map with the power of the inequality.
-    pub maps: Vec<(usize, bool)>,
+    /// The maps; the first one is applied last.
+    pub maps: Vec<MapFactor>,
 }
 
-/// A sum that must be positive definite.
-#[derive(Debug, Clone)]
+/// A map in a product.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MapFactor {
+    /// Index of the map, from 0.
+    pub map: usize,
+    /// True if the map is raised to each power of the inequality.
+    pub is_power: bool,
+}
+
+/// A sum of terms that must be positive definite.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Inequality {
-    /// The purpose of the inequality.
+    /// The property that follows from it.
     pub name: String,
-    /// Index of the space of its rows.
-    pub rows: usize,
-    /// The first and the last power for which the inequality holds.
+    /// The space of its rows.
+    pub rows: String,
+    /// The first and the last power for which it holds; `None` without a power.
     pub powers: Option<(u64, u64)>,
     /// The terms.
     pub terms: Vec<Summand>,
@@ -68,52 +103,76 @@ pub struct Inequality {
 
 impl Inequality {
     /// Number of conditions: one for each power.
-    pub(crate) fn conditions(&self) -> u64 {
+    fn conditions(&self) -> u64 {
         self.powers.map_or(1, |(begin, end)| end - begin + 1)
     }
 }
 
-/// Lyapunov functions that prove the decay of every sequence of events, or a bound of a quantity.
-#[derive(Debug, Clone)]
-pub struct Certificate {
+/// The claims of a certificate and the parameters of its functions. With the scenario they determine the maps and the
+/// inequalities.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Choice {
     /// Required ticks of teleoperation between two events.
     pub dwell_ticks: u64,
-    /// Verified upper bound, at most 1, of the ratio of `V` at the beginnings of consecutive events.
+    /// Upper bound, at most 1, of the ratio of V at the beginnings of consecutive events: `ρ μ^(d-1)`.
     pub contraction: f64,
-    /// Verified factor of `V` per tick of teleoperation, at most 1.
-    pub decay: f64,
-    /// The solver's common margin of all scaled conditions; not necessarily the maximum.
-    pub margin: f64,
-    /// Number of verified conditions, counting each power.
-    pub conditions: u64,
-    /// Index of the function at the beginning of events.
+    /// Decay rate of V in teleoperation in 1/s: V decreases by `μ = exp(-rate · tick)` per tick.
+    pub rate_per_s: f64,
+    /// Bounds of the motion of needle and hand in m per newton of additional force; `None` if no motion is bounded.
+    pub bounds_m_per_n: Option<[f64; 2]>,
+    /// True if an additional force acts on the tissue, and the needle may lose contact at any tick.
+    pub is_driven: bool,
+    /// Time constant of the function on a held gap in s.
+    pub hold_s: f64,
+    /// Pieces of the functions in time, in each phase.
+    pub pieces: u64,
+}
+
+/// Functions `V = zᵀ P z` on scaled states z, maps on states, and inequalities. They prove the decay of every sequence
+/// of events, or bounds of the motion. An inequality states that a sum of `factor · Mᵀ P M` is positive definite. M is a
+/// product of maps between scaled states, the first of which is applied last.
+#[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Certificate {
+    /// The claims and the parameters of the functions.
+    pub choice: Choice,
+    /// Index of the function at the beginning of events, from 0.
     pub at_events: usize,
-    /// The states of each phase.
-    pub spaces: Vec<StateSpace>,
+    /// The states of each phase, by name.
+    pub spaces: BTreeMap<String, StateSpace>,
     /// The functions.
     pub functions: Vec<Lyapunov>,
     /// The maps.
     pub maps: Vec<StateMap>,
-    /// The verified inequalities.
+    /// The inequalities.
     pub inequalities: Vec<Inequality>,
 }
 
 impl Certificate {
+    /// Number of conditions, counting each power.
+    #[must_use]
+    pub fn conditions(&self) -> u64 {
+        self.inequalities.iter().map(Inequality::conditions).sum()
+    }
+
     /// A bound of the growth per event for a dwell that is at least the certificate's.
     #[must_use]
-    pub fn growth_after(&self, dwell_ticks: u64) -> f64 {
-        let longer = dwell_ticks.saturating_sub(self.dwell_ticks);
+    pub fn growth_after(&self, dwell_ticks: u64, tick_s: f64) -> f64 {
+        let Choice { contraction, rate_per_s, .. } = self.choice;
+        let longer = dwell_ticks.saturating_sub(self.choice.dwell_ticks);
+        let decay = (-tick_s * rate_per_s).exp();
         // The factor covers the roundings of the power.
-        (self.contraction * self.decay.powf(longer as f64)).sqrt() * (1.0 + 1e-12)
+        (contraction * decay.powf(longer as f64)).sqrt() * (1.0 + 1e-12)
     }
 
     /// Returns `P` of the function at the beginning of events, for unscaled states.
     #[must_use]
     pub fn p_at_events(&self) -> DMatrix<f64> {
         let function = &self.functions[self.at_events];
-        let scale = &self.spaces[function.space].scale;
+        let scale = &self.spaces[&function.space].scale;
         let inverse = scale.clone().try_inverse().unwrap_or_else(|| scale.clone());
-        let plain = inverse.transpose() * &function.matrix * inverse;
+        let plain = inverse.transpose() * &function.p * inverse;
         (&plain + plain.transpose()) * 0.5
     }
 }

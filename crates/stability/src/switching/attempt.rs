@@ -3,13 +3,13 @@
 use nalgebra::DMatrix;
 
 use super::ascent;
-use super::conditions::{Choice, Condition, Conditions, Count, Focus, Function, NamedMap, Term};
-use super::modes::{Modes, Space};
+use super::conditions::{Condition, Conditions, Count, Function, NamedMap, quantities};
+use super::modes::Modes;
 use super::scaling::Scales;
 use super::settings::Phases;
 use crate::StabilityError;
 use crate::certificate::interval::middle;
-use crate::certificate::{Certificate, Inequality, Lyapunov, StateMap, StateSpace, Summand, unverified};
+use crate::certificate::{Certificate, Choice, unverified};
 use crate::semidefinite::inequalities as sdp;
 
 /// Minimum margin of a certificate: far above the solver's accuracy of 1e-8, so every computer finds the same dwell.
@@ -99,13 +99,8 @@ impl<'a> ForSolver<'a> {
 }
 
 /// Like [`attempt`], without a certificate if the solver fails: the states of an unstable loop cannot be scaled.
-pub(super) fn certify(
-    modes: &Modes,
-    phases: Phases,
-    choice: Choice,
-    focus: Option<&Focus>,
-) -> Result<Option<Certificate>, StabilityError> {
-    match attempt(modes, phases, choice, focus) {
+pub(super) fn certify(modes: &Modes, phases: Phases, choice: Choice) -> Result<Option<Certificate>, StabilityError> {
+    match attempt(modes, phases, choice) {
         Err(StabilityError::Solver { .. }) => Ok(None),
         attempt => attempt,
     }
@@ -128,15 +123,13 @@ pub(super) fn narrowed(
     Ok((bound, certificate))
 }
 
-pub(super) fn attempt(
-    modes: &Modes,
-    phases: Phases,
-    choice: Choice,
-    focus: Option<&Focus>,
-) -> Result<Option<Certificate>, StabilityError> {
-    let conditions = Conditions::new(modes, phases, choice, focus);
+fn attempt(modes: &Modes, phases: Phases, choice: Choice) -> Result<Option<Certificate>, StabilityError> {
+    let conditions = Conditions::new(modes, phases, choice);
     let scales = Scales::new(modes)?;
-    let scales = focus.map_or_else(|| scales.clone(), |focus| scales.with_focus(modes, focus));
+    let scales = match quantities(modes, choice) {
+        Some(rows) => scales.with_quantities(modes, &rows),
+        None => scales,
+    };
     let for_solver = ForSolver::new(modes, scales, &conditions.maps);
     let unknowns: Vec<sdp::Unknown> = conditions.functions.iter().map(|one| for_solver.unknown(one)).collect();
     let mut known: Vec<Vec<u64>> = conditions.list.iter().map(|condition| shares(condition.counts)).collect();
@@ -149,8 +142,9 @@ pub(super) fn attempt(
         if margin < enough {
             break;
         }
-        let certificate = build(&conditions, &for_solver, choice, &functions, margin);
-        let unverified = unverified(&certificate);
+        let scale = |space| for_solver.scales.of(modes, space);
+        let certificate = conditions.certificate(modes, choice, scale, functions);
+        let unverified: Vec<(usize, u64)> = unverified(&certificate).collect();
         if unverified.is_empty() {
             return Ok(Some(certificate));
         }
@@ -174,69 +168,4 @@ fn shares(range: Option<(u64, u64)>) -> Vec<u64> {
         KNOWN_SHARES.iter().map(|share| begin + (share * (end - begin) as f64).round() as u64).collect();
     numbers.dedup();
     numbers
-}
-
-fn build(
-    conditions: &Conditions,
-    for_solver: &ForSolver<'_>,
-    choice: Choice,
-    functions: &[DMatrix<f64>],
-    margin: f64,
-) -> Certificate {
-    let mut spaces: Vec<Space> = vec![];
-    let mut place = |space: Space| {
-        spaces.iter().position(|known| *known == space).unwrap_or_else(|| {
-            spaces.push(space);
-            spaces.len() - 1
-        })
-    };
-    let of_functions: Vec<Lyapunov> = (conditions.functions.iter().zip(functions))
-        .map(|(function, matrix)| Lyapunov {
-            name: function.name.clone(),
-            matrix: matrix.clone(),
-            space: place(function.space),
-        })
-        .collect();
-    let maps: Vec<StateMap> = (conditions.maps.iter())
-        .map(|map| StateMap {
-            name: map.name.clone(),
-            from: place(map.from),
-            to: place(map.to),
-            matrix: map.matrix.clone(),
-        })
-        .collect();
-    let summand = |term: &Term| Summand {
-        factor: 0.5 * (term.factor.low + term.factor.high),
-        function: term.unknown,
-        maps: term.maps.iter().map(|(map, count)| (*map, *count == Count::Each)).collect(),
-    };
-    let inequalities: Vec<Inequality> = (conditions.list.iter())
-        .map(|condition| Inequality {
-            name: condition.name.to_owned(),
-            rows: place(condition.rows),
-            powers: condition.counts,
-            terms: condition.terms.iter().map(summand).collect(),
-        })
-        .collect();
-    let modes = for_solver.modes;
-    let spaces = spaces
-        .into_iter()
-        .map(|space| StateSpace {
-            name: format!("{space:?}"),
-            states: modes.names(space),
-            scale: for_solver.scales.of(modes, space),
-        })
-        .collect();
-    Certificate {
-        dwell_ticks: choice.dwell,
-        contraction: choice.contraction,
-        decay: conditions.decay,
-        margin,
-        conditions: inequalities.iter().map(Inequality::conditions).sum(),
-        at_events: conditions.at_events,
-        spaces,
-        functions: of_functions,
-        maps,
-        inequalities,
-    }
 }

@@ -35,6 +35,7 @@ use nalgebra::DMatrix;
 
 use super::modes::{Modes, Space};
 use super::settings::Phases;
+use crate::certificate::Choice;
 use crate::certificate::interval::{Interval, power};
 use trocar_core::augmentation::cross_fade;
 
@@ -90,31 +91,6 @@ pub(super) struct Conditions {
     pub(super) maps: Vec<NamedMap>,
     pub(super) list: Vec<Condition>,
     pub(super) at_events: usize,
-    /// `μ`.
-    pub(super) decay: f64,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Choice {
-    /// Ticks of teleoperation between events.
-    pub(super) dwell: u64,
-    /// Time constant of `a` in s: the decay of the function while a gap is held.
-    pub(super) hold_s: f64,
-    /// `ρ μ^(d-1)`.
-    pub(super) contraction: f64,
-    /// Decay rate of `V` in teleoperation in 1/s: `μ = exp(-rate · tick)`.
-    pub(super) rate_per_s: f64,
-    /// Pieces of the functions in time, in each phase.
-    pub(super) pieces: u64,
-    /// True if the additional force `w` acts.
-    pub(super) is_driven: bool,
-}
-
-/// Quantities that stay within ±1 for an additional force within ±1 N: rows over all states. In each space the bound holds
-/// for every row that is not 0 there.
-#[derive(Debug, Clone)]
-pub(super) struct Focus {
-    pub(super) rows: Vec<DMatrix<f64>>,
 }
 
 struct Builder<'a> {
@@ -154,9 +130,17 @@ fn number(value: f64) -> Interval {
     Interval::exact(value)
 }
 
-/// `μ^(d-1)`.
-fn decay_over(decay: f64, dwell: u64) -> Interval {
-    power(&vec![vec![number(decay)]], dwell - 1)[0][0]
+/// `ρ`, the factor of `V` from event to event without its decay `μ^(d-1)` in teleoperation.
+pub(super) fn at_entry(choice: Choice, tick_s: f64) -> f64 {
+    let decay = (-tick_s * choice.rate_per_s).exp();
+    let of_dwell = power(&vec![vec![number(decay)]], choice.dwell_ticks - 1)[0][0];
+    (choice.contraction / of_dwell.high).next_down()
+}
+
+/// The positions of needle and hand over their bounds, as rows over all states: quantities that stay within ±1 for an
+/// additional force within ±1 N. In each space the bound holds for every row that is not 0 there.
+pub(super) fn quantities(modes: &Modes, choice: Choice) -> Option<[DMatrix<f64>; 2]> {
+    choice.bounds_m_per_n.map(|[needle, hand]| [modes.slave() / needle, modes.hand_position() / hand])
 }
 
 fn share(part: u64, whole: u64) -> Interval {
@@ -169,10 +153,10 @@ fn pieces(ticks: u64, max: u64) -> Vec<u64> {
 }
 
 impl Conditions {
-    pub(super) fn new(modes: &Modes, phases: Phases, choice: Choice, focus: Option<&Focus>) -> Self {
+    pub(super) fn new(modes: &Modes, phases: Phases, choice: Choice) -> Self {
         let kept = (-modes.tick_s / choice.hold_s).exp();
         let decay = (-modes.tick_s * choice.rate_per_s).exp();
-        let at_entry = choice.contraction / decay_over(decay, choice.dwell).high;
+        let at_entry = at_entry(choice, modes.tick_s);
         let mut builder = Builder {
             modes,
             phases,
@@ -182,11 +166,11 @@ impl Conditions {
             per_tick: modes.tick_s * PER_SECOND,
             held: (kept, 1.0 - kept),
             decay,
-            at_entry: at_entry.next_down(),
+            at_entry,
             input: None,
         };
 
-        let dwell = pieces(choice.dwell - 1, choice.pieces);
+        let dwell = pieces(choice.dwell_ticks - 1, choice.pieces);
         let fade = pieces(phases.blend, choice.pieces);
         let roles = builder.roles((&dwell, &fade), choice.is_driven);
         for unknown in 0..builder.functions.len() {
@@ -198,11 +182,11 @@ impl Conditions {
         builder.fade(&roles, &fade);
         builder.drop_gap(&roles);
         builder.dwell(&roles, &dwell);
-        if let Some(focus) = focus {
-            builder.bound(&roles, focus);
+        if let Some(rows) = quantities(modes, choice) {
+            builder.bound(&roles, &rows);
         }
-        let Builder { functions, maps, list, decay, .. } = builder;
-        Self { functions, maps, list, at_events: *roles.dropped.last().unwrap_or(&0), decay }
+        let Builder { functions, maps, list, .. } = builder;
+        Self { functions, maps, list, at_events: *roles.dropped.last().unwrap_or(&0) }
     }
 }
 
@@ -521,7 +505,7 @@ impl Builder<'_> {
         }
     }
 
-    fn bound(&mut self, roles: &Roles, focus: &Focus) {
+    fn bound(&mut self, roles: &Roles, rows: &[DMatrix<f64>]) {
         let size = self.function("bound", 0, Space::Number);
         let one = self.select(Space::Number, Space::Number);
         self.add("positive", Space::Number, vec![self.term(number(1.0), size, &[one])]);
@@ -532,7 +516,7 @@ impl Builder<'_> {
                 continue;
             }
             let whole = self.select(space, space);
-            for (k, row) in focus.rows.iter().enumerate() {
+            for (k, row) in rows.iter().enumerate() {
                 let narrow = self.modes.row(row, space);
                 if narrow.iter().all(|value| *value == 0.0) {
                     continue;
@@ -542,7 +526,7 @@ impl Builder<'_> {
                 self.below("bounded", space, size, map, from);
             }
         }
-        let quantities: Vec<usize> = (focus.rows.iter().enumerate())
+        let quantities: Vec<usize> = (rows.iter().enumerate())
             .map(|(k, row)| {
                 let narrow = self.modes.row(row, Space::Frozen);
                 self.map(format!("quantity_frozen_{k}"), Space::Frozen, Space::Number, |_| narrow)

@@ -4,7 +4,7 @@
 //! module does:
 //!
 //! - `modes`: the maps of each phase;
-//! - `conditions`, `attempt`: a certificate that every sequence of events with a minimum dwell between them decays,
+//! - `conditions`, `attempt`, `rebuild`: a certificate that every sequence of events with a minimum dwell between them decays,
 //!   found by semidefinite programming and verified by `crate::certificate`;
 //! - `peaks`: bounds of motions under a tissue force in addition to springs and dampers: the statement about a scenario;
 //! - `ascent`, `products`: the worst sequences found, with a tissue that changes at every tick or is constant, to show
@@ -17,6 +17,7 @@ mod conditions;
 pub(crate) mod modes;
 mod peaks;
 mod products;
+mod rebuild;
 mod scaling;
 mod search;
 mod settings;
@@ -26,6 +27,8 @@ pub use ascent::{Cycle, Growth};
 pub use peaks::Peaks;
 pub use products::{SimulatedCycle, SimulatedGrowth};
 pub use settings::{Phases, SwitchingSettings};
+
+pub(crate) use rebuild::required;
 
 use crate::certificate::Certificate;
 use crate::{EventBound, StabilityError};
@@ -39,6 +42,9 @@ pub const LONGEST_DWELL_S: f64 = 4.0;
 
 /// The gap at the end of an event, in m: the hand's travel in the paper's figure 16.
 pub const GAP_M: f64 = 0.009;
+
+/// The maximum number of pieces of a certificate's functions in time, in each phase.
+const MAX_PIECES: u64 = 8;
 
 /// The result for one dwell.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -102,20 +108,27 @@ impl Switching {
         let mut search = Search::new(settings, &modes, phases);
         let (shortest, growths) = rayon::join(|| search.shortest(), found_growths);
         let (shortest, (growth, softest, stiffest)) = (shortest?, growths?);
-        let is_certified = shortest.as_ref().is_some_and(|found| found.dwell_ticks <= phases.refractory);
+        let is_certified = shortest.as_ref().is_some_and(|found| found.choice.dwell_ticks <= phases.refractory);
         let proved = match (&shortest, is_certified) {
             (Some(_), true) => AtRefractory::of(settings, &search, phases, &growth)?,
             _ => AtRefractory::default(),
         };
-        let longest = shortest.as_ref().map_or(phases.refractory, |found| found.dwell_ticks);
+        let longest = shortest.as_ref().map_or(phases.refractory, |found| found.choice.dwell_ticks);
         let certified = |dwell: u64| match (&shortest, &proved.tightest) {
-            (_, Some(tightest)) if dwell >= phases.refractory => Some(tightest.growth_after(dwell)),
+            (_, Some(tightest)) if dwell >= phases.refractory => Some(tightest.growth_after(dwell, modes.tick_s)),
             (Some(_), _) if dwell >= longest => Some(1.0),
             _ => None,
         };
         let (growing_dwell_ticks, by_dwell) = rayon::join(
             || Self::growing_dwell(&steps, longest, (phases.refractory, &growth)),
-            || by_dwell(settings, (&steps, &growth), shortest.as_ref().map(|found| found.dwell_ticks), &certified),
+            || {
+                by_dwell(
+                    settings,
+                    (&steps, &growth),
+                    shortest.as_ref().map(|found| found.choice.dwell_ticks),
+                    &certified,
+                )
+            },
         );
         let (growing_dwell_ticks, by_dwell) = (growing_dwell_ticks?, by_dwell?);
         let AtRefractory { tightest, covers_lost_contact } = proved;
@@ -160,7 +173,7 @@ impl Switching {
         let settings = &settings.with_least_damping();
         let modes = Modes::new(settings)?;
         let mut search = Search::new(settings, &modes, settings.phases());
-        Ok(search.shortest()?.map(|found| found.dwell_ticks))
+        Ok(search.shortest()?.map(|found| found.choice.dwell_ticks))
     }
 
     /// True if `dwell_ticks` of teleoperation between events are certified. Solves one or a few programmes, where
@@ -177,13 +190,13 @@ impl Switching {
     /// The shortest certified dwell in ticks.
     #[must_use]
     pub fn dwell_ticks(&self) -> Option<u64> {
-        self.certificate.as_ref().map(|found| found.dwell_ticks)
+        self.certificate.as_ref().map(|found| found.choice.dwell_ticks)
     }
 
     /// The certified growth per event at the refractory time, if it is certified.
     #[must_use]
     pub fn certified_growth(&self) -> Option<f64> {
-        self.at_refractory.as_ref().map(|found| found.contraction.sqrt())
+        self.at_refractory.as_ref().map(|found| found.choice.contraction.sqrt())
     }
 
     /// True if a sequence on one stiffness makes the motion grow. A gap that out of contact does not change is no growth.

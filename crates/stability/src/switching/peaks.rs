@@ -15,11 +15,10 @@
 use nalgebra::DMatrix;
 
 use super::attempt::{certify, narrowed};
-use super::conditions::{Choice, Focus};
 use super::modes::{Modes, Space};
 use super::settings::SwitchingSettings;
 use crate::StabilityError;
-use crate::certificate::Certificate;
+use crate::certificate::{Certificate, Choice};
 
 /// Tried pieces of the functions in time, decay rates of `V` as shares of twice the rate of the slowest mode, and time
 /// constants of the function on a held gap in s. Few pieces and fast decays come first: they give smaller bounds sooner.
@@ -70,11 +69,11 @@ fn tried(settings: &SwitchingSettings) -> Result<Option<(Modes, f64, [Choice; TR
     if settings.keeps_gap() || slowest_per_s <= 0.0 {
         return Ok(None);
     }
-    let dwell = settings.phases().refractory;
+    let dwell_ticks = settings.phases().refractory;
     let choices = TRIED.map(|(pieces, share, hold_s)| {
         let rate_per_s = 2.0 * share * slowest_per_s;
-        let contraction = (-rate_per_s * modes.tick_s * dwell as f64).exp();
-        Choice { dwell, hold_s, contraction, rate_per_s, pieces, is_driven: true }
+        let contraction = (-rate_per_s * modes.tick_s * dwell_ticks as f64).exp();
+        Choice { dwell_ticks, contraction, rate_per_s, bounds_m_per_n: None, is_driven: true, hold_s, pieces }
     });
     Ok(Some((modes, slowest_per_s, choices)))
 }
@@ -86,26 +85,22 @@ impl Peaks {
     /// [`StabilityError`].
     pub fn of(settings: &SwitchingSettings) -> Result<Option<Self>, StabilityError> {
         let Some((modes, slowest_per_s, choices)) = tried(settings)? else { return Ok(None) };
-        let certify = |choice: Choice, focus: &Focus| certify(&modes, settings.phases(), choice, Some(focus));
         let rows = [modes.slave(), modes.hand_position()];
         let found = largest_without_events(&modes, &rows, slowest_per_s);
-        // Each quantity is a position over its bound, so the certificate shows the bounds.
-        let focus = |ratio: f64| {
-            let over_bound = |(row, found): (&DMatrix<f64>, f64)| row / (found * ratio).max(f64::MIN_POSITIVE);
-            let rows: Vec<DMatrix<f64>> = rows.iter().zip(found).map(over_bound).collect();
-            Focus { rows }
+        let bounds = |ratio: f64| found.map(|found| (found * ratio).max(f64::MIN_POSITIVE));
+        let certify = |choice: Choice, ratio: f64| {
+            certify(&modes, settings.phases(), Choice { bounds_m_per_n: Some(bounds(ratio)), ..choice })
         };
         let mut best = None;
         for (tried, choice) in choices.into_iter().enumerate() {
-            if let Some(certificate) = certify(choice, &focus(LARGEST))? {
+            if let Some(certificate) = certify(choice, LARGEST)? {
                 best = Some((tried, choice, certificate));
                 break;
             }
         }
         let Some((tried, choice, certificate)) = best else { return Ok(None) };
-        let (ratio, certificate) =
-            narrowed((LARGEST, certificate), 1.0, MAX_RATIO, |ratio| certify(choice, &focus(ratio)))?;
-        let [needle_m_per_n, hand_m_per_n] = found.map(|found| found * ratio);
+        let (ratio, certificate) = narrowed((LARGEST, certificate), 1.0, MAX_RATIO, |ratio| certify(choice, ratio))?;
+        let [needle_m_per_n, hand_m_per_n] = bounds(ratio);
         Ok(Some(Self {
             certificate,
             needle_m_per_n,
@@ -125,7 +120,7 @@ impl Peaks {
         let Some((modes, _, choices)) = tried(settings)? else { return Ok(false) };
         let (first, count) = similar.map_or((0, TRIED.len()), |peaks| (peaks.tried, SIMILAR));
         for choice in choices.iter().skip(first).take(count) {
-            if certify(&modes, settings.phases(), *choice, None)?.is_some() {
+            if certify(&modes, settings.phases(), *choice)?.is_some() {
                 return Ok(true);
             }
         }

@@ -2,7 +2,6 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use super::conditions::Focus;
 use super::modes::{Modes, Space};
 use crate::StabilityError;
 use crate::certificate::interval::{Enclosure, exact, product, rounded, solved};
@@ -68,10 +67,10 @@ impl Scales {
         Ok(Self { of_loop, metre, newton, number: 1.0 })
     }
 
-    pub(super) fn with_focus(&self, modes: &Modes, focus: &Focus) -> Self {
+    pub(super) fn with_quantities(&self, modes: &Modes, rows: &[DMatrix<f64>]) -> Self {
         let space = Space::FadingGap;
         let scale = self.of(modes, space);
-        let size = focus.rows.iter().map(|row| (modes.row(row, space) * &scale).norm()).fold(0.0, f64::max);
+        let size = rows.iter().map(|row| (modes.row(row, space) * &scale).norm()).fold(0.0, f64::max);
         Self { number: power_of_two(size), ..self.clone() }
     }
 

@@ -1,12 +1,11 @@
 //! The search for the certificates with the shortest dwell and with the smallest growth.
 
 use super::attempt;
-use super::conditions::Choice;
 use super::modes::Modes;
 use super::settings::Phases;
-use super::{LONGEST_DWELL_S, SwitchingSettings};
+use super::{LONGEST_DWELL_S, MAX_PIECES, SwitchingSettings};
 use crate::StabilityError;
-use crate::certificate::Certificate;
+use crate::certificate::{Certificate, Choice};
 use trocar_base::parallel::try_map;
 
 /// The ratio of dwells at which the search for the shortest one ends.
@@ -27,7 +26,7 @@ const MAX_GROWTH_RATIO: f64 = 2.0;
 /// Pieces of the functions in each phase, also for a force law that depends on the tissue while the slave is frozen, for
 /// loops with at most this many states; otherwise one.
 const PIECES: u64 = 2;
-const PIECES_ON_TISSUE: u64 = 8;
+const PIECES_ON_TISSUE: u64 = MAX_PIECES;
 const MAX_STATES_WITH_PIECES: usize = 12;
 
 /// Pieces of the functions in time that a loop of this size affords.
@@ -63,11 +62,19 @@ impl<'a> Search<'a> {
         if self.keeps_gap {
             return Ok(None);
         }
-        attempt::certify(self.modes, self.phases, choice, None)
+        attempt::certify(self.modes, self.phases, choice)
     }
 
     fn plain(&self, dwell: u64, hold_s: f64) -> Choice {
-        Choice { dwell, hold_s, contraction: 1.0, rate_per_s: 0.0, pieces: self.pieces, is_driven: false }
+        Choice {
+            dwell_ticks: dwell,
+            contraction: 1.0,
+            rate_per_s: 0.0,
+            bounds_m_per_n: None,
+            is_driven: false,
+            hold_s,
+            pieces: self.pieces,
+        }
     }
 
     fn with_holds(&self, dwell: u64, holds: &[f64]) -> Result<Option<(Certificate, f64)>, StabilityError> {
@@ -98,9 +105,13 @@ impl<'a> Search<'a> {
             fails = dwell;
         }
         let Some((mut best, mut hold_s)) = found else { return Ok(None) };
-        while best.dwell_ticks > fails + 1 && best.dwell_ticks as f64 > MAX_RATIO * fails as f64 {
-            let middle = ((best.dwell_ticks as f64) * (fails as f64).max(0.5)).sqrt().round() as u64;
-            let middle = middle.clamp(fails + 1, best.dwell_ticks - 1);
+        loop {
+            let dwell = best.choice.dwell_ticks;
+            if dwell <= fails + 1 || dwell as f64 <= MAX_RATIO * fails as f64 {
+                break;
+            }
+            let middle = ((dwell as f64) * (fails as f64).max(0.5)).sqrt().round() as u64;
+            let middle = middle.clamp(fails + 1, dwell - 1);
             match self.with_holds(middle, &[hold_s])? {
                 Some(found) => (best, hold_s) = found,
                 None => fails = middle,

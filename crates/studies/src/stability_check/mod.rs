@@ -4,6 +4,7 @@
 //! sensor cancels the resting force, so nothing moves until the hand moves by a micrometre and back. The needle's late
 //! motion is compared with its earlier motion: an unstable loop grows long before contact is lost.
 
+mod certificate;
 mod document;
 mod event_limits;
 mod events;
@@ -15,7 +16,8 @@ mod tissue_of_run;
 mod verdict;
 mod verification;
 
-pub use document::{CertificateFile, LoopPart, StabilityFile};
+pub use certificate::CertificateFile;
+pub use document::{LoopPart, StabilityFile};
 pub use event_limits::EventLimit;
 pub use events::worst_events;
 pub use run::{Verdict, simulate};

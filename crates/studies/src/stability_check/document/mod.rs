@@ -1,7 +1,6 @@
 //! The document of a stability study.
 
 mod absolute;
-mod certificate;
 mod data;
 mod figures;
 mod json;
@@ -13,11 +12,10 @@ mod tables;
 pub(super) mod verdict;
 mod z_width;
 
-pub use certificate::CertificateFile;
 pub use json::StabilityFile;
 pub use verdict::LoopPart;
 
-use super::StabilityStudy;
+use super::{CertificateFile, StabilityStudy};
 use trocar_document::{DataTable, Document, Section, Study, TextFile, Verdict};
 use trocar_stability::LeftOut;
 
@@ -152,8 +150,9 @@ fn data_tables(study: &StabilityStudy) -> Vec<DataTable<'_>> {
 }
 
 fn files(study: &StabilityStudy) -> Vec<TextFile> {
-    let certificate = study.switching.as_ref().ok().and_then(certificate::certificate_json);
-    let certificate = certificate.map(|text| TextFile { name: "certificate.json".into(), text });
+    let certificate = study.switching.as_ref().ok().and_then(CertificateFile::of);
+    let certificate = certificate.and_then(|content| serde_json::to_string(&content).ok());
+    let certificate = certificate.map(|text| TextFile { name: "certificate.json".into(), text: text + "\n" });
     let worst = study.worst_events.as_ref();
     let worst = worst.map(|scenario| TextFile { name: "worst_events.toml".into(), text: scenario.echo() });
     certificate.into_iter().chain(worst).collect()

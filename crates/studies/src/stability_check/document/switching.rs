@@ -7,7 +7,7 @@ use crate::stability_check::statement::{ASSUMPTIONS, useful_bounds};
 use crate::stability_check::study::DEVIATIONS;
 use crate::stability_check::{EventLimit, StabilityStudy, Statement};
 use trocar_document::{Cell, DataTable, Number, Table, Unit, significant};
-use trocar_stability::{EventBound, GAP_M, LONGEST_DWELL_S, Switching, SwitchingSettings};
+use trocar_stability::{Certificate, EventBound, GAP_M, LONGEST_DWELL_S, Switching, SwitchingSettings};
 
 pub(super) fn seconds(switching: &Switching, ticks: u64) -> f64 {
     // Rounded, because a multiple of a tick of 0.001 s has rounding errors in its last digits.
@@ -31,7 +31,7 @@ pub(super) fn lines(switching: &Switching) -> Vec<String> {
         ms(phases.blend),
         switching.settings.augmentation.reengage.word(),
     )];
-    let conditions = switching.certificate.as_ref().map(|found| found.conditions);
+    let conditions = switching.certificate.as_ref().map(Certificate::conditions);
     lines.push(match (switching.dwell_ticks(), conditions) {
         (Some(dwell), Some(conditions)) => format!(
             "springs alone: the motion decays under any sequence of events with {} of teleoperation between them; \
@@ -349,9 +349,9 @@ impl AnalysedPart {
             covers_tissue: study.covers_tissue(),
             covers_lost_contact: switching.covers_lost_contact,
             certificate: switching.certificate.as_ref().map(|found| CertificatePart {
-                dwell_s: s(found.dwell_ticks),
-                contraction: found.contraction,
-                conditions: found.conditions,
+                dwell_s: s(found.choice.dwell_ticks),
+                contraction: found.choice.contraction,
+                conditions: found.conditions(),
                 p_at_events: rows(&found.p_at_events()),
             }),
             growth_per_event: GrowthPart {
