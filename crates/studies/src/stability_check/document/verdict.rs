@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::stability_check::LoopVerdict;
 use trocar_document::significant;
-use trocar_stability::{DelayRange, LeftOut, LinearLoop, LoopLimit, TissueRange, TissueSource, VaryingDelays};
+use trocar_stability::{DelayRange, LeftOut, LinearLoop, LoopLimit, Margins, TissueRange, TissueSource, VaryingDelays};
 
 pub(crate) fn sentence(verdict: &LoopVerdict) -> String {
     let settings = &verdict.settings;
@@ -76,7 +76,7 @@ pub struct LoopPart<'a> {
     /// Damping of the tissue, in N·s/m.
     damping_n_s_per_m: f64,
     mode: ModePart,
-    /// The margins of the loop; `None` for an unstable loop, and for a margin without a limit.
+    /// The margins of the loop; `None` for an unstable loop, and for a margin without a limit, which has a flag.
     pub(super) margins: MarginsPart,
     /// Everything that the linear loop leaves out, including tissue and augmentation.
     unmodelled: &'a [String],
@@ -121,16 +121,22 @@ struct ModePart {
 pub(super) struct MarginsPart {
     /// Smallest destabilising factor above 1 on the gain.
     gain: Option<f64>,
+    /// True if the loop is stable, and no such factor makes it unstable.
+    is_gain_unlimited: bool,
     /// Frequency of this gain margin, in Hz.
     gain_frequency_hz: Option<f64>,
     /// Largest destabilising factor below 1 on the gain, for a conditionally stable loop.
     gain_below: Option<f64>,
     /// Smallest destabilising phase in either direction, in rad.
     phase_rad: Option<f64>,
+    /// True if the loop is stable, and no phase makes it unstable.
+    is_phase_unlimited: bool,
     /// Frequency of this phase margin, in Hz.
     phase_frequency_hz: Option<f64>,
     /// Smallest destabilising additional delay around the loop, in s.
     delay_s: Option<f64>,
+    /// True if the loop is stable, and no additional delay makes it unstable.
+    is_delay_unlimited: bool,
     #[serde(flatten)]
     pub(super) jitter: Option<JitterPart>,
 }
@@ -142,6 +148,8 @@ pub(super) struct JitterPart {
     pub(super) jitter_ticks: Option<u64>,
     /// The same jitter in s.
     pub(super) jitter_s: Option<f64>,
+    /// True if stability is proved for any jitter.
+    pub(super) is_jitter_unlimited: bool,
 }
 
 /// A part of the scenario that the analysis leaves out.
@@ -179,6 +187,25 @@ struct DelaysPart {
     can_be_outage: bool,
 }
 
+impl MarginsPart {
+    fn of(margins: &Margins) -> Self {
+        let finite = |margin: Option<f64>| margin.filter(|margin| margin.is_finite());
+        let is_unlimited = |margin: Option<f64>| margin == Some(f64::INFINITY);
+        Self {
+            gain: finite(margins.gain),
+            is_gain_unlimited: is_unlimited(margins.gain),
+            gain_frequency_hz: margins.gain_frequency_hz,
+            gain_below: margins.gain_below,
+            phase_rad: finite(margins.phase_rad),
+            is_phase_unlimited: is_unlimited(margins.phase_rad),
+            phase_frequency_hz: margins.phase_frequency_hz,
+            delay_s: finite(margins.delay_s),
+            is_delay_unlimited: is_unlimited(margins.delay_s),
+            jitter: None,
+        }
+    }
+}
+
 impl<'a> LoopPart<'a> {
     /// Creates the verdict without the jitter margin.
     #[must_use]
@@ -206,15 +233,7 @@ impl<'a> LoopPart<'a> {
                 frequency_hz: mode.frequency_hz,
                 growth_per_s: mode.growth_per_s,
             },
-            margins: MarginsPart {
-                gain: margins.gain,
-                gain_frequency_hz: margins.gain_frequency_hz,
-                gain_below: margins.gain_below,
-                phase_rad: margins.phase_rad,
-                phase_frequency_hz: margins.phase_frequency_hz,
-                delay_s: margins.delay_s,
-                jitter: None,
-            },
+            margins: MarginsPart::of(margins),
             unmodelled: &verdict.unmodelled,
             left_out: verdict.left_out.iter().map(left_out).collect(),
             never_reached: verdict.unreached.iter().map(unreached).collect(),
