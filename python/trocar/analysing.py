@@ -176,7 +176,7 @@ def stability(
         The number of people, drawn at random around the scenario's arm, over whom limits are computed, too. It is short
         for ``population.arm = "people"`` and ``population.size``.
     simulate
-        True to simulate every point of the map, too.
+        True to simulate every point of the map, too, without the parts that the analysis leaves out.
     event_limits
         True to search for the limits of the certificate of events, such as the largest certified amplification, which
         takes minutes. They are in ``report["event_limits"]``.
@@ -272,7 +272,8 @@ def _response(name: str, given: Any) -> str | list[tuple[float, float, float]] |
 
 @dataclass(frozen=True)
 class Margins:
-    """Margins and limits of the loop of a scenario, returned by :func:`margins`. Undefined values are ``None``.
+    """Margins and limits of the loop of a scenario, returned by :func:`margins`. A margin without a limit is infinite; those of
+    an unstable loop are ``None``.
 
     Attributes
     ----------
@@ -280,11 +281,11 @@ class Margins:
         True if the loop is stable at every stiffness of its tissue and in free motion; ``None`` if the analysis leaves
         out a part that can decide it.
     gain, gain_frequency_hz : float or None
-        The gain margin, the smallest factor above 1 that makes the loop unstable, and its frequency in Hz.
+        The gain margin, the smallest factor above 1 that makes the loop unstable, and its frequency in Hz if it is finite.
     gain_below : float or None
         The largest factor below 1 that makes a conditionally stable loop unstable.
     phase_rad, phase_frequency_hz : float or None
-        The phase margin in rad, and its frequency in Hz.
+        The phase margin in rad, and its frequency in Hz if it is finite.
     delay_s : float or None
         The smallest additional delay around the loop that makes it unstable, in s.
     spectral_radius, mode_frequency_hz, mode_damping_ratio : float
@@ -340,6 +341,8 @@ class Margins:
 def _shown(value: Any) -> str:
     if isinstance(value, (list, tuple)):
         return ", ".join(map(_shown, value))
+    if value == np.inf:
+        return "unlimited"
     return "—" if value is None else f"{value:.5g}" if isinstance(value, float) else str(value)
 
 

@@ -38,16 +38,19 @@ impl Said {
     }
 
     fn of_json(json: &Json) -> Self {
-        let margin = |name: &str| json["margins"][name].as_f64();
+        let margin = |name: &str, flag: &str| {
+            let is_unlimited = json["margins"][flag].as_bool().expect("a flag");
+            if is_unlimited { Some(f64::INFINITY) } else { json["margins"][name].as_f64() }
+        };
         let radius = json["mode"]["spectral_radius"].as_f64();
         Self {
             is_stable: json["is_stable"].as_bool(),
             numbers: [
                 json["stiffness_n_per_m"].as_f64(),
                 radius,
-                margin("gain"),
-                margin("phase_rad"),
-                margin("delay_s"),
+                margin("gain", "is_gain_unlimited"),
+                margin("phase_rad", "is_phase_unlimited"),
+                margin("delay_s", "is_delay_unlimited"),
             ],
         }
     }
@@ -185,7 +188,7 @@ fn a_force_recorded_over_time_closes_no_loop_unless_a_tissue_is_stated() {
     };
     let free = of(&["scaling.force=1000"]);
     assert_eq!((free.settings.stiffness_n_per_m, free.settings.damping_n_s_per_m), (0.0, 0.0));
-    assert_eq!((free.is_stable(), free.margins.gain), (Some(true), None));
+    assert_eq!((free.is_stable(), free.margins.gain), (Some(true), Some(f64::INFINITY)));
     // Only master and slave remain: the slowest pole is that of the arm and the master's controller.
     assert!((free.mode.spectral_radius - (-12.624_623_69e-3_f64).exp()).abs() < 1e-9, "{:?}", free.mode);
     let stated = of(&["tissue.stiffness_n_per_m=1000", "tissue.damping_n_s_per_m=0"]);
@@ -201,7 +204,7 @@ fn verdict_and_margins_use_the_worst_stiffness_in_the_range() {
     let worst = trocar::stability::LinearLoop::of(&scenario, range).expect("analysed");
     let room = |stiffness: f64| {
         let at = worst.with(Parameter::Stiffness, stiffness);
-        ClosedLoop::new(&at).expect("built").margins().expect("followed").gain.unwrap_or(f64::INFINITY)
+        ClosedLoop::new(&at).expect("built").margins().expect("followed").gain.expect("stable")
     };
     let least = (1..=1500).map(|k| room(f64::from(k))).fold(f64::INFINITY, f64::min);
     assert!(room(worst.stiffness_n_per_m) <= least * (1.0 + 1e-9), "{} {least}", worst.stiffness_n_per_m);

@@ -12,9 +12,9 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Adds a value; ignores NaN.
-    pub fn add_defined(&mut self, value: f64) {
-        if !value.is_nan() {
+    /// Adds a value; ignores NaN and infinity.
+    pub fn add_finite(&mut self, value: f64) {
+        if value.is_finite() {
             self.add(value);
         }
     }

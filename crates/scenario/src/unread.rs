@@ -6,6 +6,7 @@ use super::keys::{KeyAt, find};
 use super::scenario::Scenario;
 use super::values::{Values, replays_force, replays_position};
 use trocar_base::warning::{Code, Warning};
+use trocar_engine::operator::Reflex;
 
 const OF_VELOCITY: [&str; 2] = ["sensor.position_resolution_m", "sensor.acceleration_std_m_per_s2"];
 
@@ -96,14 +97,17 @@ pub fn idle_keys(scenario: &Scenario) -> Vec<Warning> {
 }
 
 /// The sections without effect on the linear loop.
-const NOT_OF_LOOP: [&str; 5] = ["estimator.", "detector.", "perception.", "simulation.seed", "recording.ruptures_s"];
+const NOT_OF_LOOP: [&str; 5] = ["estimator.", "detector.", "perception.", SEED, "recording.ruptures_s"];
 
-/// Returns warnings about settings (`section.key=value`) without effect in the analysis of the linear loop.
+/// Returns warnings about settings (`section.key=value`) without effect in the analysis of the linear loop. An operator's
+/// reflex has one: the analysis leaves it out, so the stability is unknown. The seed draws the population.
 #[must_use]
-pub fn keys_outside_loop(settings: &[String]) -> Vec<Warning> {
+pub fn keys_outside_loop(scenario: &Scenario, settings: &[String]) -> Vec<Warning> {
+    let acts = |path: &str| path == Reflex::KEY.path || path == SEED && scenario.population.varies();
     let of = |path: String| {
         let message = format!("{path} changes nothing here: the linear loop has no detection and no random numbers");
-        NOT_OF_LOOP.iter().any(|section| path.starts_with(section)).then(|| {
+        let is_outside = NOT_OF_LOOP.iter().any(|section| path.starts_with(section)) && !acts(&path);
+        is_outside.then(|| {
             Warning::new(Code::KeyWithoutEffect, message).at(path).remedy("leave it out; `trocar run` reads it")
         })
     };
@@ -204,10 +208,17 @@ mod tests {
 
     #[test]
     fn the_linear_loop_has_no_detector() {
-        let settings = ["detector.threshold=2", "scaling.force=2", "channel.delay_s=0.01"].map(str::to_owned);
-        let found = keys_outside_loop(&settings);
+        let warned = |settings: &[&str]| {
+            let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
+            let scenario = Scenario::load(&super::super::Source::parse("paper/classical"), &settings).expect("loads");
+            keys_outside_loop(&scenario, &settings).into_iter().map(|warning| warning.message).collect::<Vec<_>>()
+        };
+        let found = warned(&["detector.threshold=2", "scaling.force=2", "channel.delay_s=0.01"]);
         assert_eq!(found.len(), 1, "{found:?}");
-        assert!(found[0].message.starts_with("detector.threshold changes nothing here: the linear loop"), "{found:?}");
+        assert!(found[0].starts_with("detector.threshold changes nothing here: the linear loop"), "{found:?}");
+        assert!(warned(&["perception.reflex=stop"]).is_empty());
+        assert_eq!(warned(&["simulation.seed=5"]).len(), 1);
+        assert!(warned(&["simulation.seed=5", "population.arm=people"]).is_empty());
     }
 
     #[test]

@@ -47,7 +47,8 @@ pub struct Analysis {
     /// Its margins.
     pub margins: Margins,
     /// The largest jitter of both directions, in ticks on top of the delays, with which the loop is proved stable for
-    /// every order of the delays; see [`VaryingDelays`](super::VaryingDelays). `None` if unstable or unlimited.
+    /// every order of the delays; see [`VaryingDelays`](super::VaryingDelays). `None` if unstable, and if
+    /// [unlimited](Self::is_jitter_unlimited).
     pub jitter_margin_ticks: Option<u64>,
     /// The stability limit of each of [`LIMITED`].
     pub limits: Vec<Limit>,
@@ -97,6 +98,12 @@ impl Analysis {
     #[must_use]
     pub fn is_stable(&self) -> bool {
         self.mode.spectral_radius < 1.0
+    }
+
+    /// True if the loop is proved stable for any jitter of the search.
+    #[must_use]
+    pub fn is_jitter_unlimited(&self) -> bool {
+        self.is_stable() && self.jitter_margin_ticks.is_none()
     }
 }
 

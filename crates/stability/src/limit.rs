@@ -125,7 +125,8 @@ impl<'a> StabilityTester<'a> {
             }
             Parameter::ForceScale | Parameter::PositionScale if self.settings.link.is_baseline() => {
                 let factors = self.closed.margins()?;
-                factors.gain.into_iter().chain(factors.gain_below).map(|factor| factor * value).collect()
+                let finite = factors.gain.filter(|factor| factor.is_finite());
+                finite.into_iter().chain(factors.gain_below).map(|factor| factor * value).collect()
             }
             _ => vec![],
         };

@@ -8,7 +8,7 @@ use super::{ClosedLoop, StabilityError};
 /// Largest gain margin. Above it the loop gain is at the level of rounding errors.
 pub const MAX_GAIN_MARGIN: f64 = 1e9;
 
-/// The smallest changes that make the loop unstable. `None` where no change does.
+/// The smallest changes that make a stable loop unstable: infinite where no change does, and `None` for an unstable loop.
 ///
 /// The critical point is `L = 1`, because `L` includes the sign of the feedback; the phase crossover is on the positive
 /// real axis. `L` is the sampled loop gain at `z = exp(jωT)`, with the holds.
@@ -16,13 +16,13 @@ pub const MAX_GAIN_MARGIN: f64 = 1e9;
 pub struct Margins {
     /// The smallest destabilising gain factor above 1.
     pub gain: Option<f64>,
-    /// The frequency of the gain margin in Hz.
+    /// The frequency of a finite gain margin in Hz.
     pub gain_frequency_hz: Option<f64>,
     /// The largest destabilising gain factor below 1, for a conditionally stable loop.
     pub gain_below: Option<f64>,
     /// The smallest destabilising phase in rad, in either direction.
     pub phase_rad: Option<f64>,
-    /// The frequency of the phase margin in Hz.
+    /// The frequency of a finite phase margin in Hz.
     pub phase_frequency_hz: Option<f64>,
     /// The smallest destabilising additional delay around the loop in s, continuous.
     pub delay_s: Option<f64>,
@@ -30,15 +30,16 @@ pub struct Margins {
 
 impl ClosedLoop {
     /// The margins of a stable loop: the smallest over all crossings of the positive real axis (gain) and of the unit
-    /// circle (phase and delay). `None` for an unstable loop, and for a gain margin above [`MAX_GAIN_MARGIN`].
+    /// circle (phase and delay). A gain margin above [`MAX_GAIN_MARGIN`] counts as infinite.
     ///
     /// # Errors
     /// [`StabilityError::TooFast`].
     pub fn margins(&self) -> Result<Margins, StabilityError> {
-        let mut margins = Margins::default();
         if !self.is_stable()? {
-            return Ok(margins);
+            return Ok(Margins::default());
         }
+        let unlimited = Some(f64::INFINITY);
+        let mut margins = Margins { gain: unlimited, phase_rad: unlimited, delay_s: unlimited, ..Margins::default() };
         let hz = |angle: f64| angle / (TAU * self.tick_s());
         let path = Path::new(self, 1.0).down_to(1.0 / MAX_GAIN_MARGIN);
         let mut at_crossover = |point: Point| {

@@ -143,13 +143,12 @@ fn analysed(settings: &LinearLoop, searches: &[Search]) -> Result<(bool, [f64; L
     let closed = ClosedLoop::new(settings)?;
     let is_stable = closed.is_stable()?;
     // The loop gain of the paper's controller is proportional to both scales.
-    let margin = if settings.link.is_baseline() && is_stable { Some(closed.margins()?.gain) } else { None };
+    let margin = if settings.link.is_baseline() { closed.margins()?.gain } else { None };
     let mut limits = [0.0; LIMITED.len()];
     for ((place, parameter), search) in limits.iter_mut().zip(LIMITED).zip(searches) {
         *place = match (parameter, margin) {
-            (Parameter::ForceScale | Parameter::PositionScale, Some(margin)) => {
-                margin.map_or(f64::INFINITY, |factor| factor * settings.get(parameter))
-            }
+            (Parameter::ForceScale | Parameter::PositionScale, Some(f64::INFINITY)) => f64::INFINITY,
+            (Parameter::ForceScale | Parameter::PositionScale, Some(factor)) => factor * settings.get(parameter),
             (Parameter::Delay, _) => delay_limit(settings, *search)?,
             _ => limit(settings, parameter, *search)?,
         };

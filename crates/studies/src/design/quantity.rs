@@ -4,6 +4,7 @@ use crate::sweep::{Column, LoopOfCase};
 use trocar_base::quantiles::quantile_of;
 use trocar_metrics::{Declaration, EventMetrics, Metric, Metrics, RuptureMetrics, Scope, Unit};
 use trocar_scenario::nearest_of;
+use trocar_stability::MAX_GAIN_MARGIN;
 
 /// The ruptures of a candidate relative to the ruptures without augmentation.
 pub(super) const REACHED: &str = "reached_share";
@@ -123,9 +124,11 @@ impl Quantity {
         matches!(self.measure, Measure::Reached)
     }
 
-    /// The value of the linear loop; `None` for other quantities.
+    /// The value of the linear loop; `None` for other quantities. A margin without a limit counts as the largest one, so
+    /// that means and differences stay finite.
     pub(super) fn of_loop(&self, of_case: &LoopOfCase<'_>) -> Option<f64> {
-        if let Measure::One(column) = &self.measure { column.value_of_loop(of_case) } else { None }
+        let Measure::One(column) = &self.measure else { return None };
+        column.value_of_loop(of_case).map(|value| value.min(MAX_GAIN_MARGIN))
     }
 
     /// Reads the values of a run, with the number of ruptures in the same run without augmentation, and the value of its

@@ -1,8 +1,8 @@
 //! Comparison of the linear verdicts with the engine.
 //!
-//! A run begins in equilibrium, 10 mm inside a Kelvin-Voigt tissue that the needle can leave. The bias of the force
-//! sensor cancels the resting force, so nothing moves until the hand moves by a micrometre and back. The needle's late
-//! motion is compared with its earlier motion: an unstable loop grows long before contact is lost.
+//! A run begins at rest on a spring and a damper that the needle cannot leave, with the parts that the linear loop models.
+//! Nothing moves until the hand moves by a micrometre and back. The needle's late motion is compared with its earlier
+//! motion.
 
 mod certificate;
 mod document;
@@ -12,6 +12,8 @@ mod run;
 mod sequences;
 mod statement;
 mod study;
+#[cfg(test)]
+mod tests;
 mod tissue_of_run;
 mod verdict;
 mod verification;
@@ -50,9 +52,9 @@ pub enum CheckError {
     Run(#[from] RunError),
 }
 
-/// A point at which the two verdicts differ.
+/// A point at which a run does not confirm the linear verdict.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Disagreement {
+pub struct Unconfirmed {
     /// Value of the map's first parameter.
     pub x: f64,
     /// Value of its second parameter.
@@ -73,15 +75,26 @@ pub struct Check {
     /// Number of simulated points that are not within [`BAND`] of the boundary.
     pub judged: usize,
     /// The points at which the two verdicts differ.
-    pub disagreements: Vec<Disagreement>,
+    pub disagreements: Vec<Unconfirmed>,
+    /// The points at which the engine does not decide.
+    pub undecided: Vec<Unconfirmed>,
 }
 
 impl Check {
-    /// Share of the judged points at which both agree; `None` without judged points.
+    /// Numbers of judged points at which both agree, at which they disagree, and at which the engine does not decide.
+    #[must_use]
+    pub fn counts(&self) -> [usize; 3] {
+        let judged = |points: &[Unconfirmed]| points.iter().filter(|point| !point.is_near_boundary).count();
+        let [disagreeing, undecided] = [&self.disagreements, &self.undecided].map(|points| judged(points));
+        [self.judged - disagreeing - undecided, disagreeing, undecided]
+    }
+
+    /// Share of the judged and decided points at which both agree; `None` without such points.
     #[must_use]
     pub fn agreement(&self) -> Option<f64> {
-        let apart = self.disagreements.iter().filter(|point| !point.is_near_boundary).count();
-        (self.judged > 0).then(|| 1.0 - apart as f64 / self.judged as f64)
+        let [agreeing, disagreeing, _] = self.counts();
+        let decided = agreeing + disagreeing;
+        (decided > 0).then(|| agreeing as f64 / decided as f64)
     }
 }
 
@@ -111,16 +124,19 @@ pub fn check(
         Ok::<_, CheckError>(Some((verdict, near)))
     })?;
     let judged = points.iter().filter(|point| matches!(point, Some((_, false)))).count();
-    let differs = |(index, point): (usize, &Option<(Verdict, bool)>)| {
+    let unconfirmed = |(index, point): (usize, &Option<(Verdict, bool)>)| {
         let (simulated, is_near_boundary) = (*point)?;
         let analytic_stable = map.stable[index];
         let expected = if analytic_stable { Verdict::Decays } else { Verdict::Grows };
         let [(_, x), (_, y)] = at(index);
-        (simulated != expected).then_some(Disagreement { x, y, analytic_stable, simulated, is_near_boundary })
+        (simulated != expected).then_some(Unconfirmed { x, y, analytic_stable, simulated, is_near_boundary })
     };
+    let (undecided, disagreements) =
+        points.iter().enumerate().filter_map(unconfirmed).partition(|point| point.simulated == Verdict::Undecided);
     Ok(Check {
-        disagreements: points.iter().enumerate().filter_map(differs).collect(),
         simulated: points.iter().map(|point| point.map(|(verdict, _)| verdict)).collect(),
         judged,
+        disagreements,
+        undecided,
     })
 }

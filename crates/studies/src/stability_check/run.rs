@@ -3,24 +3,24 @@
 use std::sync::Arc;
 
 use crate::run::RunError;
+use trocar_core::safety::SafetySettings;
 use trocar_core::time::TickGrid;
 use trocar_engine::channel::{Irregularity, Schedule};
-use trocar_engine::engine::{Observer, Signals};
+use trocar_engine::engine::{Observer, Signals, UserDefinedParts};
 use trocar_engine::operator::{Reflex, StiffeningSettings, StretchSettings};
+use trocar_engine::plant::{MasterModelSettings, SlaveParameters};
 use trocar_engine::sensor::SensorSettings;
-use trocar_engine::tissue::{KelvinVoigtSettings, Surface, TissueSettings};
-use trocar_scenario::{EngineKind, OperatorSpec, Scenario, TissueSpec};
+use trocar_engine::teleoperation::EncoderSettings;
+use trocar_engine::tissue::{OrganMotion, Reaction, Tissue};
+use trocar_scenario::{EngineKind, OperatorSpec, Scenario};
 use trocar_stability::LinearLoop;
-
-/// Depth of the resting needle, in m.
-const DEPTH_M: f64 = 0.01;
 
 /// Amplitude of the hand's motion in m, and its duration in s.
 const NUDGE_M: f64 = 1e-6;
 const NUDGE_S: f64 = 0.02;
 
-/// Fraction of the depth beyond which a motion counts as grown, shortly before contact is lost.
-const GROWN: f64 = 0.3;
+/// Distance from the start in m beyond which a motion counts as grown.
+const GROWN_M: f64 = 3e-3;
 
 /// Fraction of the maximum squared speed below which a motion counts as decayed.
 const DECAYED: f64 = 1e-18;
@@ -67,7 +67,7 @@ impl Observer<f64> for SpeedObserver {
         self.sums[now] += square;
         self.max = self.max.max(square);
         // False for NaN, which also counts as grown.
-        let is_small = position.abs() < GROWN * DEPTH_M && square.is_finite();
+        let is_small = position.abs() < GROWN_M && square.is_finite();
         if !is_small {
             self.verdict = Some(Verdict::Grows);
         } else if signals.tick.is_multiple_of(self.quarter) && now > 0 {
@@ -83,11 +83,42 @@ impl Observer<f64> for SpeedObserver {
     }
 }
 
-/// Runs a loop's settings in the engine, with the scenario's estimator and detector and without augmentation.
+/// `f = K x + B v` at any position: the force is 0 at the start, and the needle cannot leave.
+struct Spring {
+    stiffness_n_per_m: f64,
+    damping_n_s_per_m: f64,
+}
+
+impl Tissue<f64> for Spring {
+    fn react(&mut self, _tick: u64, position_m: f64, velocity_m_per_s: f64) -> Reaction<f64> {
+        let force_n = self.stiffness_n_per_m * position_m + self.damping_n_s_per_m * velocity_m_per_s;
+        Reaction { force_n, ruptured: false }
+    }
+}
+
+/// Runs a loop's settings in the engine, without the parts that the linear loop leaves out.
 ///
 /// # Errors
 /// [`RunError`] if the plant of the settings cannot be computed.
 pub fn simulate(scenario: &Scenario, settings: &LinearLoop) -> Result<Verdict, RunError> {
+    let run = linear_parts(scenario, settings)?;
+    let tissue =
+        Spring { stiffness_n_per_m: settings.stiffness_n_per_m, damping_n_s_per_m: settings.damping_n_s_per_m };
+    let mut observer =
+        SpeedObserver { quarter: (run.grid.ticks() / 4).max(1), sums: [0.0; 4], max: 0.0, verdict: None };
+    let integration = |source| RunError::Engine { name: scenario.name.clone(), source };
+    run.build_with(UserDefinedParts::default().tissue(tissue))?.run_compiled(&mut observer).map_err(integration)?;
+    let [_, second, _, fourth] = observer.sums;
+    Ok(observer.verdict.unwrap_or(match fourth.partial_cmp(&second) {
+        Some(std::cmp::Ordering::Less) => Verdict::Decays,
+        Some(std::cmp::Ordering::Greater) => Verdict::Grows,
+        _ => Verdict::Undecided,
+    }))
+}
+
+/// The scenario with the loop's settings and a small motion of the hand, at rest at 0. Parts that the linear loop leaves
+/// out are off.
+fn linear_parts(scenario: &Scenario, settings: &LinearLoop) -> Result<Scenario, RunError> {
     let tick_s = settings.tick_s;
     let length_s = SHORTEST_S + PER_DELAY * (settings.forward_delay_s + settings.backward_delay_s);
     let invalid = |error| RunError::Scenario(scenario.values().out_of_range(&error));
@@ -101,33 +132,20 @@ pub fn simulate(scenario: &Scenario, settings: &LinearLoop) -> Result<Verdict, R
     let mut run = scenario.clone();
     run.grid = TickGrid::new(tick_s, length_s).map_err(invalid)?;
     run.engine = EngineKind::Exact;
-    (run.timing, run.master, run.arm, run.slave) =
-        (settings.timing, settings.master, settings.arm, settings.slave.clone());
-    (run.actuators, run.link) = (settings.actuators, settings.link);
+    (run.timing, run.master, run.arm) = (settings.timing, settings.master, settings.arm);
+    run.master_model =
+        MasterModelSettings { coulomb_friction_n: 0.0, constant_force_n: 0.0, ..settings.master_model.clone() };
+    run.slave =
+        SlaveParameters { coulomb_friction_n: 0.0, constant_force_n: 0.0, start_m: None, ..settings.slave.clone() };
+    (run.encoder, run.clutch) = (EncoderSettings::default(), Arc::default());
+    (run.actuators, run.link, run.safety) = (settings.actuators, settings.link, SafetySettings::default());
     (run.forward, run.backward) = (settings.forward(), settings.backward());
     run.irregularity = Irregularity::default();
     (run.forward_schedule, run.backward_schedule) = (Schedule::default(), Schedule::default());
     run.operator = OperatorSpec::Recording(desired);
     (run.stretch, run.stiffening) = (StretchSettings::default(), StiffeningSettings::default());
     (run.tremor.amplitude_m, run.reflex.reflex, run.augmentation.enabled) = (0.0, Reflex::None, false);
-    run.tissue = TissueSpec::from(TissueSettings::KelvinVoigt(KelvinVoigtSettings {
-        stiffness_n_per_m: settings.stiffness_n_per_m,
-        damping_n_s_per_m: settings.damping_n_s_per_m,
-        surface: Surface { contact_m: -DEPTH_M },
-    }));
-    run.sensor = SensorSettings {
-        force_bias_n: -settings.stiffness_n_per_m * DEPTH_M,
-        force_bandwidth_hz: settings.force_bandwidth_hz,
-        ..SensorSettings::default()
-    };
-    let mut observer =
-        SpeedObserver { quarter: (run.grid.ticks() / 4).max(1), sums: [0.0; 4], max: 0.0, verdict: None };
-    let integration = |source| RunError::Engine { name: scenario.name.clone(), source };
-    run.build()?.run(&mut observer).map_err(integration)?;
-    let [_, second, _, fourth] = observer.sums;
-    Ok(observer.verdict.unwrap_or(match fourth.partial_cmp(&second) {
-        Some(std::cmp::Ordering::Less) => Verdict::Decays,
-        Some(std::cmp::Ordering::Greater) => Verdict::Grows,
-        _ => Verdict::Undecided,
-    }))
+    run.organ_motion = OrganMotion::default();
+    run.sensor = SensorSettings { force_bandwidth_hz: settings.force_bandwidth_hz, ..SensorSettings::default() };
+    Ok(run)
 }

@@ -7,6 +7,7 @@ use super::statement::Statement;
 use super::tissue_of_run::linear_loop;
 use super::verdict::LoopVerdict;
 use super::{Check, CheckError, check, worst_events};
+use crate::run::delays_rounded;
 use trocar_base::warning::{Code, Warning};
 use trocar_scenario::{Scenario, ScenarioError, Source};
 use trocar_stability::{
@@ -56,6 +57,8 @@ pub struct StabilityStudy {
     pub event_limits: Vec<EventLimit>,
     /// The scenario that runs the worst sequence of events, if requested.
     pub worst_events: Option<Scenario>,
+    /// The warnings about rounded delays.
+    rounded: Vec<Warning>,
 }
 
 impl StabilityStudy {
@@ -104,6 +107,7 @@ impl StabilityStudy {
             sensor_force_n: 0.5 * scenario.sensor.force_resolution_n + DEVIATIONS * scenario.sensor.force_noise_std_n,
             event_limits: vec![],
             worst_events: None,
+            rounded: delays_rounded(scenario),
         })
     }
 
@@ -222,7 +226,7 @@ impl StabilityStudy {
             };
             Warning::new(Code::TissueNotCovered, message).of(&self.name).at("--tissue").remedy(remedy)
         });
-        left_out.chain(uncovered).collect()
+        self.rounded.iter().cloned().chain(left_out).chain(uncovered).collect()
     }
 
     /// Runs the engine at every point of the map, and calls `done` after each run, until `stop` is set.

@@ -54,7 +54,7 @@ pub fn verify(text: &str, scenario: &Scenario) -> Result<Vec<Verified>, Verifica
         serde_json::from_str(text).map_err(|error| VerificationError::Form(error.to_string()))?;
     let tissue = TissueRange::of_parameters(scenario)
         .ok_or(VerificationError::Excluded("the stiffness of its tissue is known from a run only"))?;
-    let stiffness_n_per_m = tissue.stiffness_n_per_m;
+    let stiffness_n_per_m = tissue.sector_n_per_m();
     let of_loop = LinearLoop::of(scenario, tissue)?;
     let of_scenario =
         SwitchingSettings::of(scenario, of_loop, stiffness_n_per_m).map_err(VerificationError::Excluded)?;

@@ -97,21 +97,21 @@ impl Column {
         matches!(self.measure, Measure::Run(metric) if metric.declaration().scope == Scope::Port)
     }
 
-    /// The value in SI units; `None` if undefined or not finite.
+    /// The value in SI units; `None` if undefined or not finite. A margin of the loop without a limit is infinite.
     #[must_use]
     pub fn value(&self, metrics: &Metrics, of_case: Option<&LoopOfCase<'_>>) -> Option<f64> {
         let value = match self.measure {
             Measure::Run(metric) => metric.read(metrics),
-            Measure::Loop(metric) => of_case.and_then(metric.read),
+            Measure::Loop(_) => return of_case.and_then(|of_case| self.value_of_loop(of_case)),
         };
         value.filter(|value| value.is_finite())
     }
 
-    /// The value of a metric of the loop; `None` for other metrics, or if undefined or not finite.
+    /// The value of a metric of the loop; `None` for other metrics, or if undefined. A margin without a limit is infinite.
     #[must_use]
     pub fn value_of_loop(&self, of_case: &LoopOfCase<'_>) -> Option<f64> {
         let Measure::Loop(metric) = self.measure else { return None };
-        (metric.read)(of_case).filter(|value| value.is_finite())
+        (metric.read)(of_case).filter(|value| value.is_finite() || *value == f64::INFINITY)
     }
 
     /// True if the values are whole numbers.

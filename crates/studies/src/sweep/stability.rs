@@ -120,11 +120,11 @@ metrics! {
         frequency_hz = "frequency", Number, Neither => |l| Some(l.mode()?.frequency_hz);
         /// Growth rate of the dominant mode in 1/s; below 0 the mode decays.
         growth_per_s = "growth", Number, Lower => |l| Some(l.mode()?.growth_per_s);
-        /// Factor on the loop gain at which the loop becomes unstable.
+        /// Factor on the loop gain at which the loop becomes unstable; infinite without such a factor, undefined for an unstable loop.
         gain_margin = "gain margin", Number, Higher => |l| l.margins()?.gain;
-        /// Additional phase lag in rad at which the loop becomes unstable.
+        /// Additional phase lag in rad at which the loop becomes unstable; infinite without such a lag, undefined for an unstable loop.
         phase_margin_rad = "phase margin", Number, Higher => |l| l.margins()?.phase_rad;
-        /// Additional delay at which the loop becomes unstable.
+        /// Additional delay at which the loop becomes unstable; infinite without such a delay, undefined for an unstable loop.
         delay_margin_s = "delay margin", Second, Higher => |l| l.margins()?.delay_s;
         /// 1 if the loop is stable with any passive hand and any passive tissue, else 0.
         is_absolutely_stable = "is absolutely stable", Count, Higher => |l| Some(as_number(l.ports()?.0));

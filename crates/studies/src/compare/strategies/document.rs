@@ -154,12 +154,15 @@ fn about(study: &StrategyStudy) -> String {
             "Without a strategy the master moves at {low:.1} to {high:.1} mm/s at 90 % of the ruptures (median {median:.1} mm/s)."
         ));
     }
-    let LinearLoops { count, stable, min_gain_margin } = study.linear_loops;
+    let LinearLoops { count, stable, min_gain_margin, unlimited } = study.linear_loops;
     if count > 0 {
         let stable =
             if stable == count { "stable for all".to_owned() } else { format!("stable for {stable} of {count}") };
-        let margin =
-            min_gain_margin.map_or_else(String::new, |gain| format!(", smallest gain margin {}", significant(gain)));
+        let margin = match min_gain_margin {
+            Some(gain) => format!(", smallest gain margin {}", significant(gain)),
+            None if unlimited > 0 => ", unlimited gain margin".to_owned(),
+            None => String::new(),
+        };
         sentences.push(format!("Linear loop between events: {stable}{margin}."));
     }
     sentences.join(" ")

@@ -140,8 +140,10 @@ pub struct LinearLoops {
     pub count: u64,
     /// Number of loops that are stable both in contact and in free motion.
     pub stable: u64,
-    /// The smallest gain margin of the stable loops; `None` if no stable loop has one.
+    /// The smallest gain margin of the stable loops; `None` if no stable loop has a limit.
     pub min_gain_margin: Option<f64>,
+    /// Number of stable loops that no gain factor makes unstable.
+    pub unlimited: u64,
 }
 
 impl LinearLoops {
@@ -153,13 +155,16 @@ impl LinearLoops {
         if let Ok((is_stable, gain)) = verdict {
             self.count += 1;
             self.stable += u64::from(is_stable);
-            self.min_gain_margin = self.min_gain_margin.into_iter().chain(gain).reduce(f64::min);
+            self.unlimited += u64::from(gain == Some(f64::INFINITY));
+            let limit = gain.filter(|gain| gain.is_finite());
+            self.min_gain_margin = self.min_gain_margin.into_iter().chain(limit).reduce(f64::min);
         }
     }
 
     fn merge(mut self, other: Self) -> Self {
         self.count += other.count;
         self.stable += other.stable;
+        self.unlimited += other.unlimited;
         self.min_gain_margin = self.min_gain_margin.into_iter().chain(other.min_gain_margin).reduce(f64::min);
         self
     }

@@ -10,7 +10,7 @@ use super::population::PopulationPart;
 use super::switching::{EventLimitPart, StatementPart, SwitchingPart};
 use super::verdict::{JitterPart, LoopPart};
 use super::z_width::ZWidthPart;
-use crate::stability_check::{Check, Disagreement, StabilityStudy};
+use crate::stability_check::{Check, StabilityStudy, Unconfirmed};
 use trocar_base::warning::Warning;
 use trocar_document::json_of;
 use trocar_stability::{
@@ -139,22 +139,24 @@ struct AxisPart {
     spacing: &'static str,
 }
 
-/// The comparison of the map with simulated runs.
+/// The comparison of the map with simulated runs, which leave out the parts in `left_out`, too.
 #[derive(Debug, Serialize, JsonSchema)]
 struct CheckPart {
     /// Number of runs.
     runs: usize,
     /// Number of runs more than 0.5 % away from the boundary.
     judged: usize,
-    /// Share of these runs in which analysis and simulation agree; `None` without any.
+    /// Share of these runs in which analysis and simulation agree, of those that decide; `None` without any.
     agreement: Option<f64>,
     /// The points at which analysis and simulation disagree.
-    disagreements: Vec<DisagreementPart>,
+    disagreements: Vec<UnconfirmedPart>,
+    /// The points at which the simulated motion neither decays nor grows.
+    undecided: Vec<UnconfirmedPart>,
 }
 
-/// A point at which analysis and simulation disagree.
+/// A point at which the simulation does not confirm the analysis.
 #[derive(Debug, Serialize, JsonSchema)]
-struct DisagreementPart {
+struct UnconfirmedPart {
     /// Value of the horizontal axis.
     x: f64,
     /// Value of the vertical axis.
@@ -174,6 +176,7 @@ pub(super) fn json(study: &StabilityStudy) -> Json {
     of_loop.margins.jitter = Some(JitterPart {
         jitter_ticks: *jitter_margin_ticks,
         jitter_s: jitter_margin_ticks.map(|ticks| ticks as f64 * settings.tick_s),
+        is_jitter_unlimited: analysis.is_jitter_unlimited(),
     });
     json_of(&StabilityFile {
         trocar_version: env!("CARGO_PKG_VERSION"),
@@ -245,14 +248,15 @@ impl AxisPart {
 
 impl CheckPart {
     fn of(check: &Check) -> Self {
-        let point = |&Disagreement { x, y, analytic_stable, simulated, is_near_boundary }: &Disagreement| {
-            DisagreementPart { x, y, analytic_stable, simulated: simulated.word(), is_near_boundary }
+        let point = |&Unconfirmed { x, y, analytic_stable, simulated, is_near_boundary }: &Unconfirmed| {
+            UnconfirmedPart { x, y, analytic_stable, simulated: simulated.word(), is_near_boundary }
         };
         Self {
             runs: check.simulated.iter().flatten().count(),
             judged: check.judged,
             agreement: check.agreement(),
             disagreements: check.disagreements.iter().map(point).collect(),
+            undecided: check.undecided.iter().map(point).collect(),
         }
     }
 }

@@ -4,11 +4,13 @@ use super::json::all;
 use crate::stability_check::{Check, EventLimit};
 use trocar_document::{Cell, Digits, Number, Shown, Table, significant};
 use trocar_scenario::unit_of;
-use trocar_stability::{Analysis, LIMITED, Limit, LoopLimit, Parameter, PortPoint, StabilityMap, is_passive_impedance};
+use trocar_stability::{
+    Analysis, LIMITED, LeftOut, Limit, LoopLimit, Parameter, PortPoint, StabilityMap, is_passive_impedance,
+};
 
 const SHOWN_HZ: [f64; 4] = [0.5, 1.0, 5.0, 10.0];
 
-const SHOWN_DISAGREEMENTS: usize = 20;
+const SHOWN_UNCONFIRMED: usize = 20;
 
 const SHOWN_SENSITIVITIES: usize = 3;
 
@@ -25,8 +27,9 @@ pub(super) fn unreached(limit: &LoopLimit) -> String {
 pub(super) fn loop_table(analysis: &Analysis) -> Table {
     let (mode, margins) = (&analysis.mode, &analysis.margins);
     let jitter_s = analysis.jitter_margin_ticks.map(|ticks| ticks as f64 * analysis.settings.tick_s);
+    let jitter_s = if analysis.is_jitter_unlimited() { Some(f64::INFINITY) } else { jitter_s };
     let hertz = |value: Option<f64>| Cell::si(value, "Hz");
-    let milliseconds = |value: Option<f64>| value.map_or(Cell::Undefined, |value| Number::milliseconds(value).into());
+    let times = |value: f64| Number::si(value, "times");
     let degrees = |value: f64| Number { factor: 1.0_f64.to_degrees(), unit: "°".into(), ..Number::si(value, "") };
     let columns = [("quantity", "loop"), ("value", "value"), ("frequency_hz", "at")];
     let mut table = Table::new("loop", "Properties of the closed loop", columns);
@@ -48,23 +51,31 @@ pub(super) fn loop_table(analysis: &Analysis) -> Table {
         "The growth rate of the slowest mode; below 0 the mode decays.",
     );
     table.explained(
-        ["gain margin".into(), Cell::si(margins.gain, "times"), hertz(margins.gain_frequency_hz)],
+        ["gain margin".into(), margin(margins.gain, times), hertz(margins.gain_frequency_hz)],
         "The factor by which the gain of the loop can change before the loop becomes unstable.",
     );
-    let phase = margins.phase_rad.map_or(Cell::Undefined, |phase| degrees(phase).into());
     table.explained(
-        ["phase margin".into(), phase, hertz(margins.phase_frequency_hz)],
+        ["phase margin".into(), margin(margins.phase_rad, degrees), hertz(margins.phase_frequency_hz)],
         "The phase lag that can be added before the loop becomes unstable.",
     );
     table.explained(
-        ["delay margin (round trip)".into(), milliseconds(margins.delay_s), Cell::empty()],
+        ["delay margin (round trip)".into(), margin(margins.delay_s, Number::milliseconds), Cell::empty()],
         "The round-trip delay that can be added before the loop becomes unstable.",
     );
     table.explained(
-        ["jitter margin (each way)".into(), milliseconds(jitter_s), Cell::empty()],
+        ["jitter margin (each way)".into(), margin(jitter_s, Number::milliseconds), Cell::empty()],
         "The jitter that can be added to the delays of both directions; stability is then proved for every order of the delays (small gain).",
     );
     table
+}
+
+/// `—` for an unstable loop.
+fn margin(value: Option<f64>, number: impl Fn(f64) -> Number) -> Cell {
+    match value {
+        None => Cell::Undefined,
+        Some(f64::INFINITY) => "unlimited".into(),
+        Some(value) => number(value).into(),
+    }
 }
 
 pub(super) fn limits_line(analysis: &Analysis) -> String {
@@ -237,23 +248,25 @@ pub(super) fn map_line(map: &StabilityMap) -> String {
     )
 }
 
-pub(super) fn checked_line(check: &Check) -> String {
-    let disagreeing = check.disagreements.iter().filter(|d| !d.is_near_boundary).count();
+pub(super) fn checked_line(check: &Check, left_out: &[LeftOut]) -> String {
     let judged = check.judged;
-    match check.agreement() {
-        None => "Simulation: no point is more than 0.5 % from the boundary.".into(),
-        Some(_) if disagreeing == 0 => {
-            format!("Simulation: all {judged} points more than 0.5 % from the boundary agree.")
+    let points = format!("{judged} points more than 0.5 % from the boundary");
+    let counted = match check.counts() {
+        _ if judged == 0 => "no point is more than 0.5 % from the boundary".to_owned(),
+        [_, 0, 0] => format!("all {points} agree"),
+        [agreeing, disagreeing, 0] => format!("of {points}, {agreeing} agree and {disagreeing} disagree"),
+        [agreeing, disagreeing, undecided] => {
+            format!("of {points}, {agreeing} agree, {disagreeing} disagree and {undecided} are undecided")
         }
-        Some(share) => format!(
-            "Simulation: of {judged} points more than 0.5 % from the boundary, {:.3} % agree and {disagreeing} disagree.",
-            100.0 * share
-        ),
-    }
+    };
+    let parts: Vec<String> = left_out.iter().map(LeftOut::to_string).collect();
+    let without = if parts.is_empty() { String::new() } else { format!(", without {}", parts.join(", ")) };
+    format!("Simulation{without}: {counted}.")
 }
 
-/// The points at which analysis and simulation disagree, and the number of further points; `None` without any.
-pub(super) fn disagreements(map: &StabilityMap, check: &Check) -> Option<(Table, Option<String>)> {
+/// The points at which the simulation does not confirm the analysis, and the number of further points; `None` without
+/// any.
+pub(super) fn unconfirmed(map: &StabilityMap, check: &Check) -> Option<(Table, Option<String>)> {
     let columns = [
         (map.x.parameter.key(), map.x.parameter.key()),
         (map.y.parameter.key(), map.y.parameter.key()),
@@ -261,17 +274,19 @@ pub(super) fn disagreements(map: &StabilityMap, check: &Check) -> Option<(Table,
         ("simulation", "simulation"),
         ("is_near_boundary", "near the boundary"),
     ];
-    let mut table = Table::new("disagreements", "Points at which analysis and simulation disagree", columns);
-    for d in check.disagreements.iter().take(SHOWN_DISAGREEMENTS) {
+    let title = "Points at which the simulation disagrees or is undecided";
+    let mut table = Table::new("disagreements", title, columns);
+    for point in check.disagreements.iter().chain(&check.undecided).take(SHOWN_UNCONFIRMED) {
         table.row([
-            Number::si(d.x, "").into(),
-            Number::si(d.y, "").into(),
-            Cell::from(if d.analytic_stable { "stable" } else { "not stable" }),
-            d.simulated.word().into(),
-            Cell::Flag(d.is_near_boundary),
+            Number::si(point.x, "").into(),
+            Number::si(point.y, "").into(),
+            Cell::from(if point.analytic_stable { "stable" } else { "not stable" }),
+            point.simulated.word().into(),
+            Cell::Flag(point.is_near_boundary),
         ]);
     }
-    let more = check.disagreements.len().saturating_sub(SHOWN_DISAGREEMENTS);
+    let all = check.disagreements.len() + check.undecided.len();
+    let more = all.saturating_sub(SHOWN_UNCONFIRMED);
     let more = (more > 0).then(|| format!("and {more} more, in stability.json"));
-    (!check.disagreements.is_empty()).then_some((table, more))
+    (all > 0).then_some((table, more))
 }

@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::stability_check::LoopVerdict;
 use trocar_document::significant;
 use trocar_engine::tissue::{Relaxation, Springs};
-use trocar_stability::{DelayRange, LeftOut, Limit, LinearLoop, LoopLimit, TissueSource, VaryingDelays};
+use trocar_stability::{DelayRange, LeftOut, Limit, LinearLoop, LoopLimit, Margins, TissueSource, VaryingDelays};
 
 pub(crate) fn sentence(verdict: &LoopVerdict) -> String {
     let delays = verdict.delays.as_ref().map(ranges);
@@ -132,7 +132,7 @@ pub struct LoopPart {
     /// Worst damping of the tissue, in N·s/m.
     damping_n_s_per_m: f64,
     mode: ModePart,
-    /// The margins of the loop; `None` for an unstable loop, and for a margin without a limit.
+    /// The margins of the loop; `None` for an unstable loop, and for a margin without a limit, which has a flag.
     pub(super) margins: MarginsPart,
     /// The parts of the scenario with which the stability is unknown: they can supply energy or delay.
     left_out: Vec<LeftOutPart>,
@@ -192,16 +192,22 @@ struct ModePart {
 pub(super) struct MarginsPart {
     /// Smallest destabilising factor above 1 on the gain.
     gain: Option<f64>,
+    /// True if the loop is stable, and no such factor makes it unstable.
+    is_gain_unlimited: bool,
     /// Frequency of this gain margin, in Hz.
     gain_frequency_hz: Option<f64>,
     /// Largest destabilising factor below 1 on the gain, for a conditionally stable loop.
     gain_below: Option<f64>,
     /// Smallest destabilising phase in either direction, in rad.
     phase_rad: Option<f64>,
+    /// True if the loop is stable, and no phase makes it unstable.
+    is_phase_unlimited: bool,
     /// Frequency of this phase margin, in Hz.
     phase_frequency_hz: Option<f64>,
     /// Smallest destabilising additional delay around the loop, in s.
     delay_s: Option<f64>,
+    /// True if the loop is stable, and no additional delay makes it unstable.
+    is_delay_unlimited: bool,
     #[serde(flatten)]
     pub(super) jitter: Option<JitterPart>,
 }
@@ -213,6 +219,8 @@ pub(super) struct JitterPart {
     pub(super) jitter_ticks: Option<u64>,
     /// The same jitter in s.
     pub(super) jitter_s: Option<f64>,
+    /// True if stability is proved for any jitter.
+    pub(super) is_jitter_unlimited: bool,
 }
 
 /// A part of the scenario that the linear loop does not model.
@@ -250,6 +258,25 @@ struct DelaysPart {
     can_be_outage: bool,
 }
 
+impl MarginsPart {
+    fn of(margins: &Margins) -> Self {
+        let finite = |margin: Option<f64>| margin.filter(|margin| margin.is_finite());
+        let is_unlimited = |margin: Option<f64>| margin == Some(f64::INFINITY);
+        Self {
+            gain: finite(margins.gain),
+            is_gain_unlimited: is_unlimited(margins.gain),
+            gain_frequency_hz: margins.gain_frequency_hz,
+            gain_below: margins.gain_below,
+            phase_rad: finite(margins.phase_rad),
+            is_phase_unlimited: is_unlimited(margins.phase_rad),
+            phase_frequency_hz: margins.phase_frequency_hz,
+            delay_s: finite(margins.delay_s),
+            is_delay_unlimited: is_unlimited(margins.delay_s),
+            jitter: None,
+        }
+    }
+}
+
 impl LoopPart {
     /// Creates the verdict without the jitter margin.
     #[must_use]
@@ -284,15 +311,7 @@ impl LoopPart {
                 frequency_hz: mode.frequency_hz,
                 growth_per_s: mode.growth_per_s,
             },
-            margins: MarginsPart {
-                gain: margins.gain,
-                gain_frequency_hz: margins.gain_frequency_hz,
-                gain_below: margins.gain_below,
-                phase_rad: margins.phase_rad,
-                phase_frequency_hz: margins.phase_frequency_hz,
-                delay_s: margins.delay_s,
-                jitter: None,
-            },
+            margins: MarginsPart::of(margins),
             left_out: verdict.left_out.iter().map(part).collect(),
             assumed_passive: verdict.assumed_passive.iter().map(part).collect(),
             inputs: verdict.inputs.iter().map(part).collect(),

@@ -71,7 +71,7 @@ impl<'a> Cells<'a> {
         let cell = class(coordinates[y], y_count) * x_count as usize + class(coordinates[x], x_count);
         let cells = (x_count * y_count) as usize;
         for (place, column) in self.design.focus.iter().enumerate() {
-            self.moments[place * cells + cell].add_defined(values[*column]);
+            self.moments[place * cells + cell].add_finite(values[*column]);
         }
     }
 

@@ -108,9 +108,9 @@ impl<'a> Inputs<'a> {
 
     pub(super) fn add(&mut self, case: u64, coordinates: &[f64], values: &[f64]) {
         for (place, column) in self.design.focus.iter().enumerate() {
-            self.overall[place].add_defined(values[*column]);
+            self.overall[place].add_finite(values[*column]);
             for (axis, coordinate) in coordinates.iter().enumerate() {
-                self.by_class[place][axis][class(*coordinate, self.counts[axis])].add_defined(values[*column]);
+                self.by_class[place][axis][class(*coordinate, self.counts[axis])].add_finite(values[*column]);
             }
         }
         if self.ranked.get(self.read) == Some(&case) {
@@ -155,7 +155,7 @@ impl<'a> Inputs<'a> {
                 column: *column,
                 of_axes,
                 rank_r_squared: regression.as_ref().map(|regression| regression.r_squared),
-                ranked: self.metrics[place].iter().filter(|value| !value.is_nan()).count() as u64,
+                ranked: self.metrics[place].iter().filter(|value| value.is_finite()).count() as u64,
             }
         };
         self.design.focus.iter().enumerate().map(of_focus).collect()
@@ -163,7 +163,7 @@ impl<'a> Inputs<'a> {
 
     fn regression(&self, place: usize) -> Option<Regression> {
         let defined: Vec<usize> =
-            (0..self.metrics[place].len()).filter(|&k| !self.metrics[place][k].is_nan()).collect();
+            (0..self.metrics[place].len()).filter(|&k| self.metrics[place][k].is_finite()).collect();
         let chosen = |numbers: &[f64]| defined.iter().map(|&k| numbers[k]).collect::<Vec<_>>();
         let y = standard_ranks(&chosen(&self.metrics[place]))?;
         let columns: Vec<Option<Vec<f64>>> = self.axes.iter().map(|axis| standard_ranks(&chosen(axis))).collect();

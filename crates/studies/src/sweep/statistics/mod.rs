@@ -25,7 +25,7 @@ use trocar_base::quantiles::{median_ranks, quantile};
 use trocar_base::warning::Warning;
 use trocar_metrics::Unit;
 
-/// The distribution of a metric over the cases in which it is defined.
+/// The distribution of a metric over the cases in which it is defined and finite.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Summary {
     /// Name.
@@ -34,9 +34,9 @@ pub struct Summary {
     pub label: String,
     /// Unit; the numbers are in SI units.
     pub unit: Unit,
-    /// Number of cases in which the metric is defined.
+    /// Number of cases in which the metric is defined and finite.
     pub defined: u64,
-    /// The distribution; `None` if the metric is defined in no case.
+    /// The distribution; `None` without such a case.
     pub spread: Option<Spread>,
 }
 
@@ -110,7 +110,7 @@ pub fn findings(design: &Design, rows: &Rows) -> Result<Findings, SweepError> {
         cases += 1;
         diverged += u64::from(outcome == Outcome::Diverged);
         failed += u64::from(outcome == Outcome::Failed);
-        moments.iter_mut().zip(values).for_each(|(moments, value)| moments.add_defined(*value));
+        moments.iter_mut().zip(values).for_each(|(moments, value)| moments.add_finite(*value));
         sampler.of(case, &mut coordinates);
         inputs.add(case, &coordinates, values);
         cells.add(&coordinates, values);

@@ -59,9 +59,9 @@ impl OrderStatistics {
         self.known >= 64
     }
 
-    /// Counts a value in the current pass; NaN is ignored.
+    /// Counts a value in the current pass; NaN and infinity are ignored.
     pub(super) fn count(&mut self, value: f64) {
-        if value.is_nan() || self.are_known() {
+        if !value.is_finite() || self.are_known() {
             return;
         }
         let bits = ordered(value);
@@ -124,12 +124,12 @@ mod tests {
             state = crate::sweep::permutation::mix(state);
             f64::from_bits(state)
         };
-        let mut values: Vec<f64> = std::iter::from_fn(|| Some(next())).filter(|v| !v.is_nan()).take(500).collect();
-        values.extend([0.0, -0.0, 1.0, 1.0, 1.0, f64::INFINITY, f64::NEG_INFINITY, 5e-324, -5e-324]);
+        let mut values: Vec<f64> = std::iter::from_fn(|| Some(next())).filter(|v| v.is_finite()).take(500).collect();
+        values.extend([0.0, -0.0, 1.0, 1.0, 1.0, f64::MAX, f64::MIN, 5e-324, -5e-324]);
         let mut statistics = OrderStatistics::new((0..values.len() as u64).collect());
         let mut passes = 0;
         while !statistics.are_known() {
-            values.iter().chain([&f64::NAN]).for_each(|value| statistics.count(*value));
+            values.iter().chain(&[f64::NAN, f64::INFINITY]).for_each(|value| statistics.count(*value));
             statistics.narrow();
             passes += 1;
         }
