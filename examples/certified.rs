@@ -86,7 +86,7 @@ pub fn compare(case: u64) -> Result<Option<Certified>, Box<dyn std::error::Error
     let settings = drawn(case);
     let scenario = Scenario::load(&Source::parse("builtin:layers/skin-augmented.toml"), &settings)?;
     let of_loop = linear_loop(&scenario)?;
-    let range = of_loop.tissue.stiffness_n_per_m;
+    let range = of_loop.tissue.sector_n_per_m();
     let Ok(events) = SwitchingSettings::of(&scenario, of_loop, range) else { return Ok(None) };
     let Some(peaks) = Peaks::of(&events)? else { return Ok(None) };
     let [needle, hand] = adversary(&events, SEQUENCES, case)?;

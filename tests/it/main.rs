@@ -1,6 +1,7 @@
 //! All tests of the public interface in one program, with a module per subject.
 
 mod actuators;
+mod adversary;
 mod appendix_poles;
 mod architectures;
 #[cfg(unix)]

@@ -66,9 +66,10 @@ const OTHERS: &[Case] = &[
 ];
 
 /// The optional keys of objects, and the objects whose keys are names or settings.
-const OPTIONAL: [&str; 10] = [
+const OPTIONAL: [&str; 11] = [
     "also",
     "further_estimate",
+    "is_jitter_unlimited",
     "jitter_s",
     "jitter_ticks",
     "missed",

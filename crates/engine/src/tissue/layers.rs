@@ -20,7 +20,7 @@ const FAR_M: f64 = 1e9;
 /// slow subnormal numbers.
 const MIN_FALL_M: f64 = 1e-15;
 
-/// A layer that relaxes more slowly than this, in s, can still act when the layer below the next one is reached.
+/// A layer that relaxes faster than this, in s, acts too briefly after its rupture or last cut for a swing.
 const SLOW_S: f64 = 0.05;
 
 /// Parameters of a layered tissue.
@@ -332,27 +332,29 @@ impl<L: Lane> Model for Layers<L> {
     }
 
     /// Springs from 0, for a layer that is being cut, to the slope of the stiffest layer just before its rupture or
-    /// during cutting; on the way back also the layers above that have not relaxed yet. The damping is `c f` of these
+    /// during cutting; on the way back also the slopes of ruptured layers that relax slowly. The damping is `c f` of these
     /// layers, and the viscous friction on the shaft. The shaft adds its stiffness after a layer with friction is cut,
     /// because it sticks after reversals.
     fn springs(settings: &LayersParameters, depth_m: Option<f64>) -> Option<Springs> {
         let (mut advancing, mut drawn_back, mut damping) = (0.0_f64, 0.0_f64, 0.0_f64);
         let mut of_shaft = 0.0;
-        // The slope and the damping of the layers above.
+        // The slope and the damping of the layers above that are cut through.
         let mut above = (0.0, 0.0);
         for (_, layer) in &settings.layers {
-            let slope = layer.slope_n_per_m(layer.rupture_force_n);
-            let cut = (layer.slope_n_per_m(layer.cutting_force_n), layer.damping_s_per_m * layer.cutting_force_n);
-            advancing = advancing.max(slope + of_shaft);
-            drawn_back = drawn_back.max(slope + of_shaft + above.0);
+            let [intact, cut] =
+                [layer.rupture_force_n, layer.cutting_force_n].map(|force_n| layer.slope_n_per_m(force_n));
+            let is_slow = layer.relaxation_s > SLOW_S;
+            advancing = advancing.max(intact + of_shaft);
+            drawn_back = drawn_back.max(intact + of_shaft + above.0);
             damping = damping.max(layer.damping_s_per_m * layer.rupture_force_n + above.1);
             if layer.friction_n_per_m > 0.0 || layer.grip_n > 0.0 {
                 of_shaft = settings.shaft.stiffness_n_per_m;
             }
-            advancing = advancing.max(cut.0 + of_shaft);
-            drawn_back = drawn_back.max(slope.max(cut.0) + of_shaft + above.0);
-            let is_slow = layer.relaxation_s > SLOW_S;
-            above = if is_slow { (above.0 + cut.0, above.1 + cut.1) } else { cut };
+            advancing = advancing.max(cut + of_shaft);
+            drawn_back = drawn_back.max(if is_slow { intact.max(cut) } else { cut } + of_shaft + above.0);
+            if is_slow {
+                above = (above.0 + cut, above.1 + layer.damping_s_per_m * layer.cutting_force_n);
+            }
         }
         let of_layers_m: f64 = settings.layers.iter().map(|(_, layer)| layer.thickness_m).sum();
         let along_shaft_m = depth_m.map_or(of_layers_m, |depth_m| depth_m.min(of_layers_m));

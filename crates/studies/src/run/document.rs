@@ -26,9 +26,12 @@ impl Study for RunReport<'_> {
     fn document(&self) -> Document<'_> {
         let run = self.run;
         let mut verdict = verdict(&[run]);
-        verdict.sentences.insert(0, format!("{}.", state(run)));
+        // The verdict on a run that diverges begins with its state.
+        if !matches!(run.metrics.outcome, Outcome::Diverged { .. }) {
+            verdict.sentences.insert(0, format!("{}.", state(run)));
+        }
         if let Some(unreached) = self.unreached_sentence() {
-            verdict.sentences.insert(1, unreached);
+            verdict.sentences.insert(1.min(verdict.sentences.len()), unreached);
         }
         let mut document = Document {
             name: "summary",

@@ -186,12 +186,12 @@ impl StabilityStudy {
         Some(!self.tissue().is_of_run() && low <= softest && stiffest <= high)
     }
 
-    /// True if [`statement`](Self::statement) is that every motion decays. `None` if the switching is not analysed, if the
-    /// analysis leaves out a part, or if the range of stiffness does not cover the tissue.
+    /// True if [`statement`](Self::statement) is that every motion decays or stays bounded. `None` if the switching is not
+    /// analysed, if the analysis leaves out a part, or if the range of stiffness does not cover the tissue.
     #[must_use]
     pub fn is_certified(&self) -> Option<bool> {
-        let decays = matches!(self.statement(), Statement::Decays(_));
-        (self.verdict.left_out.is_empty() && self.covers_tissue()? && self.switching.is_ok()).then_some(decays)
+        let is_stated = !matches!(self.statement(), Statement::None(_));
+        (self.verdict.left_out.is_empty() && self.covers_tissue()?).then_some(is_stated)
     }
 
     /// The warnings about the analysis.

@@ -132,7 +132,7 @@ metrics! {
         is_passive = "is passive", Count, Higher => |l| Some(as_number(l.ports()?.1));
         /// Minimum time of teleoperation between events for which the decay of motions is certified; undefined if the analysis leaves out a part of the scenario.
         certified_dwell_s = "certified dwell", Second, Lower => |l| l.certified_dwell_s();
-        /// 1 if the certificate states that every motion decays under any sequence of events that keeps the enforced times, else 0; undefined if the analysis leaves out a part of the scenario.
+        /// 1 if the certificate states that every motion but the one by the sensor's noise decays under any sequence of events that keeps the enforced times, else 0; undefined if the analysis leaves out a part of the scenario.
         is_decay_certified = "decay certified", Count, Higher => |l| l.is_decay_certified().map(as_number);
     }
 }

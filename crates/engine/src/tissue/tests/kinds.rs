@@ -48,9 +48,11 @@ fn the_surface_is_known_only_for_simulated_tissues() {
 #[test]
 fn the_springs_match_the_kind() {
     let springs = simulated().map(|settings| settings.springs(Some(0.02)));
-    assert_eq!(springs[0], Some(Springs::SpringDamper(200.0, 5.0)));
-    assert!(matches!(springs[1..3], [Some(Springs::ToDepth(..)), Some(Springs::ToDepth(..))]));
-    assert!(matches!(springs[3..], [Some(Springs::Layers(..)), Some(Springs::Layers(..))]));
+    assert_eq!(springs[0], Some(Springs::constant(200.0, 5.0)));
+    let is_range = |springs: &Springs| springs.stiffness_n_per_m.0 < springs.stiffness_n_per_m.1;
+    assert!(springs[1..].iter().all(|springs| springs.as_ref().is_some_and(is_range)));
+    let relaxes = springs.map(|springs| springs.is_some_and(|springs| springs.relaxation.is_some()));
+    assert_eq!(relaxes, [false, false, false, false, true]);
     assert_eq!(simulated().map(|settings| settings.springs(None).is_some()), [true, false, false, true, true]);
     assert_eq!(TissueSettings::Recording(ReplaySettings::default()).springs(Some(0.02)), None);
 }
