@@ -21,7 +21,9 @@ use swing::Motion;
 fn no_loop_that_swings_is_called_stable() {
     let folder = tempfile::tempdir().expect("a folder");
     let judge = |number| Case::new(number, false).judge(folder.path()).expect("judged");
-    let all: Vec<Judged> = (0..40).into_par_iter().map(judge).collect();
+    // The last seven were called stable before the verdict covered damping and retreats.
+    let cases: Vec<u64> = (0..33).chain([76, 93, 186, 819, 1382, 1396, 1734]).collect();
+    let all: Vec<Judged> = cases.into_par_iter().map(judge).collect();
     let of = |motion| all.iter().filter(move |one| one.motion == motion);
     for one in of(Motion::Swings) {
         assert_ne!(one.is_stable, Some(true), "{}: {}\n{}", one.case.kind, one.sentence, one.case.toml);

@@ -59,7 +59,7 @@ pub use schema::{json_schema, number_schema};
 pub use specs::{OperatorSpec, TissueSpec};
 pub use starter::Starter;
 pub use template::{CaseFactory, Template};
-pub use tissue_range::{OVERSHOOT, ScaledDepth, TissueRange, TissueSource};
+pub use tissue_range::{OVERSHOOT, TissueByDepth, TissueRange, TissueSource};
 pub use trace::{empty_trace, empty_trace_with};
 pub use trocar_core::settings::{Constant, Fallback, Key, Kind, Range};
 pub use unread::{Reader, idle_keys, keys_outside_loop, keys_without_effect};

@@ -2,10 +2,11 @@
 
 use super::scenario::Scenario;
 use super::specs::{OperatorSpec, TissueSpec};
-use trocar_engine::tissue::{Springs, TissueSettings};
+use std::sync::Arc;
+use trocar_engine::tissue::{DepthCurves, Springs, TissueSettings};
 
 /// Depth that the needle may reach, over the intended one: it overshoots.
-pub const OVERSHOOT: f64 = 1.2;
+pub const OVERSHOOT: f64 = 1.1;
 
 /// The origin of the stiffness of a scenario's tissue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,14 +71,11 @@ impl TissueRange {
                 Some((stiffness, damping)) => (TissueSource::Stated, Springs::constant(stiffness, damping)),
                 None => (TissueSource::RecordedForce, Springs::constant(0.0, 0.0)),
             },
-            TissueSpec::Depth { curves, presliding_m, .. } => {
-                (TissueSource::RecordedDepth, curves.springs(*presliding_m))
+            TissueSpec::Depth { .. } | TissueSpec::Model(_) => {
+                let tissue = TissueByDepth::of(scenario)?;
+                return tissue.range(scenario.position_scale());
             }
             TissueSpec::Unit(_) => return None,
-            TissueSpec::Model(settings) => {
-                let depth_m = ScaledDepth::of(scenario).map(|depth| depth.at(scenario.position_scale()));
-                return Self::of_model(settings, depth_m);
-            }
         };
         Some(Self { source, springs })
     }
@@ -119,30 +117,56 @@ impl TissueRange {
     }
 }
 
-/// The depth that the needle may reach, which grows with the position scale.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ScaledDepth {
-    hand_m: f64,
-    surface_m: f64,
+/// A tissue whose springs depend on the depth that the needle may reach, which grows with the position scale.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TissueByDepth {
+    tissue: Scaled,
+    /// The smallest and the largest position of the hand in m; `None` for a live hand.
+    hand_m: Option<(f64, f64)>,
 }
 
-impl ScaledDepth {
-    /// From the intended motion of the hand, with its tremor; `None` for a live hand or a tissue without a surface.
+#[derive(Debug, Clone, PartialEq)]
+enum Scaled {
+    Model(Arc<TissueSettings>),
+    /// The curves and the presliding distance in m.
+    Recording(Arc<DepthCurves>, f64),
+}
+
+impl TissueByDepth {
+    /// From the intended motion of the hand, with its tremor; `None` for a recording over time and a unit.
     #[must_use]
     pub fn of(scenario: &Scenario) -> Option<Self> {
+        let tissue = match &scenario.tissue {
+            TissueSpec::Model(settings) => Scaled::Model(Arc::new((**settings).clone())),
+            TissueSpec::Depth { curves, presliding_m, .. } => Scaled::Recording(curves.clone(), *presliding_m),
+            TissueSpec::Recording { .. } | TissueSpec::Unit(_) => return None,
+        };
         let desired_m = match &scenario.operator {
-            OperatorSpec::Recording(positions) => positions.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-            OperatorSpec::Ramp { start_m, end_m, .. } => start_m.max(*end_m),
-            OperatorSpec::Hand(_) => return None,
+            OperatorSpec::Recording(positions) => {
+                let bounds = (f64::INFINITY, f64::NEG_INFINITY);
+                Some(positions.iter().fold(bounds, |(low, high), &x| (x.min(low), x.max(high))))
+            }
+            OperatorSpec::Ramp { start_m, end_m, .. } => Some((start_m.min(*end_m), start_m.max(*end_m))),
+            OperatorSpec::Hand(_) => None,
         };
         let [tremor_m, _] = scenario.tremor.largest();
-        let surface_m = scenario.tissue.settings()?.surface_m()?;
-        Some(Self { hand_m: desired_m + tremor_m, surface_m })
+        Some(Self { tissue, hand_m: desired_m.map(|(low, high)| (low - tremor_m, high + tremor_m)) })
     }
 
-    /// The depth in m below the surface, at a position scale.
+    /// The range at a position scale; `None` if it depends on the depth and the hand is live.
     #[must_use]
-    pub fn at(&self, position_scale: f64) -> f64 {
-        (OVERSHOOT * (self.hand_m * position_scale - self.surface_m)).max(0.0)
+    pub fn range(&self, position_scale: f64) -> Option<TissueRange> {
+        match &self.tissue {
+            Scaled::Model(settings) => {
+                let surface_m = settings.surface_m().unwrap_or(0.0);
+                let depth_m = |(_, high): (f64, f64)| (OVERSHOOT * (high * position_scale - surface_m)).max(0.0);
+                TissueRange::of_model(settings, self.hand_m.map(depth_m))
+            }
+            Scaled::Recording(curves, presliding_m) => {
+                let until_m = |(low, high): (f64, f64)| (low + OVERSHOOT * (high - low)) * position_scale;
+                let springs = curves.springs(*presliding_m, self.hand_m.map_or(f64::INFINITY, until_m));
+                Some(TissueRange { source: TissueSource::RecordedDepth, springs })
+            }
+        }
     }
 }

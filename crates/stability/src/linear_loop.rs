@@ -1,22 +1,20 @@
 //! The linear loop of a scenario with a tissue: the parameters that determine its stability.
 
-use std::sync::Arc;
-
 use super::{Parameter, TissueRange};
 use trocar_engine::plant::{
     ActuatorLimits, ArmParameters, ControlTiming, MasterModelSettings, MasterParameters, SlaveParameters,
 };
 use trocar_engine::teleoperation::LinkSettings;
-use trocar_engine::tissue::{Relaxation, TissueSettings};
-use trocar_scenario::{DelayTicks, ScaledDepth, waits_for_tick};
+use trocar_engine::tissue::Relaxation;
+use trocar_scenario::{DelayTicks, TissueByDepth, waits_for_tick};
 
 /// A loop in permanent contact with `f_e = K x_e + B v_e`, where the spring may relax.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearLoop {
     /// The tissue that `K` and `B` represent.
     pub tissue: TissueRange,
-    /// A tissue model whose springs depend on the depth, and thus on the position scale.
-    pub by_depth: Option<(Arc<TissueSettings>, ScaledDepth)>,
+    /// The tissue at any position scale, if its springs depend on the depth.
+    pub by_depth: Option<TissueByDepth>,
     /// The tick in s.
     pub tick_s: f64,
     /// Continuous or sampled control.
@@ -83,9 +81,8 @@ impl LinearLoop {
     }
 
     fn deepen_tissue(&mut self) {
-        let Some((settings, depth)) = &self.by_depth else { return };
-        let depth_m = depth.at(self.link.machines.position_scale);
-        let Some(tissue) = TissueRange::of_model(settings, Some(depth_m)) else { return };
+        let range = |tissue: &TissueByDepth| tissue.range(self.link.machines.position_scale);
+        let Some(tissue) = self.by_depth.as_ref().and_then(range) else { return };
         let scaled = |value: f64, was: f64, is: f64| if was > 0.0 { value / was * is } else { is };
         let damping = |tissue: &TissueRange| tissue.springs.damping_n_s_per_m.1;
         self.stiffness_n_per_m =

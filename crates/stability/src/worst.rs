@@ -1,13 +1,11 @@
 //! The linear loop of a scenario at the worst spring and damper of its tissue, and the verdict over all of them.
 
-use std::sync::Arc;
-
 use super::machines::Machines;
 use super::{ClosedLoop, LinearLoop, StabilityError, TissueRange};
 use trocar_engine::channel::Schedule;
 use trocar_engine::plant::ActuatorLimits;
 use trocar_engine::teleoperation::{LinkSettings, PassivitySettings};
-use trocar_scenario::{ScaledDepth, Scenario, TissueSpec};
+use trocar_scenario::{Scenario, TissueByDepth};
 
 /// Number of stiffnesses at which the loop is analysed, and of divisions of the interval around the worst.
 const STIFFNESSES: u32 = 12;
@@ -48,13 +46,9 @@ impl LinearLoop {
         let delay_s = |schedule: &Schedule, delay_s: f64| {
             schedule.ages().map_or(delay_s, |(shortest, _)| scenario.grid.time_s(shortest))
         };
-        let model = match &scenario.tissue {
-            TissueSpec::Model(settings) => Some(Arc::new((**settings).clone())),
-            TissueSpec::Recording { .. } | TissueSpec::Depth { .. } | TissueSpec::Unit(_) => None,
-        };
         let stiffest = Self {
             tissue,
-            by_depth: model.zip(ScaledDepth::of(scenario)),
+            by_depth: TissueByDepth::of(scenario),
             tick_s: scenario.grid.tick_s(),
             timing: scenario.timing,
             master: scenario.master,

@@ -82,14 +82,15 @@ impl DepthCurves {
         })
     }
 
-    /// The springs of a replay with this presliding distance. While the needle advances: the steepest rise of the
+    /// The springs of a replay with this presliding distance, down to a position in m. While the needle advances: the steepest rise of the
     /// insertion's force. On the way back the force also changes to that of the withdrawal over the presliding distance.
     /// Slopes are taken over [`RISE_M`]; over shorter distances noise dominates.
     #[must_use]
-    pub fn springs(&self, presliding_m: f64) -> Springs {
+    pub fn springs(&self, presliding_m: f64, until_m: f64) -> Springs {
         let entries = (RISE_M / STEP_M).round() as usize;
+        let reached = ((until_m - self.from_m) / STEP_M).ceil().max(0.0) as usize;
         let (mut advancing, mut drawn_back) = (0.0_f64, 0.0_f64);
-        for (from, to) in self.entries_n.iter().zip(self.entries_n.iter().skip(entries)) {
+        for (from, to) in self.entries_n.iter().zip(self.entries_n.iter().skip(entries)).take(reached) {
             let [rise, rise_out] = [0, 1].map(|way| (to[way] - from[way]) / RISE_M);
             advancing = advancing.max(rise);
             let change_n = (from[0] - from[1]).max(to[0] - to[1]);
@@ -249,7 +250,7 @@ mod tests {
         let position: Vec<f64> = (0..=200).map(|k| 1e-5 * f64::from(k)).collect();
         let force: Vec<f64> = position.iter().map(|p| 500.0 * p + if *p > 1e-3 { 0.1 } else { 0.0 }).collect();
         let curves = DepthCurves::new(&position, &force).expect("valid");
-        let (_, rise) = curves.springs(2e-3).stiffness_n_per_m;
+        let (_, rise) = curves.springs(2e-3, 1.0).stiffness_n_per_m;
         assert!((rise - (500.0 + 0.1 / RISE_M)).abs() < 1e-6, "{rise}");
     }
 
@@ -258,7 +259,8 @@ mod tests {
         let (position, force) = recording();
         let curves = Arc::new(DepthCurves::new(&position, &force).expect("valid"));
         for presliding_m in [5e-4, 2e-3, 8e-3] {
-            let Springs { stiffness_n_per_m: (_, advancing), drawn_back_n_per_m, .. } = curves.springs(presliding_m);
+            let Springs { stiffness_n_per_m: (_, advancing), drawn_back_n_per_m, .. } =
+                curves.springs(presliding_m, 1.0);
             assert!((advancing - 100.0).abs() < 1e-6, "{advancing}");
             let (mut largest, step_m) = (0.0_f64, 2e-4);
             for deepest in 1..50 {

@@ -1,7 +1,7 @@
 //! The generalised Kelvin-Voigt model (eq. 3-4).
 
 use super::model::{Model, Springs};
-use super::power::{PowerSettings, QuarterPower, slopes_n_per_m};
+use super::power::{PowerSettings, QuarterPower, largest_n, slopes_n_per_m};
 use super::surface::Surface;
 use super::{Reaction, Tissue};
 use trocar_core::error::{InvalidValue, non_negative, require};
@@ -123,19 +123,21 @@ impl<L: Lane> Model for Generalised<L> {
     }
 
     fn springs(settings: &GeneralisedSettings, depth_m: Option<f64>) -> Option<Springs> {
-        let GeneralisedSettings { depths_m, mus, .. } = settings;
-        let mu = |depth_m: f64| {
+        let GeneralisedSettings { depths_m, mus, lambdas, .. } = settings;
+        // A coefficient and its derivative.
+        let at = |values: &[f64], depth_m: f64| {
             let end = depths_m.partition_point(|&given_m| given_m <= depth_m).min(depths_m.len() - 1);
             match end.checked_sub(1) {
                 Some(begin) if depth_m < depths_m[end] => {
-                    let slope = (mus[end] - mus[begin]) / (depths_m[end] - depths_m[begin]);
-                    (mus[begin] + slope * (depth_m - depths_m[begin]), slope)
+                    let slope = (values[end] - values[begin]) / (depths_m[end] - depths_m[begin]);
+                    (values[begin] + slope * (depth_m - depths_m[begin]), slope)
                 }
-                _ => (mus[end], 0.0),
+                _ => (values[end], 0.0),
             }
         };
+        let mu = |depth_m: f64| at(mus, depth_m);
         let (power, depth_m) = (settings.power.power, depth_m?);
-        let damping = settings.lambdas.iter().copied().fold(0.0, f64::max) * depth_m.powf(power);
+        let damping = largest_n(|depth_m| at(lambdas, depth_m).0, power, depth_m);
         Some(Springs::between(slopes_n_per_m(mu, power, depth_m), (0.0, damping)))
     }
 }

@@ -144,6 +144,12 @@ impl LayerParameters {
         if a1 + root > 0.0 { 2.0 * force_n / (a1 + root) } else { f64::INFINITY }
     }
 
+    /// Force in N of the loading law at a deflection in m.
+    #[must_use]
+    pub fn force_n(&self, deflection_m: f64) -> f64 {
+        (self.stiffness_n_per_m + self.stiffening_n_per_m2 * deflection_m) * deflection_m
+    }
+
     /// Slope in N/m of the loading law at the force `force_n`: `√(a₁² + 4 a₂ f)`.
     #[must_use]
     pub fn slope_n_per_m(&self, force_n: f64) -> f64 {

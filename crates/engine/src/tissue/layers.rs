@@ -336,29 +336,34 @@ impl<L: Lane> Model for Layers<L> {
     /// layers, and the viscous friction on the shaft. The shaft adds its stiffness after a layer with friction is cut,
     /// because it sticks after reversals.
     fn springs(settings: &LayersParameters, depth_m: Option<f64>) -> Option<Springs> {
+        let depth_m = depth_m.unwrap_or(f64::INFINITY);
         let (mut advancing, mut drawn_back, mut damping) = (0.0_f64, 0.0_f64, 0.0_f64);
-        let mut of_shaft = 0.0;
+        let (mut top_m, mut of_shaft) = (0.0, 0.0);
         // The slope and the damping of the layers above that are cut through.
         let mut above = (0.0, 0.0);
         for (_, layer) in &settings.layers {
-            let [intact, cut] =
-                [layer.rupture_force_n, layer.cutting_force_n].map(|force_n| layer.slope_n_per_m(force_n));
+            let reach_m = depth_m - top_m;
+            if reach_m <= 0.0 {
+                break;
+            }
+            let [intact_n, cutting_n] = [layer.rupture_force_n, layer.cutting_force_n]
+                .map(|force_n| if layer.deflection_m(force_n) > reach_m { layer.force_n(reach_m) } else { force_n });
+            let [intact, cut] = [intact_n, cutting_n].map(|force_n| layer.slope_n_per_m(force_n));
             let is_slow = layer.relaxation_s > SLOW_S;
             advancing = advancing.max(intact + of_shaft);
             drawn_back = drawn_back.max(intact + of_shaft + above.0);
-            damping = damping.max(layer.damping_s_per_m * layer.rupture_force_n + above.1);
+            damping = damping.max(layer.damping_s_per_m * intact_n + above.1);
             if layer.friction_n_per_m > 0.0 || layer.grip_n > 0.0 {
                 of_shaft = settings.shaft.stiffness_n_per_m;
             }
             advancing = advancing.max(cut + of_shaft);
             drawn_back = drawn_back.max(if is_slow { intact.max(cut) } else { cut } + of_shaft + above.0);
             if is_slow {
-                above = (above.0 + cut, above.1 + layer.damping_s_per_m * layer.cutting_force_n);
+                above = (above.0 + cut, above.1 + layer.damping_s_per_m * cutting_n);
             }
+            top_m += layer.thickness_m;
         }
-        let of_layers_m: f64 = settings.layers.iter().map(|(_, layer)| layer.thickness_m).sum();
-        let along_shaft_m = depth_m.map_or(of_layers_m, |depth_m| depth_m.min(of_layers_m));
-        let damping = damping + settings.shaft.damping_n_s_per_m2 * along_shaft_m;
+        let damping = damping + settings.shaft.damping_n_s_per_m2 * depth_m.min(top_m);
         let springs = Springs::between((0.0, advancing), (0.0, damping));
         Some(Springs { drawn_back_n_per_m: drawn_back, ..springs })
     }

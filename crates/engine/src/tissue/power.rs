@@ -37,6 +37,12 @@ pub(super) fn slopes_n_per_m(mu: impl Fn(f64) -> (f64, f64), power: f64, depth_m
     (0..=DEPTHS).map(|k| slope(at(k))).fold((first, first), |(low, high), slope| (low.min(slope), high.max(slope)))
 }
 
+/// The largest `λ(p) pⁿ` down to `depth_m`.
+pub(super) fn largest_n(lambda: impl Fn(f64) -> f64, power: f64, depth_m: f64) -> f64 {
+    let at = |k: u32| depth_m * f64::from(k) / f64::from(DEPTHS);
+    (0..=DEPTHS).map(|k| lambda(at(k)) * at(k).powf(power)).fold(0.0, f64::max)
+}
+
 /// `pⁿ` for `n` a whole number of quarters, from 0 to 7.75: products of `p`, its squares and square roots, with the
 /// same bits everywhere. The cost: 1.3 must be rounded to 1.25.
 #[derive(Debug, Clone, Copy)]

@@ -299,10 +299,14 @@ impl<L: Lane> Model for Tearing<L> {
     /// shaft adds its stiffness after a layer with friction is cut.
     fn springs(settings: &TearingSettings, depth_m: Option<f64>) -> Option<Springs> {
         let width_m = settings.crack.crack_width_m;
+        let depth_m = depth_m.unwrap_or(f64::INFINITY);
         let (mut advancing, mut drawn_back) = (0.0_f64, 0.0_f64);
-        let (mut of_shaft, mut above) = (0.0, 0.0);
+        let (mut top_m, mut of_shaft, mut above) = (0.0, 0.0, 0.0);
         let mut relaxation = None;
         for (_, layer) in &settings.layers {
+            if depth_m <= top_m {
+                break;
+            }
             let cut = layer.fast_slope_n_per_m(layer.cutting_force_n(width_m));
             let intact = if layer.ruptures(width_m) {
                 layer.fast_slope_n_per_m(layer.rupture_force_n(width_m)) + of_shaft
@@ -320,10 +324,9 @@ impl<L: Lane> Model for Tearing<L> {
             }
             drawn_back = drawn_back.max(slope + above);
             above += cut;
+            top_m += layer.thickness_m;
         }
-        let of_layers_m: f64 = settings.layers.iter().map(|(_, layer)| layer.thickness_m).sum();
-        let along_shaft_m = depth_m.map_or(of_layers_m, |depth_m| depth_m.min(of_layers_m));
-        let springs = Springs::between((0.0, advancing), (0.0, settings.shaft.damping_n_s_per_m2 * along_shaft_m));
+        let springs = Springs::between((0.0, advancing), (0.0, settings.shaft.damping_n_s_per_m2 * depth_m.min(top_m)));
         Some(Springs { drawn_back_n_per_m: drawn_back, relaxation, ..springs })
     }
 
