@@ -82,6 +82,7 @@ fn other_parts(scenario: &Scenario, delays: Option<&VaryingDelays>) -> Vec<LeftO
         (has_unknown_tissue(scenario), "tissue.kind", "a tissue whose springs are not stated"),
         (scenario.link.passivity.scheme != Scheme::None, "passivity.scheme", "the passivity scheme"),
         (has_jitter && !is_covered, "channel.jitter_s", JITTER[why]),
+        (scenario.safety.acts_in_simulation(), "safety.acts", "the limits of the commands"),
         (irregularity.loss > 0.0, "channel.loss", "lost samples"),
         (forward.has_outages() || backward.has_outages(), "channel.outages_s", "outages"),
         (delays_vary && !is_covered, "channel.delays_file", VARYING[why]),

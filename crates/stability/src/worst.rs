@@ -206,7 +206,11 @@ impl LinearLoop {
             points.push((0.0, 0.0));
         }
         let at = |(stiffness_n_per_m, damping_n_s_per_m)| Self { stiffness_n_per_m, damping_n_s_per_m, ..self.clone() };
-        points.into_iter().map(at).collect()
+        let mut all: Vec<Self> = points.into_iter().map(at).collect();
+        if self.relaxation.is_some() {
+            all.extend(all.clone().into_iter().map(|end| Self { relaxation: None, ..end }));
+        }
+        all
     }
 }
 

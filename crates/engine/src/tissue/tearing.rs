@@ -295,13 +295,12 @@ impl<L: Lane> Model for Tearing<L> {
     }
 
     /// Springs from 0, for a layer that is being cut, to the slope of a fast deflection of the stiffest layer just before
-    /// its rupture or during cutting, with its relaxation; on the way back also the layers above, which relax slowly. The
-    /// shaft adds its stiffness after a layer with friction is cut.
+    /// its rupture or during cutting, with its relaxation. A layer that is cut through does not push back. The shaft adds
+    /// its stiffness after a layer with friction is cut.
     fn springs(settings: &TearingSettings, depth_m: Option<f64>) -> Option<Springs> {
         let width_m = settings.crack.crack_width_m;
         let depth_m = depth_m.unwrap_or(f64::INFINITY);
-        let (mut advancing, mut drawn_back) = (0.0_f64, 0.0_f64);
-        let (mut top_m, mut of_shaft, mut above) = (0.0, 0.0, 0.0);
+        let (mut highest, mut top_m, mut of_shaft) = (0.0_f64, 0.0, 0.0);
         let mut relaxation = None;
         for (_, layer) in &settings.layers {
             if depth_m <= top_m {
@@ -317,17 +316,15 @@ impl<L: Lane> Model for Tearing<L> {
                 of_shaft = settings.shaft.stiffness_n_per_m;
             }
             let slope = intact.max(cut + of_shaft);
-            if slope > advancing {
+            if slope > highest {
                 let relaxing = layer.stiffness_n_per_m * (1.0 - layer.relaxed_share);
                 let (relaxed_share, time_s) = (1.0 - relaxing / slope, layer.relaxation_time_s);
-                (advancing, relaxation) = (slope, Some(Relaxation { relaxed_share, time_s }));
+                (highest, relaxation) = (slope, Some(Relaxation { relaxed_share, time_s }));
             }
-            drawn_back = drawn_back.max(slope + above);
-            above += cut;
             top_m += layer.thickness_m;
         }
-        let springs = Springs::between((0.0, advancing), (0.0, settings.shaft.damping_n_s_per_m2 * depth_m.min(top_m)));
-        Some(Springs { drawn_back_n_per_m: drawn_back, relaxation, ..springs })
+        let springs = Springs::between((0.0, highest), (0.0, settings.shaft.damping_n_s_per_m2 * depth_m.min(top_m)));
+        Some(Springs { relaxation, ..springs })
     }
 
     fn layers(settings: &TearingSettings) -> Vec<StatedLayer<'_>> {

@@ -67,7 +67,8 @@ pub(crate) fn instability(verdict: &LoopVerdict, limit: &Limit) -> String {
         Some(largest) if largest < limit.value => {
             format!("not stable{when} at force scale {at}: at most {}", significant(largest))
         }
-        _ => format!("not stable{when} at any tried force scale (here {at})"),
+        Some(_) => format!("not stable{when} at force scale {at}"),
+        None => format!("not stable{when} at any tried force scale (here {at})"),
     }
 }
 
