@@ -123,26 +123,23 @@ fn differ_in_augmentation(first: &Run, second: &Run) -> bool {
 fn verdict_of(runs: &[&Run], whose: &[String]) -> Verdict {
     let unstable = unstable_loops(runs);
     let mut sentences: Vec<String> = diverged(runs).into_iter().collect();
-    if !unstable.is_empty() {
-        // The motion after a rupture says nothing about a loop that swings by itself.
-        if sentences.is_empty() {
-            sentences.push(detection(runs, whose));
-        }
-        sentences.extend(swings(runs));
-        sentences.splice(0..0, unstable);
-    } else if sentences.is_empty() {
+    if sentences.is_empty() {
         if runs.iter().all(|run| run.metrics.ruptures.is_empty()) {
             sentences.push(format!("No layer ruptures, and {}.", false_alarms(runs)));
         } else {
-            sentences.extend(other_counts(runs));
-            sentences.extend(jump(runs, whose));
-            sentences.extend(unintended(runs, whose));
-            sentences.extend(later(runs, whose));
-            sentences.extend(noticed(runs, whose));
+            // The motion after a rupture says nothing about a loop that swings by itself.
+            if unstable.is_empty() {
+                sentences.extend(other_counts(runs));
+                sentences.extend(jump(runs, whose));
+                sentences.extend(unintended(runs, whose));
+                sentences.extend(later(runs, whose));
+                sentences.extend(noticed(runs, whose));
+            }
             sentences.push(detection(runs, whose));
         }
         sentences.extend(swings(runs));
     }
+    sentences.splice(0..0, unstable);
     Verdict { sentences, left_out: vec![] }
 }
 
@@ -477,7 +474,8 @@ mod tests {
         assert!(missed.ends_with("; no alarm is false."), "{missed}");
         let wall = verdict(&[&shipped("passivity/late-wall", &[])]).text();
         assert!(
-            wall.starts_with("No layer ruptures") && wall.contains("Unstable: late-wall: oscillating, by "),
+            wall.starts_with("The loop is not stable at force scale 1.000: at most 0.9075. No layer ruptures")
+                && wall.contains("Unstable: late-wall: oscillating, by "),
             "{wall}"
         );
         let mut run = shipped("paper/classical", &[]);
