@@ -57,6 +57,7 @@ pub(crate) fn margins<'py>(py: Python<'py>, scenario: &Scenario, limits: Vec<Str
     all.set_item("stiffness_n_per_m", settings.stiffness_n_per_m)?;
     all.set_item("damping_n_s_per_m", settings.damping_n_s_per_m)?;
     all.set_item("tissue_n_per_m", settings.tissue.sector_n_per_m())?;
+    all.set_item("tissue_n_s_per_m", settings.tissue.springs.damping_n_s_per_m)?;
     all.set_item("left_out", verdict.left_out.iter().map(ToString::to_string).collect::<Vec<_>>())?;
     all.set_item("sentence", error::in_python(&verdict.sentence()))?;
     all.set_item("limits", of_limits)?;

@@ -294,6 +294,8 @@ class Margins:
         The tissue for which margins and mode hold: the worst spring and damper that the needle meets.
     tissue_n_per_m : (float, float)
         The smallest and the largest stiffness that the needle meets, on its way back too, in N/m.
+    tissue_n_s_per_m : (float, float)
+        The smallest and the largest damping that the needle meets, in N·s/m.
     limits : dict of str to float or None
         The maximum stable value of each parameter, in SI units: infinite without a limit in the search range, ``None`` if
         no value is stable.
@@ -322,6 +324,7 @@ class Margins:
     stiffness_n_per_m: float
     damping_n_s_per_m: float
     tissue_n_per_m: tuple[float, float]
+    tissue_n_s_per_m: tuple[float, float]
     limits: dict[str, float | None]
     left_out: list[str]
     sentence: str
