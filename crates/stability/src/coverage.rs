@@ -46,6 +46,8 @@ const VARYING: [&str; 3] = [
     "delays that vary, without a proof for every order of them",
 ];
 
+const TREMOR: &str = "operator.tremor_amplitude_m";
+
 /// The key of the steps of the force sensor, which the certificate covers as an additional force.
 pub(crate) const FORCE_STEPS: &str = "sensor.force_resolution_n";
 
@@ -136,7 +138,7 @@ pub fn inputs(scenario: &Scenario) -> Vec<LeftOut> {
         (scenario.organ_motion.breathing_amplitude_m > 0.0, "tissue.breathing_amplitude_m", "breathing"),
         (scenario.organ_motion.heartbeat_amplitude_m > 0.0, "tissue.heartbeat_amplitude_m", "the heartbeat"),
         (scenario.reflex.reacts(), "perception.reflex", "a hand that stops or withdraws after a noticed rupture"),
-        (scenario.tremor.amplitude_m > 0.0, "operator.tremor_amplitude_m", "the tremor"),
+        (scenario.tremor.amplitude_m > 0.0, TREMOR, "the tremor"),
         (scenario.sensor.force_noise_std_n > 0.0, "sensor.force_noise_std_n", "the noise of the force sensor"),
     ])
 }
@@ -168,8 +170,10 @@ pub fn loop_limits(scenario: &Scenario) -> Vec<LoopLimit> {
             bounds.tissue_force_n
         }),
     ];
-    // The bounds are expensive, and only valid for a loop without other unmodelled parts.
-    let are_sought = all.iter().any(|(limit, ..)| limit.is_some()) && other_parts(scenario, None).is_empty();
+    // The bounds are expensive, and only valid for a loop without other unmodelled parts and inputs than the tremor.
+    let unmodelled = [other_parts(scenario, None), assumed_passive(scenario), inputs(scenario)].concat();
+    let is_linear = unmodelled.iter().all(|part| part.key == TREMOR);
+    let are_sought = all.iter().any(|(limit, ..)| limit.is_some()) && is_linear;
     let bounds = are_sought.then(|| Bounds::of(scenario)).flatten();
     let given = |(limit, (key, what), bound): (Option<f64>, (&'static str, &'static str), Bound)| {
         let bound = bounds.as_ref().map(bound);
