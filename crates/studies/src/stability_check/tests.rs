@@ -4,7 +4,7 @@ use super::{Check, StabilityStudy, Unconfirmed, Verdict, check, linear_loop};
 use trocar_base::warning::Code;
 use trocar_document::Study as _;
 use trocar_scenario::{Scenario, Source, keys_outside_loop};
-use trocar_stability::{Axis, left_out, map};
+use trocar_stability::{Axis, assumed_passive, inputs, left_out, map};
 
 fn owned(settings: &[&str]) -> Vec<String> {
     settings.iter().map(|&setting| setting.to_owned()).collect()
@@ -111,9 +111,6 @@ fn a_margin_without_a_limit_differs_from_that_of_an_unstable_loop() {
 #[test]
 fn no_part_that_the_analysis_leaves_out_is_called_without_effect() {
     let parts = [
-        "augmentation.enabled=true augmentation.hold=forbidden-region",
-        "augmentation.enabled=true augmentation.reengage=when-still",
-        "augmentation.enabled=true augmentation.force_law=damp",
         "master.model=mass-damper master.coulomb_friction_n=0.1",
         "slave.model=mass-damper slave.coulomb_friction_n=0.1",
         "passivity.scheme=time-domain",
@@ -139,7 +136,7 @@ fn no_part_that_the_analysis_leaves_out_is_called_without_effect() {
         let settings: Vec<&str> = std::iter::once("channel.loss=0.1").chain(part.split(' ')).collect();
         let (key, _) = settings[settings.len() - 1].split_once('=').expect("a key");
         let scenario = scenario("passivity/late-wall", &settings);
-        let found = left_out(&scenario, None);
+        let found = [left_out(&scenario, None), assumed_passive(&scenario), inputs(&scenario)].concat();
         assert!(found.iter().any(|left_out| left_out.key == key), "{part}: {found:?}");
         assert_eq!(keys_outside_loop(&scenario, &owned(&settings)), [], "{part}");
     }

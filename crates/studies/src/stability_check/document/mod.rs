@@ -60,7 +60,8 @@ fn sections(study: &StabilityStudy) -> Vec<Section> {
     of_map.figure("stability");
     of_map.text(tables::map_line(map));
     if let Some(check) = check {
-        of_map.text(tables::checked_line(check, &study.verdict.left_out));
+        let not_simulated = [&study.verdict.left_out[..], &study.verdict.assumed_passive].concat();
+        of_map.text(tables::checked_line(check, &not_simulated));
         if let Some((table, more)) = tables::unconfirmed(map, check) {
             of_map.table(table);
             of_map.text(more.unwrap_or_default());
