@@ -110,7 +110,7 @@ def test_states_have_names_and_units(written):
     states = written["certificates"]["shortest_dwell"]["spaces"]["Frozen"]["states"]
     names = [(state["name"], state["unit"]) for state in states]
     assert names[:4] == [("x_h", "m"), ("v_h", "m/s"), ("x_a", "m"), ("v_a", "m/s")]
-    assert names[-3:] == [("held_reference", "m"), ("force_fed_back", "N"), ("force_at_alarm", "N")]
+    assert names[-2:] == [("held_reference", "m"), ("force_fed_back", "N")]
 
 
 def best_margin(certificate):
