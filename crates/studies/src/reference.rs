@@ -7,12 +7,11 @@ use crate::sweep::Column;
 use trocar_engine::engine::{TRACE_COLUMNS, TRUST_COLUMNS};
 use trocar_metrics::{Declaration, Scope};
 
-/// The declarations of all metrics: first those of sweeps, then those in noise.
 pub fn declarations() -> impl Iterator<Item = &'static Declaration> {
     Column::declarations().chain(NoiseCheck::METRICS.iter().map(|metric| &metric.declaration))
 }
 
-/// A Markdown table of the metrics per scope; ruptures and events have the number 1.
+/// Ruptures and events have the number 1.
 #[must_use]
 pub fn metrics_markdown() -> String {
     let mut text = String::new();
@@ -44,7 +43,6 @@ fn about(scope: Scope) -> &'static str {
     }
 }
 
-/// The columns of `trace.csv` as a Markdown table.
 #[must_use]
 pub fn trace_columns_markdown() -> String {
     let mut text = "| column | unit | meaning |\n|---|---|---|\n".to_owned();

@@ -1,9 +1,9 @@
 //! The certificate of a candidate for all patients and persons.
 //!
-//! Patients whose machines, arms and delays are equal share a certificate: its tissue has every stiffness and damping of
-//! their tissues. It is stronger than the certificates of single patients. Designs that differ in the duration of the hold
-//! alone share a certificate over all of their durations, if there is one. A certificate is stored under all that it depends
-//! on, so another candidate with the same events does not need another search.
+//! Patients with equal machines, arms and delays share a certificate, whose tissue has every stiffness and damping of
+//! their tissues: it is stronger than single certificates. Designs that differ only in the hold share one over all
+//! durations, if it exists. A certificate is stored under all that it depends on, so another candidate with the same
+//! events needs no other search.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::{Mutex, PoisonError};
@@ -20,16 +20,14 @@ use trocar_core::augmentation::{AugmentationSettings, AutomatonSettings, Reengag
 use trocar_scenario::{Scenario, Value};
 use trocar_stability::{LinearLoop, Peaks, SwitchingSettings, TissueRange, VaryingDelays, left_out};
 
-/// Maximum number of candidates whose certificates are searched for, as a multiple of the shown designs.
+/// Maximum number of candidates with a search for a certificate, as a multiple of the shown designs.
 const TRIED: usize = 3;
 
-/// The loops of a candidate, or the reason why there can be no certificate.
+/// Or the reason why there can be no certificate.
 type Loops = Result<Covered, String>;
 
-/// The loops for which certificates are needed.
 #[derive(Debug, Clone, Default)]
 struct Covered {
-    /// The settings with their keys.
     loops: Vec<(String, SwitchingSettings)>,
     /// The parts of the scenario that the certificates leave out.
     left_out: BTreeSet<String>,
@@ -38,26 +36,22 @@ struct Covered {
 /// The designs on the front, by their index in the archive.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Front {
-    /// The shown designs, ascending by index.
     pub shown: Vec<usize>,
-    /// The knee.
     pub knee: Option<usize>,
     /// Candidates that are on the front without their certificates.
     pub uncertified: Vec<usize>,
-    /// The reason for the first of them, if there can be no certificate.
+    /// Why there can be no certificate for the first of them.
     pub reason: Option<String>,
-    /// The parts of the scenario that the certificates of the shown designs leave out.
+    /// Of the shown designs.
     pub left_out: Vec<String>,
-    /// Number of candidates on the front.
     pub candidates: usize,
 }
 
-/// Selects the shown designs from a complete search and searches for their certificates.
 #[derive(Debug)]
 pub struct Certification<'a> {
     problem: &'a Problem,
     populations: Vec<&'a Population>,
-    /// The loops of candidates, by the bits of their coordinates.
+    /// By the bits of the coordinates.
     known: Mutex<HashMap<Vec<u64>, Loops>>,
 }
 
@@ -68,11 +62,7 @@ impl<'a> Certification<'a> {
         Self { problem, populations, known: Mutex::default() }
     }
 
-    /// The front as far as certificates are known, and true if certificates of its designs are still needed.
-    /// `uncertified` has the candidates without a certificate so far.
-    ///
-    /// # Errors
-    /// [`RunError`] of a candidate whose scenario is invalid for a patient.
+    /// The front as far as certificates are known, and true if its designs still need certificates.
     pub fn front(&self, state: &State) -> Result<(Front, bool), RunError> {
         let points = state.points(self.problem);
         let mut refused = HashSet::new();
@@ -125,11 +115,8 @@ impl<'a> Certification<'a> {
         Ok(all.into_iter().collect())
     }
 
-    /// Searches for at most `count` certificates of candidates of the archive, and adds the results to the state. The
-    /// results do not depend on `count`.
-    ///
-    /// # Errors
-    /// As [`Certification::front`].
+    /// Searches for at most `count` certificates and adds the results to the state. The results do not depend on
+    /// `count`.
     pub fn certify(
         &self,
         state: &mut State,
@@ -178,10 +165,7 @@ impl<'a> Certification<'a> {
         Ok(())
     }
 
-    /// True if every loop of a candidate is certified; `None` if it is not yet known.
-    ///
-    /// # Errors
-    /// As [`Certification::front`].
+    /// `None` if it is not yet known.
     pub fn statement(&self, known: &BTreeMap<String, bool>, coordinates: &[f64]) -> Result<Option<bool>, RunError> {
         let Ok(Covered { loops, .. }) = self.loops(coordinates)? else { return Ok(Some(false)) };
         let found: Vec<Option<bool>> = loops.iter().map(|(key, _)| known.get(key).copied()).collect();
@@ -217,7 +201,7 @@ fn scenarios_of(population: &Population, patient: usize, values: &[Value]) -> Re
     Ok(population.with_persons(&mut population.factory(patient), patient, values)?)
 }
 
-/// The loops of scenarios, one for each set of machines, arms and delays.
+/// One loop for each set of machines, arms and delays.
 fn loops_of(scenarios: &[Scenario]) -> Result<Loops, RunError> {
     let mut groups: BTreeMap<String, (&Scenario, TissueRange)> = BTreeMap::new();
     for scenario in scenarios {
@@ -262,8 +246,8 @@ fn key_of(settings: &SwitchingSettings) -> String {
     sha256(format!("{settings:?}").as_bytes())
 }
 
-/// The settings without values that do not affect a certificate: it holds for a ramp of any speed, and knows the automaton
-/// only by the times that it enforces.
+/// Without values that do not affect a certificate: it holds for a ramp of any speed, and depends on the automaton only
+/// by the times that it enforces.
 fn essential(settings: &SwitchingSettings) -> SwitchingSettings {
     let augmentation = settings.augmentation;
     let AutomatonSettings { min_hold_s, max_hold_s, exit_quiet_s, refractory_s, .. } = augmentation.automaton;
@@ -283,14 +267,13 @@ fn essential(settings: &SwitchingSettings) -> SwitchingSettings {
     SwitchingSettings { augmentation, ..settings.clone() }
 }
 
-/// The same events with other shortest and longest holds in s.
 fn with_hold(settings: &SwitchingSettings, (min_hold_s, max_hold_s): (f64, f64)) -> SwitchingSettings {
     let automaton = AutomatonSettings { min_hold_s, max_hold_s, ..settings.augmentation.automaton };
     let augmentation = AugmentationSettings { automaton, ..settings.augmentation };
     SwitchingSettings { augmentation, ..settings.clone() }
 }
 
-/// The events of all settings, which differ in their holds only; `None` for one setting.
+/// The settings differ in their holds only; `None` for one setting.
 fn over_all_holds<'a>(settings: impl Iterator<Item = &'a SwitchingSettings>) -> Option<SwitchingSettings> {
     let all: Vec<&SwitchingSettings> = settings.collect();
     let holds = || all.iter().map(|settings| &settings.augmentation.automaton);

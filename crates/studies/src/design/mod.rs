@@ -1,8 +1,8 @@
-//! Designs: settings of a scenario that are best for a group of patients.
+//! Settings of a scenario that are best for a group of patients.
 //!
-//! A design file ([`Problem`]) names the free keys, the objectives, the constraints and the patients. The search
-//! ([`Search`]) is evolutionary, and its state can be stored after every generation. The results are judged on other
-//! patients with other noise ([`Validation`]), beside the shipped strategies. [`Design::of`] does all of it.
+//! A design file ([`Problem`]) names the free keys, objectives, constraints and patients. The state of the evolutionary
+//! [`Search`] can be stored after every generation. The results are judged on other patients with other noise
+//! ([`Validation`]). [`Design::of`] does all of it.
 
 mod bootstrap;
 mod certify;

@@ -1,45 +1,37 @@
-//! The runs over which a candidate is evaluated: patients, persons and noise seeds.
-
 use super::file::Size;
 use super::problem::Problem;
 use crate::compare::Person;
 use crate::sweep::{Axis, Design, SamplingScheme, mix};
 use trocar_scenario::{CaseFactory, Entry, Scenario, ScenarioError, Template, Value};
 
-/// Separates the random numbers of the judged patients from those of the search with the same seed.
+/// Separates the random numbers of the judged patients from those of the search.
 const FRESH: u64 = 0x6672_6573_6800;
 
-/// The distance of the noise seeds of the judged patients from those of the search, which are fewer.
+/// Distance of the noise seeds of the judged patients from those of the search, which are fewer.
 const FRESH_SEEDS: u64 = 1 << 40;
 
-/// The use of a population.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Use {
-    /// The patients of the search, spread evenly over the distributions (a Latin hypercube).
+    /// A Latin hypercube over the distributions.
     Training,
-    /// Other patients, drawn independently, with other noise.
+    /// Drawn independently, with other noise.
     Validation,
 }
 
-/// The patients with the scenario of each, whose free keys are open.
-///
-/// The runs are ordered by patient, then by person, then by seed. All candidates have the same patients, persons and
-/// seeds (common random numbers).
+/// The runs are ordered by patient, person, seed. All candidates have the same patients, persons and seeds (common
+/// random numbers).
 #[derive(Debug)]
 pub struct Population {
     templates: Vec<Template>,
     persons: Vec<&'static Person>,
     seeds: u64,
     first_seed: u64,
-    /// For each patient and person, a scenario with the computed steps of its machines.
+    /// For each patient and person, with the computed steps of its machines.
     prototypes: Vec<Scenario>,
 }
 
 impl Population {
-    /// Draws the patients of a problem, with these free keys, and settings that take precedence.
-    ///
-    /// # Errors
-    /// [`ScenarioError`] of a patient whose scenario is invalid.
+    /// `settings` take precedence.
     pub fn of(problem: &Problem, used: Use, free: &[Axis], settings: &[String]) -> Result<Self, ScenarioError> {
         let Size { patients, seeds } = match used {
             Use::Training => problem.training,
@@ -92,19 +84,16 @@ impl Population {
         Ok(population)
     }
 
-    /// The number of patients.
     #[must_use]
     pub fn patients(&self) -> usize {
         self.templates.len()
     }
 
-    /// The number of runs of a candidate.
     #[must_use]
     pub fn runs(&self) -> usize {
         self.templates.len() * self.runs_of_patient()
     }
 
-    /// The number of runs of a patient.
     #[must_use]
     pub fn runs_of_patient(&self) -> usize {
         self.persons_of_patient() * self.seeds as usize
@@ -135,10 +124,7 @@ impl Population {
         self.templates.iter().map(Template::factory).collect()
     }
 
-    /// The scenarios of a patient with each person and the first seed.
-    ///
-    /// # Errors
-    /// [`ScenarioError`] for a combination of values that is invalid in a scenario file.
+    /// With each person and the first seed.
     pub(super) fn with_persons(
         &self,
         factory: &mut CaseFactory<'_>,
@@ -155,7 +141,7 @@ impl Population {
         Ok((0..self.persons_of_patient()).map(of_person).collect())
     }
 
-    /// The scenarios with every noise seed of a patient, for each of `firsts`.
+    /// With every noise seed of a patient.
     pub(super) fn with_seeds(&self, patient: usize, firsts: &[Scenario]) -> Vec<Scenario> {
         let seed = |offset: u64| self.first_seed + patient as u64 * self.seeds + offset;
         let with_seed = |first: &Scenario, offset: u64| {

@@ -1,8 +1,5 @@
-//! Evenly spaced samples.
-
 use trocar_engine::engine::{Observer, Signals};
 
-/// Evenly spaced samples in SI units.
 #[derive(Debug, Clone, Default, PartialEq)]
 #[allow(missing_docs, reason = "the names say quantity and unit")]
 pub struct Samples {
@@ -10,11 +7,10 @@ pub struct Samples {
     pub force_n: Vec<f64>,
     pub position_m: Vec<f64>,
     pub velocity_m_per_s: Vec<f64>,
-    /// Labels in s after the first sample, ascending.
+    /// In s after the first sample, ascending.
     pub ruptures_s: Vec<f64>,
 }
 
-/// Records the inputs of the estimator in a run.
 impl Observer<f64> for Samples {
     fn observe(&mut self, s: &Signals<f64>) {
         self.force_n.push(s.measured_force_n);

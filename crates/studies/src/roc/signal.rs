@@ -1,5 +1,3 @@
-//! The signals of a study: recordings, and scenarios that run with each seed.
-
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -15,45 +13,36 @@ use trocar_detect as detect;
 use trocar_recording::{Columns, InVivoLikeVariant, Limits, RUPTURES_S, in_vivo_like_variant_csv, read_csv};
 use trocar_scenario::{DetectionSpec, RecordingSpec, Scenario, ScenarioError};
 
-/// Random stream of the added noise, different from the stream of the synthetic recording.
+/// Different from the stream of the synthetic recording.
 const NOISE_STREAM: u64 = 0x6e_6f69_7365;
 
-/// Seed of the synthetic recordings, equal to the seed of the shipped one.
+/// That of the shipped recording.
 const SYNTHETIC_SEED: u64 = 1;
 
-/// A signal with its estimator and detectors.
 #[derive(Debug, Clone)]
 pub struct Signal {
-    /// Name of the signal.
     pub name: String,
     /// Differences of a synthetic insertion from the shipped one.
     pub variant: InVivoLikeVariant,
-    /// Source of the samples.
     pub kind: SignalKind,
-    /// The estimator.
     pub estimator: RlsSettings,
-    /// Contact position of the estimator, in m.
+    /// Of the estimator.
     pub contact_m: f64,
-    /// The detectors.
     pub detectors: Vec<DetectorSettings>,
 }
 
-/// The source of the samples of a signal.
 #[derive(Debug, Clone)]
 pub enum SignalKind {
-    /// A recording with added noise.
+    /// With added noise.
     Recorded(Samples),
     /// A synthetic recording for each seed.
     Trials,
-    /// A closed loop with sensor noise, without augmentation, because the augmented run depends on the threshold.
+    /// With sensor noise, but without augmentation, because the augmented run depends on the threshold.
     ClosedLoop(Box<Scenario>),
 }
 
 impl Signal {
-    /// Creates the recorded signal of a specification, evenly sampled and with a velocity, as in `trocar detect`.
-    ///
-    /// # Errors
-    /// An invalid setting.
+    /// Evenly sampled and with a velocity, as in `trocar detect`.
     pub fn recorded(name: String, spec: &DetectionSpec, kinds: &[DistanceKind]) -> Result<Self, RocError> {
         let detection = detect::detect(spec)?;
         let samples = Samples {
@@ -73,10 +62,7 @@ impl Signal {
         })
     }
 
-    /// Creates a variant of the synthetic insertion with the settings of a specification.
-    ///
-    /// # Errors
-    /// An invalid setting, or a variant that is not a valid recording.
+    /// A variant of the synthetic insertion with the settings of a specification.
     pub fn synthetic(
         spec: &DetectionSpec,
         variant: InVivoLikeVariant,
@@ -97,7 +83,7 @@ impl Signal {
         Ok(Self { variant, ..Self::recorded("in_vivo_like".into(), &synthetic, kinds)? })
     }
 
-    /// Creates the synthetic recordings of [`super::trials`] with the settings of a specification.
+    /// The synthetic recordings of [`super::trials`].
     #[must_use]
     pub fn trials(spec: &DetectionSpec, kinds: &[DistanceKind]) -> Self {
         Self {
@@ -110,7 +96,7 @@ impl Signal {
         }
     }
 
-    /// Creates the closed loop of a scenario, without augmentation.
+    /// Without augmentation.
     ///
     /// # Errors
     /// A scenario with a position resolution, because the engine does not output the quantised positions.
@@ -190,8 +176,7 @@ impl Signal {
     }
 }
 
-/// The settings for each kind of distance: unchanged for the kind of the settings, derived from the same hypotheses for
-/// the others.
+/// Unchanged for the kind of the settings, derived from the same hypotheses for the others.
 fn detectors(configured: &DetectorSettings, kinds: &[DistanceKind]) -> Vec<DetectorSettings> {
     let of = |&kind: &DistanceKind| {
         if kind == configured.distance.kind {

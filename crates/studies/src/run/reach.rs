@@ -8,15 +8,14 @@ use trocar_engine::operator::MotionSettings;
 use trocar_metrics::{ALARM_WINDOW_S, Outcome, RUPTURE_WINDOW_S};
 use trocar_scenario::{OperatorSpec, Scenario, TissueSpec};
 
-/// Maximum remaining share of a movement at the end of a run without a warning.
+/// Maximum remaining share of a movement without a warning.
 const MAX_LEFT_SHARE: f64 = 0.01;
 
 enum Unreached<'a> {
-    /// The first layer that does not rupture.
     Layer(&'a str),
-    /// The first label by time that lies after the end of the run, in s.
+    /// The first label that lies after the end of the run, in s.
     Label(f64),
-    /// The first label by depth that the needle does not reach, in m.
+    /// The first label that the needle does not reach, in m.
     Depth(f64),
 }
 

@@ -38,7 +38,7 @@ pub(super) struct Certificates {
 }
 
 impl CertificateFile {
-    /// The file of an analysis; `None` without a certificate.
+    /// `None` without a certificate.
     pub(super) fn of(switching: &Switching) -> Option<Self> {
         let certificates = Certificates {
             shortest_dwell: switching.certificate.clone(),

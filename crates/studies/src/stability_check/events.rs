@@ -4,15 +4,15 @@ use trocar_core::augmentation::{RampSettings, RampUntilLoadSettings, Reengage};
 use trocar_scenario::{Scenario, ScenarioError, Source};
 use trocar_stability::Switching;
 
-/// Depth of the resting needle, in m.
+/// Of the resting needle.
 const DEPTH_M: f64 = 0.01;
 
 const DISPLACEMENT_M: f64 = 1e-3;
 
-/// The offset as a fraction of the distance that a ramp closes in a tick: it closes in one tick, as in the analysis.
+/// As a fraction of the distance that a ramp closes in a tick: the offset closes in one tick, as in the analysis.
 const SMALL: f64 = 0.1;
 
-/// Number of events of a periodic sequence, and maximum length of the run, in s.
+/// Number of events of a periodic sequence.
 const EVENTS: usize = 12;
 const LONGEST_S: f64 = 60.0;
 
@@ -45,12 +45,8 @@ fn demonstration(switching: &Switching) -> Demonstration {
     }
 }
 
-/// Changes the scenario of a source and settings to run the worst sequence of events. The needle rests in a spring and
-/// a damper with the force reading zeroed. The hand starts a little away from its desired position, and alarms occur
-/// only at the times of the sequence.
-///
-/// # Errors
-/// As [`Scenario::load`].
+/// The needle rests in a spring and a damper with the force reading zeroed. The hand starts a little away from its
+/// desired position, and alarms occur only at the times of the sequence.
 pub fn worst_events(source: &Source, settings: &[String], switching: &Switching) -> Result<Scenario, ScenarioError> {
     let Demonstration { stiffness_n_per_m, starts, held_ticks } = demonstration(switching);
     let phases = switching.phases;

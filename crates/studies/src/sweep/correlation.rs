@@ -1,20 +1,16 @@
-//! Correlated axes.
-
 use trocar_base::quantiles::{normal_quantile, normal_share};
 
-/// A group of axes with equal pairwise correlation.
+/// Axes with equal pairwise correlation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Correlation {
-    /// Name.
     pub name: String,
-    /// Indices of the axes.
     pub axes: Vec<usize>,
-    /// The correlation of the normal numbers from which the values of the axes are derived.
+    /// Of the normal numbers from which the values of the axes are derived.
     pub coefficient: f64,
 }
 
-/// Correlates the unit coordinates of some axes (a Gaussian copula): converted to normal numbers, mixed with the
-/// Cholesky factor of their correlation matrix, and converted back, each remains uniformly distributed.
+/// A Gaussian copula: unit coordinates become normal numbers, are mixed with the Cholesky factor of their correlation,
+/// and are converted back, so each remains uniformly distributed.
 #[derive(Debug, Clone)]
 pub(super) struct Mixer {
     axes: Vec<usize>,

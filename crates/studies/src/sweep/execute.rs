@@ -1,5 +1,3 @@
-//! Executes a sweep or a part of it.
-
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::PoisonError;
@@ -16,19 +14,18 @@ use crate::run::RunError;
 use trocar_engine::sensor::NoiseBank;
 use trocar_run::ports;
 
-/// Maximum number of noise samples in the caches of all threads, 64 MB.
+/// In the caches of all threads, 64 MB.
 const MAX_NUMBERS_KEPT: usize = 8 << 20;
 
-/// The settings of an execution, which do not change the results.
+/// Settings that do not change the results.
 #[derive(Debug, Clone, Copy)]
 pub struct Execution {
-    /// Number of threads, at least 1.
+    /// At least 1.
     pub threads: usize,
-    /// True if cases that differ only in the detector's threshold share runs; otherwise each case runs separately.
+    /// True if cases that differ only in the detector's threshold share runs.
     pub shares_runs: bool,
 }
 
-/// Progress reports and interruption of a sweep.
 pub struct Progress<'a> {
     /// Once set, no new pack starts; packs in progress are completed and stored.
     pub stop: &'a AtomicBool,
@@ -38,17 +35,14 @@ pub struct Progress<'a> {
     pub done: &'a (dyn Fn(u64) + Sync),
 }
 
-/// Runs the missing packs of a part, in any order, and returns the total number of complete cases.
-///
-/// # Errors
-/// [`SweepError`] of the failed case with the lowest number, or if a part cannot be read or written.
+/// Runs the missing packs of a part, in any order, and returns the number of complete cases. A failure is that of the
+/// case with the lowest number.
 pub fn execute(plan: &Plan, part: &Part, how: Execution, progress: &Progress<'_>) -> Result<u64, SweepError> {
     let Execution { threads, shares_runs } = how;
     let before = part.cases_done()?;
     (progress.begun)(before);
     let Progress { stop, done: report, .. } = *progress;
     let packs = part.layout().packs.clone();
-    // Additional threads would be idle.
     let threads = threads.clamp(1, usize::try_from(packs.end - packs.start).unwrap_or(usize::MAX).max(1));
     let (next, done, failed) = (AtomicU64::new(packs.start), AtomicU64::new(before), AtomicBool::new(false));
     let first_error: Mutex<Option<SweepError>> = Mutex::new(None);
@@ -76,7 +70,6 @@ pub fn execute(plan: &Plan, part: &Part, how: Execution, progress: &Progress<'_>
                 packs_of_turn = first.min(packs.end)..(first + packs_per_turn).min(packs.end);
             }
             let Some(pack) = packs_of_turn.next() else { break };
-            // Without complete cases, no slot needs a check.
             let mut run = |is_done: bool| if is_done { Ok(0) } else { worker.run(pack) };
             match if before > 0 { part.has(pack).and_then(&mut run) } else { run(false) } {
                 Ok(cases) => {

@@ -1,4 +1,4 @@
-//! Statements about the detection: figures 8 to 13, section 4.
+//! Figures 8 to 13, section 4.
 
 use super::measures::{mean_and_variance, ruptures_s, tick};
 use super::statement::{Judgement, is_within};
@@ -10,7 +10,7 @@ use trocar_detect::calibration::Whiteness;
 /// A mean residual below this share of the paper's standard deviation counts as zero.
 const ZERO_SHARE: f64 = 0.1;
 const DISTINCT: f64 = 2.0;
-/// Time after a rupture over which the variance of a transient phase is taken, in s.
+/// Time after a rupture over which the variance of a transient phase is taken.
 const PHASE_S: f64 = 0.02;
 const PASSES: f64 = 0.01;
 const DELAY_S: f64 = 0.010;
@@ -44,8 +44,7 @@ impl PaperStudy {
         self.noisy_seeds.0.iter().map(|seeds| seeds.iter().filter(|seed| is_so(seed)).count()).collect()
     }
 
-    /// A statement about the seeds of the noise, which may depend on the fall of the force: section, subject, the
-    /// paper's words, condition, reason.
+    /// Section, subject, the paper's words, condition, reason. The statement may depend on the fall of the force.
     fn of_seeds(
         &self,
         [section, what, paper, condition, why]: [&'static str; 5],

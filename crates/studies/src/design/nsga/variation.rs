@@ -1,26 +1,23 @@
-//! Crossover and mutation of numbers and choices.
-
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::Standing;
 
-/// Distribution indices of crossover and mutation, and the probability of a crossover (Deb et al. 2002, section V).
+/// Deb et al. 2002, section V.
 const CROSSOVER_INDEX: f64 = 20.0;
 const MUTATION_INDEX: f64 = 20.0;
 const CROSSOVER: f64 = 0.9;
 
-/// The kind of a gene. Its value is a coordinate from 0 to below 1.
+/// Its value is a coordinate from 0 to below 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Gene {
-    /// A number between two ends.
     Number,
     /// One of so many choices, each with an equal part of the coordinates.
     Choice(u64),
 }
 
 impl Gene {
-    /// The choice of a coordinate; 0 for a number.
+    /// 0 for a number.
     #[must_use]
     pub fn choice(self, coordinate: f64) -> u64 {
         match self {
@@ -30,13 +27,11 @@ impl Gene {
     }
 }
 
-/// The largest coordinate.
 const LAST: f64 = 1.0 - f64::EPSILON;
 
-/// Creates a child of two parents, each the preferred one of two random points.
-///
-/// Numbers: simulated binary crossover and polynomial mutation, both bounded. Choices: one of the parents' by an even
-/// chance, and another one by mutation. On average one gene of a child mutates.
+/// Each parent is the preferred one of two random points. Numbers: simulated binary crossover and polynomial mutation,
+/// both bounded. Choices: one of the parents' by an even chance, and another one by mutation. On average one gene
+/// mutates.
 pub fn child(genes: &[Gene], parents: &[&[f64]], standings: &[Standing], random: &mut ChaCha8Rng) -> Vec<f64> {
     let mut select = || {
         let (a, b) = (random.random_range(0..parents.len()), random.random_range(0..parents.len()));

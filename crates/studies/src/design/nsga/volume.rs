@@ -1,8 +1,5 @@
-//! The hypervolume of a front.
-
-/// The volume that is dominated by the points and bounded by a reference point. Every objective is minimised.
-///
-/// By slices along the last objective: the exact volume, in a time that is exponential in the number of objectives only.
+/// The volume dominated by minimised points, up to a reference point. Exact by slices along the last objective, in a
+/// time that is exponential in the number of objectives only.
 #[must_use]
 pub fn hypervolume(points: &[&[f64]], reference: &[f64]) -> f64 {
     let inside: Vec<&[f64]> = points

@@ -1,5 +1,3 @@
-//! The columns of a stability study: sensitivities, map, boundary and ports.
-
 use trocar_document::{DataTable, Values};
 use trocar_lti::Complex64;
 use trocar_stability::{Analysis, Axis, PortPoint, StabilityMap};

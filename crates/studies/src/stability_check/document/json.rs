@@ -261,7 +261,7 @@ impl CheckPart {
     }
 }
 
-/// True if a condition holds at every frequency; `None` without frequencies.
+/// `None` without frequencies.
 pub(super) fn all(ports: &[PortPoint], holds: impl Fn(&PortPoint) -> bool) -> Option<bool> {
     (!ports.is_empty()).then(|| ports.iter().all(holds))
 }
