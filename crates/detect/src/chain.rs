@@ -29,7 +29,7 @@ pub struct Step {
     pub conditions: AlarmConditions<f64>,
 }
 
-/// Filter, estimator and detector in series. Memory and time per sample are constant; only the construction allocates.
+/// Memory and time per sample are constant; only the construction allocates.
 #[derive(Debug, Clone)]
 pub struct DetectionChain {
     filter: Option<VelocityFilter<f64>>,

@@ -6,22 +6,22 @@ use trocar_base::warning::{Code, Warning};
 
 const MIN_SAMPLES: usize = 100;
 
-/// Minimum ratio of the positions' roughness to the forces' at which the columns count as swapped. In this project's
-/// recordings, positions are 2.2 to 12,000 times *less* rough: a needle has mass and a guide.
+/// Minimum ratio of roughness at which the columns count as swapped. In this project's recordings, positions are 2.2 to
+/// 12,000 times *less* rough than forces: a needle has mass and a guide.
 const SWAPPED_RATIO: f64 = 3.0;
 
-/// Maximum roughness of positions that the encoder explains, in its steps.
+/// Roughness that the encoder explains, in its steps.
 const ENCODER_STEPS: f64 = 5.0;
 
 const BLOCK: usize = 20;
 
-/// Minimum travel over which a constant force indicates a free needle.
+/// A free needle moves at least so far at constant force.
 const FREE_TRAVEL_M: f64 = 5e-4;
 const MIN_OFFSET_N: f64 = 0.05;
 const CONSTANT_STDS: f64 = 3.0;
 const CONSTANT_N: f64 = 0.02;
 
-/// As a share of the largest change of the force. A larger constant force is a load.
+/// Share of the largest change of the force. A larger constant force is a load.
 const MAX_OFFSET_SHARE: f64 = 0.5;
 
 fn roughness(values: &[f64]) -> Option<(f64, f64)> {
@@ -61,7 +61,6 @@ pub(super) fn offset(signals: &Signals<'_>) -> Option<Warning> {
     free_motion(signals).or_else(|| beginning(signals))
 }
 
-/// Warns of a force that is constant and not 0 while the needle moves freely at the beginning.
 fn free_motion(signals: &Signals<'_>) -> Option<Warning> {
     let (force, position) = (signals.force_n, signals.position_m);
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;

@@ -1,6 +1,6 @@
 use trocar_core::detector::AlarmConditions;
 
-/// The conditions of an alarm at one sample, in one byte.
+/// One byte per sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SampleConditions(u8);
 

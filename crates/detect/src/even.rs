@@ -1,19 +1,17 @@
-//! Evenly spaced samples, which the estimator and the detector need.
-
 use trocar_base::warning::{Code, Warning};
 use trocar_recording::{IgnoredUnit, Joined, Recording, ResampleError};
 
-/// Maximum relative deviation of an interval from the median in an even recording.
+/// Maximum relative deviation from the median interval.
 pub(super) const EVEN_SHARE: f64 = 0.01;
 
-/// Number of consecutive short intervals that are a stretch of a higher rate; fewer are jitter.
+/// Fewer consecutive short intervals are jitter.
 const DENSE_INTERVALS: usize = 8;
 
-/// As a ratio to the median interval.
+/// Maximum ratio to the median interval.
 const DENSE_SHARE: f64 = 0.5;
 
-/// Relative to the median rate. Beyond it most samples are interpolated, and their noise is too small for a detector
-/// that adapts to it.
+/// Ratio to the median rate. Beyond it most samples are interpolated, and their noise is too small for a detector that
+/// adapts to it.
 const MAX_FACTOR: f64 = 10.0;
 
 const MAX_SAMPLES: f64 = 5e6;
@@ -25,7 +23,6 @@ pub(super) struct Samples {
     pub(super) velocity_m_per_s: Option<Vec<f64>>,
     pub(super) force_n: Vec<f64>,
     pub(super) is_resampled: bool,
-    /// Sentences about the changes of the recording.
     pub(super) notes: Vec<String>,
     /// Warnings about units that the columns ignore.
     pub(super) warnings: Vec<Warning>,
@@ -33,11 +30,10 @@ pub(super) struct Samples {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Rate {
-    /// The median interval.
     Median(f64),
-    /// The interval of the densest stretch, because the median interval would lose samples.
+    /// Interval of the densest stretch, because the median interval would lose samples.
     Dense(f64),
-    /// As [`Rate::Dense`], but longer, to limit the number of samples.
+    /// Longer than the densest interval, to limit the number of samples.
     Limited(f64),
 }
 
@@ -99,7 +95,7 @@ pub(super) fn is_even(recording: &Recording) -> bool {
     is_even(min_s) && is_even(max_s)
 }
 
-/// Resamples an uneven recording linearly, at the median interval or at that of a denser stretch.
+/// Resamples an uneven recording linearly.
 pub(super) fn samples(recording: Recording) -> Samples {
     let origin = recording.origin_text().map(|origin| format!("Times count from the first sample, at {origin}."));
     let mut notes: Vec<String> = origin.into_iter().chain(recording.joined().iter().map(of_joined)).collect();
@@ -122,7 +118,6 @@ pub(super) fn samples(recording: Recording) -> Samples {
         let ticks = covered + usize::from(rest_s > EVEN_SHARE * interval_s);
         Ok::<_, ResampleError>((recording.resample(interval_s, ticks)?, ticks))
     };
-    // If resampling fails, the samples stay as recorded.
     let Ok((even, ticks)) = resample(&recording) else { return as_recorded(recording, notes, warnings) };
     notes.push(rate.note(&recording));
     let start_s = recording.time_s().first().copied().unwrap_or(0.0);

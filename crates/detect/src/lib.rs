@@ -40,7 +40,7 @@ use trocar_engine::engine::TrustColumns;
 use trocar_recording::Recording;
 use trocar_scenario::{DetectionSettings, DetectionSpec};
 
-/// Estimates and decisions for a recording, one value per sample.
+/// One value per sample.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs, reason = "the names say quantity and unit, as in a trace")]
 pub struct Detection {
@@ -54,7 +54,7 @@ pub struct Detection {
     pub damping_n_s_per_m: Vec<f64>,
     pub distance: Vec<f64>,
     pub decision: Vec<f64>,
-    /// Column name and values of the estimator's extra parameter, if any.
+    /// Column name and values.
     pub extra_parameter: Option<(&'static str, Vec<f64>)>,
     pub alarms: Vec<usize>,
     pub contact_m: f64,
@@ -65,7 +65,6 @@ pub struct Detection {
     /// False if the velocities are estimated from the positions.
     pub is_velocity_measured: bool,
     pub is_resampled: bool,
-    /// Sentences about resampled times and interpolated signals.
     pub notes: Vec<String>,
     pub warnings: Vec<Warning>,
     pub phases: Vec<PhaseInterval>,
@@ -81,16 +80,15 @@ impl Detection {
     }
 }
 
-/// Minimum change of a recorded position that counts as a step of the encoder.
+/// Smaller changes of the position are rounding.
 const MIN_STEP_M: f64 = 1e-9;
 
-/// Runs the estimator and the detector over a recording, resampled if uneven. Without a recorded velocity, a Kalman
-/// filter estimates it from the positions.
+/// Resamples an uneven recording. Without a recorded velocity, a Kalman filter estimates it from the positions.
 pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
     detect_recording(spec.recording.recording.clone(), &spec.settings)
 }
 
-/// [`detect`] without a copy: the columns of the recording become columns of the result.
+/// [`detect`] without a copy.
 pub fn detect_recording(recording: Recording, settings: &DetectionSettings) -> Result<Detection, InvalidValue> {
     let samples = samples(recording);
     let interval_s = samples.interval_s;

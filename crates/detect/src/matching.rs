@@ -12,9 +12,8 @@ fn delay_s(alarm_s: f64, label_s: f64) -> f64 {
     ((alarm_s - label_s) * 1e9).round() / 1e9 + 0.0
 }
 
-/// Matches alarms to labels one to one (both in s, ascending). An alarm matches a label at most `within_s` before it,
-/// and never a later label. The result has the maximum number of matches and, among such matchings, the minimum sum of
-/// delays.
+/// Matches alarms to labels one to one (both in s, ascending). An alarm matches a label at most `within_s` before it.
+/// The result has the maximum number of matches and, among such matchings, the minimum sum of delays.
 ///
 /// A pass from the last label to the first finds the latest matchable labels, and a pass from the first alarm to the
 /// last the earliest matchable alarms. Some matching joins both sets (Mendelsohn and Dulmage 1958). As all windows have
@@ -54,15 +53,14 @@ pub fn match_alarms(alarms_s: &[f64], labels_s: &[f64], within_s: f64) -> Vec<Ma
     alarms.into_iter().zip(labels).map(pair).collect()
 }
 
-/// The force may fall after the alarm, because an alarm may precede the end of the fall.
+/// An alarm may precede the end of the fall, so the fall may end after it.
 const FALL_BEFORE_S: f64 = 0.1;
 const FALL_AFTER_S: f64 = 0.03;
 
-/// As a share of the residual.
+/// Share of the residual.
 const FALLEN_SHARE: f64 = 0.5;
 
-/// True if the force falls around the alarm by at least half of the residual (N). Otherwise the prediction changed, and
-/// the alarm indicates no rupture.
+/// False if the prediction changed instead of the force, so that the alarm indicates no rupture.
 #[must_use]
 pub(super) fn follows_fall(force_n: &[f64], interval_s: f64, sample: usize, residual_n: f64) -> bool {
     let samples_in = |time_s: f64| (time_s / interval_s).round() as usize;

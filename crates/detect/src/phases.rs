@@ -52,19 +52,19 @@ pub struct PhaseInterval {
 
 /// Determines the phases from positions alone.
 ///
-/// The mean velocity at a sample is `v̄ = (p(t + w/2) - p(t - w/2)) / w`. Out of contact the phase is free; in contact,
-/// insertion if `v̄ > moving_m_per_s`, withdrawal if `v̄ < -moving_m_per_s`, and hold otherwise. An interval shorter
-/// than `shortest_s` joins the previous one.
+/// The mean velocity at a sample is `v̄ = (p(t + w/2) - p(t - w/2)) / w`. In contact the phase is insertion if `v̄ >
+/// moving_m_per_s`, withdrawal if `v̄ < -moving_m_per_s`, and hold otherwise. An interval shorter than `shortest_s`
+/// joins the previous one.
 ///
 /// The defaults are chosen here: 0.1 s is a period of a tremor of 10 Hz, which then does not count as motion; 1 mm/s
 /// lies between a resting hand's creep and the shipped insertion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhaseRule {
-    /// Averaging window, above 0.
+    /// `w`, above 0.
     pub window_s: f64,
-    /// Mean speed, at least 0, above which the needle moves.
+    /// At least 0.
     pub moving_m_per_s: f64,
-    /// Minimum duration of an interval, at least 0.
+    /// At least 0.
     pub shortest_s: f64,
 }
 
@@ -75,7 +75,7 @@ impl Default for PhaseRule {
 }
 
 impl PhaseRule {
-    /// Splits evenly spaced positions into consecutive intervals without gaps; neighbours differ in phase.
+    /// The intervals have no gaps; neighbours differ in phase.
     #[must_use]
     pub fn split(&self, position_m: &[f64], interval_s: f64, contact_m: f64) -> Vec<PhaseInterval> {
         let samples = |duration_s: f64| (duration_s / interval_s).round().max(0.0) as usize;

@@ -131,7 +131,7 @@ fn stray_alarm(alarms_s: &[f64], labels_s: &[f64], stray: &Match) -> Warning {
 }
 
 impl DetectionReport {
-    /// `ruptures_s` are labels in s after the first sample; an empty list means no labels.
+    /// `ruptures_s` are in s after the first sample; an empty list means no labels.
     #[must_use]
     pub fn of(detection: &Detection, ruptures_s: &[f64]) -> Self {
         let start_s = detection.time_s.first().copied().unwrap_or(0.0);
@@ -140,7 +140,7 @@ impl DetectionReport {
         Self::judged(detection, (!labels.is_empty()).then_some(&labels), RUPTURE_WINDOW_S)
     }
 
-    /// Compares with ascending labels; an empty list means no rupture, `None` no labels.
+    /// Labels ascend; an empty list means no rupture, `None` no labels.
     #[must_use]
     pub fn judged(detection: &Detection, labels: Option<&[Label]>, within_s: f64) -> Self {
         let start_s = detection.time_s.first().copied().unwrap_or(0.0);

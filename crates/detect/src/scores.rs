@@ -1,13 +1,12 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// Counts of one or several labelled recordings.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Tally {
     pub recordings: usize,
     pub ruptures: usize,
     pub alarms: usize,
-    /// From each detected rupture to its alarm.
+    /// From rupture to alarm.
     pub delays_s: Vec<f64>,
     pub recorded_s: f64,
     pub contact_s: f64,

@@ -75,7 +75,6 @@ struct Totals {
 }
 
 impl Totals {
-    /// One pass for all samples and per phase, another for the deviations.
     fn of(detection: &Detection) -> Self {
         let mut all = Sums::NONE;
         let mut phases = [Sums::NONE; Phase::ALL.len()];
@@ -161,7 +160,7 @@ pub struct PhaseStatistics {
     pub mean_damping_std_n_s_per_m: Option<f64>,
 }
 
-/// Samples between two evaluations of the standard errors; every sample enters them.
+/// Every sample enters the standard errors.
 const STEP: usize = 8;
 
 fn standard_errors(detection: &Detection) -> [Option<[f64; 2]>; Phase::ALL.len()] {
@@ -211,8 +210,7 @@ impl PhaseStatistics {
         }
     }
 
-    /// Over several recordings, with equal weight for every sample. The standard deviation is about each recording's
-    /// mean.
+    /// Every sample has equal weight. The standard deviation is about each recording's mean.
     #[must_use]
     pub fn pooled<'a>(phase: Phase, of: impl IntoIterator<Item = &'a Self>) -> Self {
         let of_phase: Vec<&Self> = of.into_iter().filter(|statistics| statistics.phase == phase).collect();

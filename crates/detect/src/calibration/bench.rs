@@ -9,12 +9,12 @@ use trocar_core::detector::{ArmingSettings, CusumSettings, DetectorSettings, Dis
 use trocar_core::estimation::RlsSettings;
 use trocar_scenario::DetectionSpec;
 
-/// Candidate memories, in corrections. The first one wins a tie.
+/// The first candidate wins a tie.
 const MEMORIES: [f64; 5] = [10.0, 5.0, 7.0, 14.0, 20.0];
 const FULL_GAIN_DEPTH_M: f64 = 1e-3;
 const GAIN_RATIO: f64 = 10.0;
 
-/// Dead zone `N_0` in standard deviations of the noise.
+/// Standard deviations of the noise.
 const DEAD_ZONE_STDS: f64 = 2.0;
 const MIN_DEAD_ZONE_N: f64 = 1e-3;
 
@@ -30,7 +30,7 @@ const AFTER_RUPTURE_S: f64 = 0.3;
 const GUARD: f64 = 2.0;
 const CAP_THRESHOLDS: f64 = 10.0;
 const VELOCITY_STDS: f64 = 3.0;
-/// Minimum withdrawal speed: a hand-held needle recoils at about 0.7 mm/s when the slave settles.
+/// A hand-held needle recoils at about 0.7 mm/s when the slave settles.
 const MIN_WITHDRAWAL_M_PER_S: f64 = 1e-3;
 
 const PROBE_EVERY_S: f64 = 0.1;
@@ -233,7 +233,7 @@ impl<'a> CandidateBench<'a> {
         Quiet { std_n: std_n.max(min_n), blocks, usable, ruptures, residuals }
     }
 
-    /// The quantile `share` of the root mean square of the usable blocks, and their number.
+    /// Quantile of the usable blocks' root mean square, and their number.
     fn block_std(&self, residuals: &Residuals, usable: &[bool], share: f64) -> Option<(f64, usize)> {
         let length = self.signal.samples_in(BLOCK_S, 10);
         let blocks = residuals.residual_n.chunks_exact(length).zip(usable.chunks_exact(length));

@@ -15,21 +15,21 @@ use trocar_metrics::Unit;
 
 const MAX_LISTED: usize = 6;
 
-/// Within the recording's folder, where a detection has figures of the same names.
+/// Separate, because a detection has figures of the same names.
 const FIGURES: &str = "calibration/";
 
 #[derive(Debug)]
 pub struct CalibrationStudy<'a> {
     pub name: &'a str,
     pub calibration: &'a Calibration,
-    /// The sections of the recording and its sensor, as TOML.
+    /// Sections of the recording and its sensor, as TOML.
     pub inputs: String,
     report: DetectionReport,
     samples: Samples,
 }
 
 impl<'a> CalibrationStudy<'a> {
-    /// `ruptures_s` are the labels, in s after the first sample.
+    /// `ruptures_s` are labels in s after the first sample.
     #[must_use]
     pub fn new(
         name: &'a str,
@@ -102,7 +102,7 @@ impl Calibration {
         }
     }
 
-    /// The settings as shown and written: computed numbers have four significant digits, a given contact all of them.
+    /// Rounds computed numbers to four significant digits, but not a given contact.
     #[must_use]
     pub fn rounded_settings(&self) -> Candidate {
         let four = |value: &mut f64| *value = rounded(*value, 4);
@@ -125,7 +125,6 @@ impl Calibration {
         chosen
     }
 
-    /// The `[estimator]` and `[detector]` tables as TOML.
     #[must_use]
     pub fn toml(&self) -> String {
         let Candidate { contact_m, estimator, detector, .. } = self.rounded_settings();

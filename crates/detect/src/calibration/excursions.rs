@@ -2,7 +2,7 @@ use super::signal::{Residuals, Signal};
 use super::spread::median;
 use trocar_base::interrupt;
 
-/// Cap of the decision in thresholds. It prevents one rupture from hiding the next.
+/// Prevents one rupture from hiding the next.
 const CAP_THRESHOLDS: f64 = 20.0;
 
 const BEFORE_S: f64 = 20e-3;
@@ -24,7 +24,7 @@ pub(super) struct Excursion {
     pub(super) peak_at: usize,
 }
 
-/// The excursions of a CUSUM on squared residuals, drift and threshold in N², that could raise an alarm.
+/// Excursions of a CUSUM on squared residuals that could raise an alarm; drift and threshold in N².
 pub(super) fn excursions(
     signal: &Signal<'_>,
     residuals: &Residuals,
@@ -58,8 +58,7 @@ pub(super) fn excursions(
     found
 }
 
-/// True if the force falls soon after a sample while the needle is not withdrawn. The rule needs later samples, so a
-/// detector cannot use it.
+/// Needs samples after the crossing, so a detector cannot use this rule.
 pub(super) fn is_rupture(signal: &Signal<'_>, crossing: usize, noise_n: f64) -> bool {
     let Signal { position_m, force_n, .. } = *signal;
     let back = signal.samples_in(BEFORE_S, 5);

@@ -5,12 +5,12 @@
 //! 2. *Contact*, unless given: where the force begins, or the zero of the line of force over position.
 //! 3. *Quiet standard deviation* `σ_0`: the root mean square of the residual that nine tenths of the 0.1 s blocks in
 //!    contact and without rupture do not exceed.
-//! 4. *Drift* `ν`: where the likelihood ratio of eq. 23 changes its sign for `r = σ_1²/σ_0² = 100` (paper, 4.6): `ν =
-//!    σ_0² ln(r) r / (r - 1)`. The paper's drift, halfway between the variances, is ten times higher.
+//! 4. *Drift* `ν`: where the likelihood ratio of eq. 23 changes its sign for `r = σ_1²/σ_0² = 100` (paper, 4.6):
+//!    `ν = σ_0² ln(r) r / (r - 1)`. The paper's drift is ten times higher.
 //! 5. *Threshold* `γ`: gives the wanted run length ([`run_length`]), and is at least twice the largest harmless
 //!    excursion, because a real residual is not white.
-//! 6. *Memory* in corrections: best separates the slowest rupture from the fastest harmless change, both added to the
-//!    recording. A detection scores 1, an alarm at a harmless change -3.
+//! 6. *Memory*: best separates the slowest rupture from the fastest harmless change, both added to the recording. A
+//!    detection scores 1, an alarm at a harmless change -3.
 //! 7. *Withdrawal speed*, above which no sample counts: three standard deviations of the velocity noise.
 
 mod bench;
@@ -41,7 +41,7 @@ use trocar_core::error::InvalidValue;
 use trocar_core::estimation::{RlsSettings, VelocityFilter};
 use trocar_scenario::DetectionSpec;
 
-/// Shares of detected slowest ruptures and of alarms at harmless changes that raise a warning.
+/// Below it a warning says that slow ruptures are missed.
 const MIN_FOUND: f64 = 0.5;
 const MAX_HARMLESS: f64 = 0.2;
 
@@ -49,20 +49,20 @@ const MIN_SAMPLES: usize = 100;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Candidate {
-    /// Number of corrections between two resets of the estimator's gain.
+    /// Corrections between two resets of the estimator's gain.
     pub memory_updates: f64,
     pub contact_m: f64,
     pub estimator: RlsSettings,
     pub detector: DetectorSettings,
-    /// In N², without the guard against harmless excursions.
+    /// N², before the guard against harmless excursions.
     pub run_length_threshold: f64,
-    /// Largest harmless excursion of the decision, in N².
+    /// N².
     pub harmless_peak: f64,
-    /// Share of the slowest probes that are detected; `None` if too few probes fit.
+    /// Share of the slowest probes; `None` if too few probes fit.
     pub found_share: Option<f64>,
     /// Median over the detected probes.
     pub delay_s: Option<f64>,
-    /// Share of the fastest harmless changes that raise an alarm.
+    /// Share of the fastest harmless changes.
     pub harmless_share: Option<f64>,
 }
 
@@ -75,7 +75,7 @@ pub struct Calibration {
     pub contact_rule: ContactRule,
     /// `σ_0`.
     pub quiet_std_n: f64,
-    /// Number of blocks that give `σ_0`; 0 if the noise gives it.
+    /// 0 if the noise gives `σ_0`.
     pub quiet_blocks: usize,
     /// The longest interval in contact and without a rupture, in s after the first sample.
     pub quiet_segment_s: Option<(f64, f64)>,
@@ -84,20 +84,20 @@ pub struct Calibration {
     /// In s after the first sample.
     pub ruptures_s: Vec<f64>,
     pub probes: usize,
-    /// One candidate per memory, ascending.
+    /// Ascending memories.
     pub candidates: Vec<Candidate>,
     pub chosen: usize,
-    /// Predicted on white noise of `σ_0`; `None` unless the quiet residual is white and Gaussian.
+    /// `None` unless the quiet residual is white and Gaussian.
     pub false_alarm_s: Option<f64>,
-    /// Time of quiet contact without an alarm, in s.
+    /// Quiet contact without an alarm.
     pub quiet_s: f64,
 }
 
-/// Expected number of false alarms for which none has a probability of 5 %: `-ln 0.05`.
+/// `-ln 0.05`: with this expected number, no false alarm has a probability of 5 %.
 const NONE_EXPECTED: f64 = 2.995_732_273_553_991;
 
 impl Calibration {
-    /// Lower bound in s at 95 % confidence, from the quiet time without an alarm.
+    /// Lower bound with 95 % confidence.
     #[must_use]
     pub fn least_false_alarm_s(&self) -> f64 {
         self.quiet_s / NONE_EXPECTED
@@ -136,7 +136,7 @@ pub enum CalibrationError {
         "{samples} samples are too few for a calibration, which needs at least {MIN_SAMPLES}; give a longer recording or --first-s"
     )]
     TooShort {
-        /// Of the evaluated part.
+        /// Samples of the evaluated part.
         samples: usize,
     },
     #[error(
@@ -144,7 +144,7 @@ pub enum CalibrationError {
     )]
     FalseAlarm {
         wanted_s: f64,
-        /// Of the run lengths [`run_length::WANTED`].
+        /// Range of [`run_length::WANTED`].
         min_s: f64,
         max_s: f64,
     },
@@ -160,12 +160,12 @@ pub enum CalibrationError {
     },
 }
 
-/// Calibrates on the beginning of a recording. Labelled ruptures do not count as quiet.
+/// Labelled ruptures do not count as quiet.
 pub fn calibrate(spec: &DetectionSpec, request: &CalibrationRequest) -> Result<Calibration, CalibrationError> {
     calibrate_with_progress(spec, request, &|_, _| ())
 }
 
-/// `report` receives the numbers of complete and of all steps, which take about equally long.
+/// `report` receives the numbers of complete and of all steps.
 pub fn calibrate_with_progress(
     spec: &DetectionSpec,
     request: &CalibrationRequest,

@@ -1,9 +1,8 @@
-//! Ruptures added to a recording, to test whether and when settings detect them.
+//! Ruptures added to a recording, to test settings.
 
 use super::Candidate;
 use super::signal::{Residuals, Signal};
 
-/// Evaluated signal before a probe.
 const BEFORE_S: f64 = 0.6;
 const AFTER_S: f64 = 0.1;
 

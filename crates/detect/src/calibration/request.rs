@@ -10,9 +10,9 @@ pub struct CalibrationRequest {
     pub keeps_contact: bool,
     /// Above 0.
     pub false_alarm_s: f64,
-    /// Time in which the slowest rupture takes half of the force; above 0.
+    /// Time for half of the force; above 0.
     pub slowest_rupture_s: f64,
-    /// Time in which the fastest harmless change takes half of the force; above `slowest_rupture_s`.
+    /// Time for half of the force; above `slowest_rupture_s`.
     pub fastest_harmless_s: f64,
     /// `σ_1²/σ_0²`, above 1.
     pub variance_ratio: f64,
@@ -33,7 +33,7 @@ impl Default for CalibrationRequest {
 }
 
 impl CalibrationRequest {
-    /// The drift at a quiet variance of 1: the likelihood ratio of eq. 23 changes its sign there.
+    /// At a quiet variance of 1: the likelihood ratio of eq. 23 changes its sign there.
     #[must_use]
     pub fn drift(&self) -> f64 {
         let ratio = self.variance_ratio;

@@ -24,18 +24,17 @@ use trocar_base::parallel::map;
 pub struct RunLength {
     pub drift: f64,
     pub threshold: f64,
-    /// By the integral equation.
+    /// Solution of the integral equation.
     pub predicted: f64,
-    /// Average over simulated runs.
     pub simulated: f64,
-    /// Number of simulated runs; its inverse square root is the relative standard error.
+    /// Its inverse square root is the relative standard error.
     pub alarms: u64,
 }
 
 const RUNS_PER_STREAM: u64 = 32;
 
 impl RunLength {
-    /// Simulates `alarms` runs (a multiple of 32) in parallel, and calls `done` after every 32.
+    /// Simulates `alarms` runs (a multiple of 32), and calls `done` after every 32.
     #[must_use]
     pub fn check(drift: f64, wanted: f64, alarms: u64, done: impl Fn() + Sync) -> Self {
         let threshold = threshold_for(drift, wanted);
@@ -123,7 +122,7 @@ pub fn threshold_for(drift: f64, samples: f64) -> f64 {
     high
 }
 
-/// Total number of samples of `alarms` simulated runs.
+/// Total number of samples.
 #[must_use]
 pub fn simulate(drift: f64, threshold: f64, alarms: u64, seed: u64) -> u64 {
     let mut noise = ChaCha8Rng::seed_from_u64(seed);

@@ -2,7 +2,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use trocar_base::centred::Centred;
 
-/// Number of lags of the Ljung-Box test; even, so that the χ² tail has a closed form.
+/// Lags of the Ljung-Box test; even, so that the χ² tail has a closed form.
 pub const LAGS: usize = 20;
 
 /// The results of the tests of residuals.
@@ -58,7 +58,7 @@ impl Whiteness {
     }
 }
 
-/// Probability that a χ² variable exceeds `x`, for even degrees: `e^{-x/2} Σ_{k<n/2} (x/2)^k / k!`.
+/// `e^{-x/2} Σ_{k<n/2} (x/2)^k / k!`, for even degrees.
 fn chi_square_tail(x: f64, degrees: usize) -> f64 {
     let half = x / 2.0;
     let mut term = (-half).exp();

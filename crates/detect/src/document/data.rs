@@ -34,8 +34,7 @@ pub fn column_values<'a>(column: ColumnValues<impl Into<Cow<'a, [f64]>>, impl In
     }
 }
 
-/// The alarms (`found`, `false`, or `alarm` without labels) and missed ruptures (`missed`), by time within each
-/// recording.
+/// Labels `found`, `false`, or `alarm` without labels, and `missed`.
 pub(super) fn events<'a>(recordings: impl IntoIterator<Item = (&'a str, &'a DetectionReport)>) -> DataTable<'a> {
     let of = |(file, report): (&'a str, &'a DetectionReport)| {
         Event::all(report).into_iter().map(move |event| (file, report, event))

@@ -11,11 +11,11 @@ use trocar_metrics::Unit;
 
 #[derive(Debug)]
 pub struct DetectionEntry {
-    /// The path as the user gave it.
+    /// Path as the user gave it.
     pub file: String,
-    /// The folder of its output files, which is also its name in tables.
+    /// Folder of the output files, and name in tables.
     pub name: String,
-    /// The report and its JSON, or the error message.
+    /// An error is its message.
     pub outcome: Result<(DetectionReport, Json), String>,
 }
 

@@ -20,10 +20,9 @@ use trocar_engine::engine::TrustColumns;
 use trocar_metrics::Unit;
 use trocar_scenario::{Values, json_schema};
 
-/// Maximum number of alarms with a view of their own part of the time axis.
 const MAX_WINDOWS: usize = 6;
 
-/// Maximum number of alarms whose times the first sentence contains.
+/// Maximum number of alarms in the first sentence.
 const MAX_TIMES: usize = 5;
 
 const MEANINGS: &str = "The residual e is the measured minus the estimated force. σ is its standard deviation. The \
@@ -36,7 +35,7 @@ const MEANINGS: &str = "The residual e is the measured minus the estimated force
 #[derive(Debug)]
 pub struct DetectionStudy {
     pub name: String,
-    /// The path by which its events refer to the recording.
+    /// Path by which events refer to the recording.
     pub file: String,
     pub values: Values,
     pub report: DetectionReport,

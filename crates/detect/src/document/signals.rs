@@ -7,7 +7,6 @@ use trocar_document::{Cell, Document, Section, Table, Verdict, command_line, cou
 use trocar_recording::{Quantity, Roles, Signal};
 use trocar_scenario::parse_quantity;
 
-/// The signals of a file with their roles, and the command that detects ruptures in it.
 #[must_use]
 pub fn signals_document(file: &str, signals: &[Signal]) -> Document<'static> {
     let times = times(signals);
@@ -42,7 +41,7 @@ const MAX_CHARACTERS: usize = 80;
 
 const MAX_LISTED: usize = 12;
 
-/// The first time with each number of samples.
+/// First time with each number of samples.
 type Times<'a> = HashMap<usize, &'a Signal>;
 
 fn times(signals: &[Signal]) -> Times<'_> {
@@ -60,7 +59,7 @@ fn rate_hz(signal: &Signal, times: &Times<'_>) -> Option<f64> {
     (duration_s > 0.0).then(|| (signal.samples - 1) as f64 / duration_s)
 }
 
-/// Takes the first signal of each role; a capital word stands for a missing signal.
+/// A capital word stands for a missing signal.
 fn command(file: &str, signals: &[Signal]) -> String {
     let roles = Roles::of(signals);
     let mut words = vec!["detect".to_owned(), file.to_owned()];
@@ -126,7 +125,6 @@ fn choices(signals: &[Signal]) -> Vec<String> {
     Quantity::ALL.into_iter().filter_map(of).collect()
 }
 
-/// Why no signal has a quantity, with the remedy.
 fn unknown(quantity: Quantity, signals: &[Signal]) -> String {
     let (name, word) = (quantity.name(), quantity.name().to_uppercase());
     let of_role = |signal: &&Signal| signal.role == Some(quantity);

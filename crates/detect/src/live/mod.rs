@@ -9,7 +9,7 @@ use trocar_core::set_back::SetBack;
 use trocar_recording::{Limits, LiveSample};
 use trocar_scenario::DetectionSettings;
 
-/// Minimum step, in intervals, that counts as lost samples.
+/// In intervals; a longer step has lost samples.
 const MAX_INTERVALS_OF_ONE_TICK: f64 = 1.5;
 
 #[derive(Debug, Clone, Copy)]
@@ -26,19 +26,19 @@ pub struct LiveStep {
 pub enum TimestampAnomaly {
     /// The sample is omitted.
     NotLater {
-        /// Of the last sample.
+        /// Time of the last sample.
         last_s: f64,
         time_s: f64,
     },
     /// After ten consecutive rows that are earlier than the last sample. The detection restarts.
     SetBack {
-        /// Of the last sample.
+        /// Time of the last sample.
         last_s: f64,
         time_s: f64,
     },
     /// Too long for interpolation. The detection restarts.
     Gap {
-        /// Of the last sample.
+        /// Time of the last sample.
         last_s: f64,
         time_s: f64,
     },
@@ -52,15 +52,14 @@ pub struct LiveSummary {
     pub duration_s: f64,
     pub contact_s: f64,
     pub alarms: u64,
-    /// Number of ticks interpolated for lost samples.
+    /// Ticks for lost samples.
     pub interpolated: u64,
-    /// Number of time steps that differ by more than 1 % from the interval.
+    /// Steps that differ by more than 1 % from the interval.
     pub uneven: u64,
-    /// Number of omitted samples.
+    /// Omitted samples.
     pub not_later: u64,
-    /// Number of restarts after a gap or a clock that was set back.
     pub restarts: u64,
-    /// Of the residual; `None` without samples.
+    /// Residual; `None` without samples.
     pub mean_n: Option<f64>,
     pub std_n: Option<f64>,
     pub mean_absolute_n: Option<f64>,
@@ -70,10 +69,9 @@ pub struct LiveSummary {
 /// Estimator and detector on a stream, in constant memory.
 ///
 /// The stream is divided into ticks of `interval_s`, or of the first interval. Samples lost in a step of 1.5 to ten
-/// intervals are interpolated linearly. After a longer step, or after the clock was set back, the chain restarts, and
-/// the detector raises no alarm until the contact has been quiet for its `settle_s`.
+/// intervals are interpolated linearly. After a longer step, or a clock that was set back, the chain restarts.
 ///
-/// Evenly spaced samples give the same results, bit for bit, as [`detect`](super::detect) with the same interval.
+/// Evenly spaced samples give the same results, bit for bit, as [`detect`](super::detect).
 #[derive(Debug)]
 pub struct LiveDetector {
     settings: DetectionSettings,
@@ -110,8 +108,8 @@ impl LiveDetector {
         Ok(detector)
     }
 
-    /// Calls `emit` for each tick that the sample completes, and returns the anomaly of its time, if any. A sample with
-    /// a number that is not finite is an error and is omitted.
+    /// Calls `emit` for each completed tick, and returns the anomaly of the sample's time. A sample with a number that
+    /// is not finite is an error and is omitted.
     pub fn take(
         &mut self,
         sample: &LiveSample,
