@@ -1,4 +1,5 @@
-//! Studies of scenarios. It uses every package of the simulator except `trocar-link`, and does not draw or print.
+//! Studies of scenarios. The crate uses every package of the simulator except `trocar-link`, and does not draw or
+//! print.
 
 pub mod animation;
 pub mod compare;

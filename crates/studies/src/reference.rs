@@ -1,5 +1,3 @@
-//! Tables of the metrics and the trace columns for the documentation.
-
 use std::fmt::Write as _;
 
 use crate::compare::NoiseCheck;

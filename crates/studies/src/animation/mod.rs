@@ -1,4 +1,4 @@
-//! The animation of one or two runs around their first rupture, as shapes in one coordinate system per frame.
+//! The animation of one or two runs around their first rupture.
 
 mod scene;
 mod tissue;
@@ -19,10 +19,8 @@ const LENGTH_S: f64 = BEFORE_S + RUPTURE_WINDOW_S;
 /// 62.5 frames per second at a quarter of the speed.
 const FRAMES: usize = 151;
 
-/// Interval of the later frames, while the needle catches up with the hand.
 const LATER_S: f64 = 0.02;
 
-/// Displayed time after the needle has caught up.
 const CAUGHT_UP_S: f64 = 0.1;
 const MAX_AFTER_S: f64 = 1.5;
 
@@ -32,7 +30,7 @@ const RUPTURING_S: f64 = 0.06;
 
 const MARGIN: f64 = 0.12;
 
-/// Maximum height of a drawn surface above the motion, relative to the motion.
+/// Maximum height of a drawn surface, relative to the motion.
 const MAX_BULGE_SHARE: f64 = 2.5;
 
 const MIN_RANGE_MM: f64 = 4.0;
@@ -43,13 +41,13 @@ struct Frames {
     moments: Vec<Moment>,
 }
 
-/// For a page; `None` if a run has no ticks.
+/// `None` if a run has no ticks.
 #[must_use]
 pub fn animation(runs: &[&Run]) -> Option<Animation> {
     Played::of(&runs[..runs.len().min(2)]).map(|played| played.animation())
 }
 
-/// For a file; `None` if a run has no ticks.
+/// With pictures for a file; `None` if a run has no ticks.
 #[must_use]
 pub fn animation_with_pictures(runs: &[&Run]) -> Option<Animation> {
     let played = Played::of(&runs[..runs.len().min(2)])?;
@@ -157,7 +155,7 @@ impl<'a> Played<'a> {
     }
 }
 
-/// The window of the overshoot, extended until the needle has caught up after an event.
+/// The overshoot's window, extended until the needle has caught up after an event.
 fn after_s(runs: &[&Run], rupture_s: f64) -> f64 {
     let caught_up = runs.iter().flat_map(|run| &run.metrics.events).filter_map(|event| {
         let is_of_rupture = (0.0..RUPTURE_WINDOW_S).contains(&(event.start_s - rupture_s));
@@ -173,7 +171,7 @@ fn time_of_largest_force(run: &Run) -> f64 {
 }
 
 impl Frames {
-    /// The deepest top above a depth: the layer in which the motion begins.
+    /// The deepest top above a depth.
     fn surface_mm(&self, depth_mm: f64) -> Option<f64> {
         self.layers.iter().map(|layer| layer.top_mm).filter(|top| *top < depth_mm).reduce(f64::max)
     }
@@ -243,7 +241,7 @@ impl<'a> Overshoot<'a> {
         })
     }
 
-    /// Position of the tip at the rupture and its maximum advance up to a tick, in mm, with a text.
+    /// Position of the tip at the rupture and its maximum advance, in mm, with a text.
     fn at(&self, tick: usize) -> (f64, f64, String) {
         let from_m = self.tip_m[self.from];
         let until = (tick.min(self.end) + 1).clamp(self.from + 1, self.tip_m.len());

@@ -18,7 +18,7 @@ const SMALL: f64 = 12.0;
 const LETTER: f64 = 0.62 * SMALL;
 const DIP_POINTS: i32 = 7;
 const LENGTHS_MM: [f64; 8] = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
-/// Forces of a full bar. Few, so most runs have the same scale.
+/// Forces of a full bar: few, so most runs have the same scale.
 const FULL_N: [f64; 6] = [5.0, 10.0, 20.0, 50.0, 100.0, 1000.0];
 const NAMED_S: f64 = 0.1;
 
@@ -60,12 +60,12 @@ impl Form {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Moment {
     pub(super) tip_mm: f64,
-    /// Scaled to the needle.
+    /// Position of the hand, scaled to the needle.
     pub(super) hand_mm: f64,
     pub(super) felt_n: f64,
     pub(super) mode: u8,
     pub(super) alarm_mm: Option<f64>,
-    /// Depth of each layer's top at the needle in mm, and true for torn layers.
+    /// Depth of each layer's top at the needle, and true for torn layers.
     pub(super) tops_mm: Vec<f64>,
     pub(super) torn: Vec<bool>,
     /// Position of the tip at the rupture and the advance since then in mm, with a text.
@@ -251,14 +251,13 @@ pub struct LiveMoment<'a> {
     pub felt_n: f64,
     /// 0 for teleoperation, 1 for an event, 2 for re-engaging.
     pub mode: u8,
-    /// Depth of each layer's top at the needle.
     pub tops_mm: &'a [f64],
     pub torn: &'a [bool],
     pub ruptures: bool,
 }
 
 impl LiveDrawing {
-    /// For a range of the hand (m).
+    /// `from_m` and `to_m` are the range of the hand.
     #[must_use]
     pub fn new(scenario: &Scenario, (from_m, to_m): (f64, f64)) -> Self {
         let position_scale = scenario.position_scale();
@@ -275,7 +274,7 @@ impl LiveDrawing {
         }
     }
 
-    /// Two heights of the drawing with the hand's position there in mm, for a pointer.
+    /// Two heights of the drawing with the hand's position there in mm.
     #[must_use]
     pub fn heights(&self) -> Json {
         let hand = |mm: f64| mm / self.position_scale;

@@ -1,5 +1,5 @@
 //! The drawn tissue. The simulation computes no shape: the drawing assumes that an intact interface lies at the tip
-//! once the tip has reached it, and that a torn one returns to its place.
+//! once touched, and that a torn one returns to its place.
 
 use crate::run::Run;
 use trocar_engine::tissue::{StatedLayer, TissueSettings};
@@ -7,20 +7,19 @@ use trocar_scenario::Scenario;
 
 const RETURN_S: f64 = 0.02;
 
-/// Relative to the layer's thickness.
 const COMPRESSED_SHARE: f64 = 0.3;
 
-/// Share of the rise of the force before a rupture at which the needle is assumed to touch the layer.
+/// The needle is assumed to touch a layer at this share of the force's rise before the rupture.
 const TOUCH_SHARE: f64 = 0.1;
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
-    /// Name and thickness; empty for a tissue without layers.
+    /// Empty for a tissue without layers.
     pub(super) label: String,
     pub(super) top_mm: f64,
     pub(super) torn_s: Option<f64>,
     thickness_mm: f64,
-    /// True if the layer bulges until it ruptures. The needle cuts other layers without bulging.
+    /// True if the layer bulges until it ruptures.
     ruptures: bool,
 }
 
@@ -33,7 +32,6 @@ pub struct DrawnTissue {
 }
 
 impl DrawnTissue {
-    /// Before a run: the layers of the scenario, or one surface.
     #[must_use]
     pub fn of_scenario(scenario: &Scenario) -> Self {
         let contact_mm = 1e3 * contact_m(scenario);
@@ -100,7 +98,6 @@ impl DrawnTissue {
         &self.layers
     }
 
-    /// At the needle.
     #[must_use]
     pub fn depths_mm(&self) -> &[f64] {
         &self.depths_mm
@@ -118,7 +115,6 @@ impl DrawnTissue {
         }
     }
 
-    /// Moves the tops.
     pub fn step(&mut self, time_s: f64, tip_mm: f64) {
         let remaining = (-(time_s - self.last_s).max(0.0) / RETURN_S).exp();
         self.last_s = time_s;
@@ -157,13 +153,13 @@ fn stated_layers(scenario: &Scenario) -> Vec<StatedLayer<'_>> {
     scenario.tissue.settings().map_or_else(Vec::new, TissueSettings::layers)
 }
 
-/// From the tissue, or as assumed by the estimator.
+/// The tissue's contact, or the one that the estimator assumes.
 fn contact_m(scenario: &Scenario) -> f64 {
     let of = |key: &str| scenario.values().get(key)?.to_toml().as_float();
     of("tissue.contact_m").unwrap_or(scenario.contact_m)
 }
 
-/// The last tick before a rupture at which the force has hardly risen from its minimum since tick `from`.
+/// The last tick at which the force has hardly risen from its minimum since tick `from`.
 fn touch(force_n: &[f64], from: usize, rupture: usize) -> usize {
     let Some(before) = force_n.get(from..rupture).filter(|before| !before.is_empty()) else { return rupture };
     let min_n = before.iter().copied().fold(f64::INFINITY, f64::min);

@@ -1,4 +1,4 @@
-//! Detection in added noise, by the scenario's detector and by a plain derivative.
+//! Detection in added noise.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -13,7 +13,6 @@ use trocar_scenario::Scenario;
 /// The paper's 6.25e-4 N² (4.1).
 pub const ADDED_NOISE_STD_N: f64 = 0.025;
 
-/// Time after a rupture during which a large derivative is attributed to it.
 const RUPTURE_S: f64 = 0.1;
 
 metrics! {
@@ -61,7 +60,7 @@ pub fn check_in_noise(scenario: &Scenario) -> Result<NoiseCheck, RunError> {
     })
 }
 
-/// The derivative as the distance, and thresholds from the paper's variances.
+/// The derivative is the distance; the thresholds are from the paper's variances.
 fn derivative_baseline(scenario: &Scenario) -> Scenario {
     use trocar_core::detector::{DetectorSettings, DistanceKind};
     let mut baseline = scenario.clone();

@@ -5,7 +5,6 @@ use trocar_metrics::Unit;
 #[derive(Debug, Clone, Copy)]
 pub struct SchemeReport<'a> {
     pub study: &'a SchemeStudy,
-    /// The same scenarios over many seeds.
     pub seeds: Option<&'a SeedStudy>,
 }
 

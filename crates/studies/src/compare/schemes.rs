@@ -9,10 +9,10 @@ use trocar_scenario::{Scenario, Source};
 
 pub const IMPEDANCE_FREQUENCIES_HZ: [f64; 2] = [1.0, 5.0];
 
-/// Stiffness of the tissue and amplitude of the hand for the measurement of the felt impedance.
+/// Stiffness of the tissue in the measurement of the felt impedance.
 const PROBED_N_PER_M: f64 = 200.0;
 const PROBE_M: f64 = 1e-3;
-/// The second half of a measurement is evaluated.
+/// Only the second half is evaluated.
 const PROBE_S: f64 = 6.0;
 
 /// The results of a scenario with one scheme.
@@ -41,13 +41,12 @@ pub struct SchemeRow {
 /// A scenario with every scheme that its architecture allows.
 #[derive(Debug, Clone)]
 pub struct SchemeStudy {
-    /// The runs, in the order of the rows.
+    /// In the order of the rows.
     pub comparison: Comparison,
     pub rows: Vec<SchemeRow>,
 }
 
 impl SchemeStudy {
-    /// Runs a scenario without a scheme and with each scheme.
     pub fn of(source: &Source, settings: &[String]) -> Result<Self, RunError> {
         let load = |scheme: Scheme, more: &[String]| {
             let chosen = [format!("passivity.scheme={}", scheme.word())];

@@ -29,8 +29,8 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Quantiles are interpolated linearly. The median's interval lies between the order statistics of ranks `n/2 ±
-    /// 1.96 √n/2`, rounded outwards (normal approximation of the sign test); below six values it is the whole range.
+    /// Quantiles are interpolated linearly. The median's interval lies between ranks `n/2 ± 1.96 √n/2`, rounded
+    /// outwards (normal approximation of the sign test); below six values it is the whole range.
     #[must_use]
     pub fn of(mut values: Vec<f64>) -> Option<Self> {
         values.sort_by(f64::total_cmp);
@@ -118,8 +118,7 @@ pub struct SeedStudy {
 }
 
 impl SeedStudy {
-    /// Runs every scenario with consecutive seeds from its own, and calls `done` after each run. The results do not
-    /// depend on the threads.
+    /// Runs every scenario with consecutive seeds. The results do not depend on the threads.
     pub fn of(scenarios: &[Scenario], seeds: u64, done: impl Fn() + Sync) -> Result<Self, RunError> {
         let run = |scenario: &Scenario, offset: u64| {
             let metrics = measure(&scenario.with_seed(scenario.seed.wrapping_add(offset)));

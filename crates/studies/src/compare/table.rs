@@ -61,7 +61,7 @@ impl Row {
 
 const VANISHING_SHARE: f64 = 0.01;
 
-/// Empty if meaningless: for counts, metrics with a varying sign, undefined values, and a first value near 0.
+/// Empty for counts, metrics with a varying sign, undefined values, and a first value near 0.
 fn change(row: &Row, first: Option<f64>, second: Option<f64>) -> String {
     let (Some(first), Some(second)) = (first, second) else { return String::new() };
     let has_meaning = row.unit != Unit::Count && !row.declaration.is_signed && second >= 0.0;

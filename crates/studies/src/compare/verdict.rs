@@ -6,20 +6,18 @@ use crate::stability_check::LoopVerdict;
 use trocar_document::{Verdict, counted, decimals};
 use trocar_metrics::{HORIZON_S, Outcome, RuptureMetrics, TRAVEL_S};
 
-/// Maximum advance of a frozen needle after a rupture, as for "frozen" (5.1) in the comparison with the paper.
+/// Limit for "frozen" (5.1), as in the comparison with the paper.
 const HELD_M: f64 = 1e-4;
 
-/// Distances that differ by less than this share are about the same.
+/// Shares that differ by less are about the same.
 const SAME_SHARE: f64 = 0.05;
 
-/// Of more distances, only the maximum is reported.
 const MAX_LISTED: usize = 3;
 
 const SEED_RUPTURES: usize = 2;
 
 const OF_SCHEMES: [&str; 2] = [" without augmentation", " with it"];
 
-/// Of more runs, minimum and maximum are reported.
 const MAX_RUNS: usize = 3;
 
 #[must_use]
@@ -40,7 +38,7 @@ pub fn verdict_of_schemes(classical: &Run, augmented: &Run) -> Verdict {
     verdict_of(&[classical, augmented], &OF_SCHEMES.map(str::to_owned))
 }
 
-/// `runs` are the runs of the first seeds.
+/// `runs` are those of the first seeds.
 #[must_use]
 pub fn verdict_over_seeds(study: &SeedStudy, runs: &[&Run]) -> Verdict {
     let whose = whose(runs);
@@ -182,14 +180,13 @@ fn other_counts(runs: &[&Run]) -> Option<String> {
 
 type OfRun<'a> = (&'a str, Vec<f64>);
 
-/// A distance after each of the first ruptures, equally many for all runs with ruptures.
 struct Distances<'a> {
     runs: Vec<OfRun<'a>>,
     are_all: bool,
 }
 
 impl<'a> Distances<'a> {
-    /// `None` if a run has no distance. Only its last ruptures can lack one, near the end of the run.
+    /// `None` if a run has no distance. Only the last ruptures can lack one, near the end of the run.
     fn of(runs: &[&Run], whose: &'a [String], read: fn(&RuptureMetrics) -> Option<f64>) -> Option<Self> {
         let of_run = |(run, whose): (&&Run, &'a String)| {
             let ruptures = &run.metrics.ruptures;

@@ -5,7 +5,7 @@ use rand_chacha::rand_core::SeedableRng;
 use super::quantity::{Aggregate, Samples};
 use trocar_base::quantiles::quantile_of;
 
-/// The ends of a 95 % interval are then its 25th and 975th order statistics.
+/// Makes the ends of a 95 % interval the 25th and 975th order statistics.
 const RESAMPLES: usize = 1000;
 
 const SHARES: [f64; 2] = [0.025, 0.975];
@@ -21,11 +21,11 @@ pub struct Estimate {
     pub high: f64,
 }
 
-/// The same for all candidates, so that differences between candidates are paired.
+/// All candidates share the resamples, so their differences are paired.
 #[derive(Debug)]
 pub(super) struct Resamples {
     clusters: Vec<Vec<usize>>,
-    /// For each resample, the indices of the drawn clusters.
+    /// Indices of the drawn clusters, by resample.
     drawn: Vec<Vec<usize>>,
 }
 
@@ -38,7 +38,6 @@ impl Resamples {
         Self { clusters, drawn }
     }
 
-    /// Over all runs and over each resample.
     pub(super) fn values(&self, samples: &Samples, how: Aggregate) -> (Option<f64>, Vec<Option<f64>>) {
         let sums: Vec<(f64, f64)> = self
             .clusters

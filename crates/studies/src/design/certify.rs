@@ -1,9 +1,8 @@
 //! The certificate of a candidate for all patients and persons.
 //!
-//! Patients with equal machines, arms and delays share a certificate, whose tissue has every stiffness and damping of
-//! their tissues: it is stronger than single certificates. Designs that differ only in the hold share one over all
-//! durations, if it exists. A certificate is stored under all that it depends on, so another candidate with the same
-//! events needs no other search.
+//! Patients with equal machines, arms and delays share a certificate over every stiffness and damping of their tissues.
+//! Designs that differ only in the hold share one over all durations, if it exists. A certificate is stored under all
+//! that it depends on.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::{Mutex, PoisonError};
@@ -20,29 +19,28 @@ use trocar_core::augmentation::{AugmentationSettings, AutomatonSettings, Reengag
 use trocar_scenario::{Scenario, Value};
 use trocar_stability::{LinearLoop, Peaks, SwitchingSettings, TissueRange, VaryingDelays, left_out};
 
-/// Maximum number of candidates with a search for a certificate, as a multiple of the shown designs.
+/// In multiples of the shown designs.
 const TRIED: usize = 3;
 
-/// Or the reason why there can be no certificate.
+/// An error is the reason why there can be no certificate.
 type Loops = Result<Covered, String>;
 
 #[derive(Debug, Clone, Default)]
 struct Covered {
     loops: Vec<(String, SwitchingSettings)>,
-    /// The parts of the scenario that the certificates leave out.
+    /// Parts of the scenario outside the certificates.
     left_out: BTreeSet<String>,
 }
 
-/// The designs on the front, by their index in the archive.
+/// Indices of designs in the archive.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Front {
     pub shown: Vec<usize>,
     pub knee: Option<usize>,
     /// Candidates that are on the front without their certificates.
     pub uncertified: Vec<usize>,
-    /// Why there can be no certificate for the first of them.
+    /// The reason for the first of them, if there can be none.
     pub reason: Option<String>,
-    /// Of the shown designs.
     pub left_out: Vec<String>,
     pub candidates: usize,
 }
@@ -51,18 +49,18 @@ pub struct Front {
 pub struct Certification<'a> {
     problem: &'a Problem,
     populations: Vec<&'a Population>,
-    /// By the bits of the coordinates.
+    /// Keys are the bits of the coordinates.
     known: Mutex<HashMap<Vec<u64>, Loops>>,
 }
 
 impl<'a> Certification<'a> {
-    /// Certificates must cover the patients of all these populations.
+    /// Certificates must cover the patients of all populations.
     #[must_use]
     pub fn new(problem: &'a Problem, populations: Vec<&'a Population>) -> Self {
         Self { problem, populations, known: Mutex::default() }
     }
 
-    /// The front as far as certificates are known, and true if its designs still need certificates.
+    /// The second value is true if designs still need certificates.
     pub fn front(&self, state: &State) -> Result<(Front, bool), RunError> {
         let points = state.points(self.problem);
         let mut refused = HashSet::new();
@@ -115,8 +113,7 @@ impl<'a> Certification<'a> {
         Ok(all.into_iter().collect())
     }
 
-    /// Searches for at most `count` certificates and adds the results to the state. The results do not depend on
-    /// `count`.
+    /// Searches for at most `count` certificates. The results do not depend on `count`.
     pub fn certify(
         &self,
         state: &mut State,
@@ -130,7 +127,6 @@ impl<'a> Certification<'a> {
                 alike.entry(key_of(&with_hold(&settings, (0.0, 0.0)))).or_default().insert(key, settings);
             }
         }
-        // The keys that a certificate is for, and its settings.
         let mut jobs: Vec<(Vec<String>, SwitchingSettings)> = vec![];
         for members in alike.into_values() {
             if members.keys().all(|key| state.certificates.contains_key(key)) {
@@ -165,7 +161,7 @@ impl<'a> Certification<'a> {
         Ok(())
     }
 
-    /// `None` if it is not yet known.
+    /// `None` if unknown.
     pub fn statement(&self, known: &BTreeMap<String, bool>, coordinates: &[f64]) -> Result<Option<bool>, RunError> {
         let Ok(Covered { loops, .. }) = self.loops(coordinates)? else { return Ok(Some(false)) };
         let found: Vec<Option<bool>> = loops.iter().map(|(key, _)| known.get(key).copied()).collect();
@@ -246,7 +242,7 @@ fn key_of(settings: &SwitchingSettings) -> String {
     sha256(format!("{settings:?}").as_bytes())
 }
 
-/// Without values that do not affect a certificate: it holds for a ramp of any speed, and depends on the automaton only
+/// Removes values that do not affect a certificate: it holds for a ramp of any speed, and depends on the automaton only
 /// by the times that it enforces.
 fn essential(settings: &SwitchingSettings) -> SwitchingSettings {
     let augmentation = settings.augmentation;
@@ -273,7 +269,7 @@ fn with_hold(settings: &SwitchingSettings, (min_hold_s, max_hold_s): (f64, f64))
     SwitchingSettings { augmentation, ..settings.clone() }
 }
 
-/// The settings differ in their holds only; `None` for one setting.
+/// The settings differ in their holds only.
 fn over_all_holds<'a>(settings: impl Iterator<Item = &'a SwitchingSettings>) -> Option<SwitchingSettings> {
     let all: Vec<&SwitchingSettings> = settings.collect();
     let holds = || all.iter().map(|settings| &settings.augmentation.automaton);

@@ -14,10 +14,10 @@ use trocar_engine::sensor::NoiseBank;
 use trocar_metrics::Outcome;
 use trocar_scenario::{CaseFactory, Scenario, Value};
 
-/// In the caches of all threads, 64 MB.
+/// 64 MB over all threads.
 const MAX_NUMBERS_KEPT: usize = 8 << 20;
 
-/// A candidate can be stopped after these parts of the patients, as divisors.
+/// Parts of the patients after which a candidate can be stopped, as divisors.
 const PARTS: [usize; 3] = [4, 2, 1];
 
 const LANES: usize = crate::run::PACK;
@@ -26,9 +26,9 @@ const LANES: usize = crate::run::PACK;
 #[serde(rename_all = "kebab-case")]
 pub enum Ended {
     Complete,
-    /// After a part of the patients, for lack of prospect.
+    /// Stopped after a part of the patients.
     Stopped,
-    /// The values are not a valid scenario.
+    /// The scenario is invalid.
     Refused(String),
 }
 
@@ -40,11 +40,10 @@ pub struct Evaluation {
     pub runs: u64,
     /// Share of the runs.
     pub diverged: f64,
-    /// Share of the patients and persons for which a cheap condition excludes a certificate.
+    /// Share of the loops that a cheap condition excludes from a certificate.
     pub without_certificate: f64,
-    /// `None` if undefined.
     pub values: Vec<Option<f64>>,
-    /// Per quantity; empty after the selection of a generation, except for its survivors.
+    /// Empty after the selection of a generation, except for its survivors.
     pub samples: Vec<Samples>,
 }
 
@@ -66,7 +65,7 @@ pub(super) struct Evaluator<'a> {
     free: &'a [Axis],
     population: &'a Population,
     quantities: Vec<Quantity>,
-    /// Ruptures of each run without augmentation; empty if no quantity needs them.
+    /// Number of ruptures of each run without augmentation; empty if not needed.
     without: Vec<u64>,
     loops: Option<Loops>,
     workers: Mutex<Vec<Worker<'a>>>,
@@ -84,7 +83,6 @@ impl<'a> Evaluator<'a> {
         Self { goals, free, population, quantities, without, loops, workers: Mutex::default() }
     }
 
-    /// A race can stop it early.
     pub(super) fn evaluate(&self, coordinates: &[f64], race: Option<&Race<'_>>) -> Evaluation {
         let stored = self.workers.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let mut worker = stored.unwrap_or_else(|| Worker {
@@ -129,7 +127,7 @@ impl<'a> Evaluator<'a> {
         evaluation
     }
 
-    /// The numbers of patients after each part, ascending: whole packs of lanes if possible.
+    /// Ascending; whole packs of lanes if possible.
     fn parts(&self) -> Vec<usize> {
         let (all, of_patient) = (self.population.patients(), self.population.runs_of_patient());
         let step = (1..=LANES).find(|patients| (patients * of_patient).is_multiple_of(LANES)).unwrap_or(1);
@@ -187,7 +185,7 @@ impl<'a> Evaluator<'a> {
 
 struct Part {
     scenarios: Vec<Scenario>,
-    /// For each patient and person.
+    /// One per patient and person.
     of_loop: Vec<Option<std::sync::Arc<super::loops::LoopFacts>>>,
     without_certificate: usize,
 }

@@ -86,17 +86,17 @@ const MAX_SEED: u64 = i64::MAX as u64 >> 1;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Size {
     pub patients: u64,
-    /// Number of noise seeds of each patient and person.
+    /// Noise seeds per patient and person.
     pub seeds: u64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SearchSettings {
     pub candidates: usize,
-    /// Including the first, random one.
+    /// Number with the first, random one.
     pub generations: u64,
     pub seed: u64,
-    /// Largest number of shown designs.
+    /// Maximum number of shown designs.
     pub front: usize,
 }
 
@@ -118,7 +118,7 @@ pub(super) struct DesignFile {
     pub(super) search: SearchSettings,
 }
 
-/// The section of a file needs a scheme without points on its axes.
+/// Any scheme without points on its axes.
 const DRAWN: SamplingScheme = SamplingScheme::LatinHypercube { points: 1, seed: 1 };
 
 const SECTIONS: [&str; 6] = ["set", "patients", "correlations", "free", "objectives", "constraints"];
@@ -320,7 +320,6 @@ impl<'a> Group<'a> {
         self.entries.iter().find(|(known, _)| *known == word).map(|(_, entry)| *entry)
     }
 
-    /// The only one of some keys.
     fn one(&self, section: &str, words: &[&'static str]) -> Result<(&'static str, &'a Entry), ScenarioError> {
         let given: Vec<(&'static str, &Entry)> =
             words.iter().filter_map(|word| Some((*word, self.find(word)?))).collect();

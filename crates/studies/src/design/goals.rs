@@ -16,7 +16,7 @@ impl Direction {
         }
     }
 
-    /// As a cost, which is minimised.
+    /// A cost is minimised.
     #[must_use]
     pub fn cost(self, value: f64) -> f64 {
         match self {
@@ -71,15 +71,15 @@ pub struct Constraint {
 pub struct Goals {
     pub objectives: Vec<Objective>,
     pub constraints: Vec<Constraint>,
-    /// The name of the constraint that every motion is certified to decay.
+    /// Name of the constraint that every motion is certified to decay.
     pub certified: Option<String>,
 }
 
-/// Violation of an undefined value, larger than any likely one, so that defined values are preferred.
+/// Larger than any likely violation, so that defined values are preferred.
 const UNDEFINED: f64 = 1e3;
 
 impl Goals {
-    /// Those of the objectives, then those of the constraints.
+    /// Those of the objectives come first.
     pub fn quantities(&self) -> impl Iterator<Item = (&Quantity, Aggregate)> {
         let objectives = self.objectives.iter().map(|objective| (&objective.quantity, objective.aggregate));
         objectives.chain(self.constraints.iter().map(|constraint| (&constraint.quantity, constraint.aggregate)))
@@ -90,8 +90,7 @@ impl Goals {
         self.quantities().zip(samples).map(|((_, aggregate), samples)| samples.aggregate(aggregate)).collect()
     }
 
-    /// `without_certificate` is the share of the loops that cannot be certified, `diverged` that of the runs that
-    /// diverge.
+    /// `without_certificate` is a share of the loops, `diverged` one of the runs.
     #[must_use]
     pub fn point(&self, values: &[Option<f64>], without_certificate: f64, diverged: f64) -> Point {
         let (objectives, constraints) = values.split_at(self.objectives.len().min(values.len()));

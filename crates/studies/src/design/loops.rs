@@ -16,13 +16,13 @@ const APART: [&str; 4] = ["augmentation.", "detector.", "estimator.", "perceptio
 pub(super) struct LoopFacts {
     linear: Option<LinearLoop>,
     is_stable: bool,
-    /// For each quantity, its value if it is one of the loop.
+    /// `None` for quantities that are not of the loop.
     pub(super) values: Vec<Option<f64>>,
 }
 
 impl LoopFacts {
-    /// True if no cheap condition excludes a certificate of events: the loop is stable with every stiffness of the
-    /// tissue and in free motion, the certificate covers the kind of event, and no gap is kept.
+    /// True if no cheap condition excludes a certificate: the loop is stable with every stiffness of the tissue and in
+    /// free motion, the kind of event is covered, and no gap is kept.
     pub(super) fn may_be_certified(&self, scenario: &Scenario) -> bool {
         let Some(linear) = self.linear.as_ref().filter(|linear| self.is_stable && !linear.tissue.is_of_run()) else {
             return false;
@@ -36,7 +36,7 @@ type Key = (usize, Vec<u64>);
 
 #[derive(Debug)]
 pub(super) struct Loops {
-    /// The free keys that affect the loop.
+    /// Indices of the free keys that affect the loop.
     keys: Vec<usize>,
     quantities: Vec<Quantity>,
     needs_margins: bool,
@@ -44,7 +44,7 @@ pub(super) struct Loops {
 }
 
 impl Loops {
-    /// `None` if neither a quantity nor a certificate needs the loop.
+    /// `None` if nothing needs the loop.
     pub(super) fn of(free: &[Axis], quantities: &[Quantity], is_certified: bool) -> Option<Self> {
         let needs_margins = quantities.iter().any(Quantity::is_of_loop);
         if !needs_margins && !is_certified {

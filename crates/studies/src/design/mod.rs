@@ -1,8 +1,5 @@
-//! Settings of a scenario that are best for a group of patients.
-//!
-//! A design file ([`Problem`]) names the free keys, objectives, constraints and patients. The state of the evolutionary
-//! [`Search`] can be stored after every generation. The results are judged on other patients with other noise
-//! ([`Validation`]). [`Design::of`] does all of it.
+//! Settings of a scenario that are best for a group of patients, on whom an evolutionary [`Search`] tries them. The
+//! results are judged on other patients with other noise ([`Validation`]).
 
 mod bootstrap;
 mod certify;

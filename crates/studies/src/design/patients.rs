@@ -13,7 +13,6 @@ pub struct Patients {
 }
 
 impl Patients {
-    /// Runs the scenario without augmentation if a goal is relative to it.
     pub fn of(problem: &Problem, used: Use) -> Result<Self, RunError> {
         let population = Population::of(problem, used, &problem.free, &[])?;
         Ok(Self { population, without: ruptures_without_augmentation(problem, used)? })
@@ -28,13 +27,12 @@ impl Patients {
         Evaluator::new(&problem.goals, &problem.free, &self.population, self.without.clone())
     }
 
-    /// The same patients in another population, without free keys.
     pub(super) fn reference_evaluator<'a>(&self, problem: &'a Problem, population: &'a Population) -> Evaluator<'a> {
         Evaluator::new(&problem.goals, &[], population, self.without.clone())
     }
 }
 
-/// Per run; empty if no goal is relative to it.
+/// Empty if no goal is relative to them.
 fn ruptures_without_augmentation(problem: &Problem, used: Use) -> Result<Vec<u64>, RunError> {
     if !problem.goals.quantities().any(|(quantity, _)| quantity.is_relative()) {
         return Ok(vec![]);
@@ -50,7 +48,7 @@ fn ruptures_without_augmentation(problem: &Problem, used: Use) -> Result<Vec<u64
     Ok(try_map(population.patients(), of_patient)?.concat())
 }
 
-/// With settings that replace those of the design for the events.
+/// The settings replace those of the design for the events.
 pub(super) fn reference_population(
     problem: &Problem,
     used: Use,

@@ -4,29 +4,28 @@ use crate::compare::Person;
 use crate::sweep::{Axis, Design, SamplingScheme, mix};
 use trocar_scenario::{CaseFactory, Entry, Scenario, ScenarioError, Template, Value};
 
-/// Separates the random numbers of the judged patients from those of the search.
+/// Separates the judged patients' random numbers from those of the search.
 const FRESH: u64 = 0x6672_6573_6800;
 
-/// Distance of the noise seeds of the judged patients from those of the search, which are fewer.
+/// Distance of the judged patients' noise seeds from those of the search.
 const FRESH_SEEDS: u64 = 1 << 40;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Use {
     /// A Latin hypercube over the distributions.
     Training,
-    /// Drawn independently, with other noise.
+    /// Independent random patients with other noise.
     Validation,
 }
 
-/// The runs are ordered by patient, person, seed. All candidates have the same patients, persons and seeds (common
-/// random numbers).
+/// Runs are ordered by patient, person, seed. All candidates share them (common random numbers).
 #[derive(Debug)]
 pub struct Population {
     templates: Vec<Template>,
     persons: Vec<&'static Person>,
     seeds: u64,
     first_seed: u64,
-    /// For each patient and person, with the computed steps of its machines.
+    /// One per patient and person, with the computed steps of its machines.
     prototypes: Vec<Scenario>,
 }
 
@@ -99,7 +98,7 @@ impl Population {
         self.persons_of_patient() * self.seeds as usize
     }
 
-    /// The runs that a bootstrap draws together: those of a patient, or those of a seed if there is only one patient.
+    /// Runs that a bootstrap draws together: those of a patient, or of a seed if there is only one patient.
     #[must_use]
     pub fn clusters(&self) -> Vec<Vec<usize>> {
         let of_patient = self.runs_of_patient();
@@ -124,7 +123,7 @@ impl Population {
         self.templates.iter().map(Template::factory).collect()
     }
 
-    /// With each person and the first seed.
+    /// One scenario per person, with the first seed.
     pub(super) fn with_persons(
         &self,
         factory: &mut CaseFactory<'_>,
@@ -141,7 +140,6 @@ impl Population {
         Ok((0..self.persons_of_patient()).map(of_person).collect())
     }
 
-    /// With every noise seed of a patient.
     pub(super) fn with_seeds(&self, patient: usize, firsts: &[Scenario]) -> Vec<Scenario> {
         let seed = |offset: u64| self.first_seed + patient as u64 * self.seeds + offset;
         let with_seed = |first: &Scenario, offset: u64| {

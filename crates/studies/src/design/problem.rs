@@ -20,16 +20,16 @@ pub struct Problem {
     pub question: Option<String>,
     /// Empty for the operator of the scenario.
     pub persons: Vec<&'static Person>,
-    /// The keys that differ between patients.
+    /// Keys that differ between patients.
     pub patients: Vec<Axis>,
     pub correlations: Vec<Correlation>,
     pub free: Vec<Axis>,
     pub goals: Goals,
-    /// The patients of the search.
+    /// Patients of the search.
     pub training: Size,
     /// The first seed of patients and noise.
     pub seed: u64,
-    /// The patients on whom the results are judged.
+    /// Patients on whom the results are judged.
     pub validation: Size,
     pub search: SearchSettings,
     base: Source,
@@ -46,7 +46,7 @@ pub fn is_design(source: &Source) -> bool {
 }
 
 impl Problem {
-    /// Loads a design file and its scenario, overridden by `section.key=value` settings.
+    /// `settings` are `section.key=value` texts that override the file.
     pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
         let file = DesignFile::of(entries(source)?)?;
         let no_base = || {
@@ -102,7 +102,7 @@ impl Problem {
         Ok(problem)
     }
 
-    /// All inputs of the design with the resolved scenario and the version. Equal texts mean equal results.
+    /// All inputs of the design. Equal texts mean equal results.
     #[must_use]
     pub fn canonical(&self) -> &str {
         &self.canonical
@@ -119,18 +119,16 @@ impl Problem {
         &self.base
     }
 
-    /// With the first values of the free keys and of the patients' keys.
+    /// The first values of the free keys and of the patients' keys.
     pub fn example(&self) -> Result<Scenario, ScenarioError> {
         let open: Vec<&Axis> = self.patients.iter().chain(&self.free).collect();
         Ok(self.template(&open, vec![], &[])?.first().clone())
     }
 
-    /// The keys with the same value in all runs, and the settings of the command.
     pub(super) fn fixed(&self) -> (&[Entry], &[String]) {
         (&self.set, &self.settings)
     }
 
-    /// Without the fixed keys of a section.
     pub(super) fn without_fixed(&self, section: &str) -> Self {
         let mut other = self.clone();
         other.set.retain(|entry| !entry.path.starts_with(section));
@@ -146,13 +144,13 @@ impl Problem {
         self.free.iter().map(gene).collect()
     }
 
-    /// At coordinates from 0 to below 1.
+    /// `coordinates` are from 0 to below 1.
     #[must_use]
     pub fn values(&self, coordinates: &[f64]) -> Vec<Value> {
         self.free.iter().zip(coordinates).map(|(axis, coordinate)| axis.value(*coordinate)).collect()
     }
 
-    /// With some open keys, and with entries and settings that take precedence.
+    /// The entries and settings take precedence.
     pub(super) fn template(
         &self,
         open: &[&Axis],

@@ -4,7 +4,7 @@ use trocar_metrics::{Declaration, EventMetrics, Metric, Metrics, RuptureMetrics,
 use trocar_scenario::nearest_of;
 use trocar_stability::MAX_GAIN_MARGIN;
 
-/// The ruptures of a candidate relative to those without augmentation.
+/// Ruptures of a candidate relative to those without augmentation.
 pub(super) const REACHED: &str = "reached_share";
 
 const REACHED_MEANING: &str = "Number of ruptures, relative to the number in the same runs without augmentation: a needle \
@@ -15,17 +15,16 @@ const TOO_SLOW: [&str; 3] = ["is_decay_certified", "certified_dwell_s", "is_stab
 
 #[derive(Debug, Clone)]
 enum Measure {
-    /// Of the run or of the loop.
+    /// Value of the run or of the loop.
     One(Column),
     Ruptures(&'static Metric<fn(&RuptureMetrics) -> Option<f64>>),
     Events(&'static Metric<fn(&EventMetrics) -> Option<f64>>),
     Reached,
 }
 
-/// Any metric of a sweep, a metric of every rupture or event, or [`REACHED`].
 #[derive(Debug, Clone)]
 pub struct Quantity {
-    /// As in files, for example `rupture_excess_advance_m`.
+    /// Name in files, for example `rupture_excess_advance_m`.
     pub name: String,
     pub label: String,
     pub meaning: &'static str,
@@ -35,7 +34,7 @@ pub struct Quantity {
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum NoQuantity {
-    /// With the most similar name.
+    /// The most similar name.
     Unknown(Option<String>),
     Refused(&'static str),
 }
@@ -115,7 +114,7 @@ impl Quantity {
         column.value_of_loop(of_case).map(|value| value.min(MAX_GAIN_MARGIN))
     }
 
-    /// `without` is the number of ruptures in the same run without augmentation.
+    /// `without` counts the ruptures in the same run without augmentation.
     pub(super) fn read(&self, metrics: &Metrics, without: u64, of_loop: Option<f64>) -> Values {
         let plain = |values: Vec<f64>| Values { weight: values.len() as f64, values };
         match &self.measure {
@@ -138,12 +137,12 @@ pub(super) struct Values {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Aggregate {
     Mean,
-    /// From 0 to 1.
+    /// Share from 0 to 1.
     Quantile(f64),
 }
 
 impl Aggregate {
-    /// As `mean` or `95 % quantile`.
+    /// Text such as `mean` or `95 % quantile`.
     #[must_use]
     pub fn word(self) -> String {
         match self {
@@ -159,9 +158,9 @@ impl Aggregate {
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Samples {
     values: Vec<f64>,
-    /// For each run, the number of values up to its last one.
+    /// Index after the last value of each run.
     ends: Vec<usize>,
-    /// For each run, the divisor of its sum.
+    /// Divisor of each run's sum.
     weights: Vec<f64>,
 }
 

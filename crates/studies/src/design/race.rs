@@ -1,4 +1,4 @@
-//! Stops candidates without a prospect of surviving their generation.
+//! Stops candidates that will not survive their generation.
 //!
 //! If all parents are feasible and none dominates another, a child survives only if it is feasible and no parent
 //! dominates it. After a part of the patients, a child is stopped if, improved by [`MARGIN`] standard errors,
@@ -6,21 +6,21 @@
 //! - it violates a constraint (a diverged run or a loop that cannot be certified excludes it at once), or
 //! - a parent is better on the same runs in every objective.
 //!
-//! The standard error is that of the patients' contributions. Quantiles have the margin of the order statistic
-//! (binomial distribution), and are compared with the parent's value on all patients.
+//! Quantiles have the margin of the order statistic (binomial distribution), and are compared with the parent's value
+//! on all patients.
 
 use super::evaluate::Evaluation;
 use super::goals::{Direction, Goals, Limit};
 use super::nsga::{Point, pareto_dominates};
 use super::quantity::{Aggregate, Samples};
 
-/// In standard errors. Chosen here: 1 child in 700 exceeds it by chance in one direction.
+/// Standard errors. Chosen here: 1 child in 700 exceeds them by chance in one direction.
 const MARGIN: f64 = 3.0;
 
-/// For a standard error.
+/// Minimum for a standard error.
 const MIN_PATIENTS: usize = 4;
 
-/// The parents are all feasible and none dominates another.
+/// All parents are feasible, and none dominates another.
 pub(super) struct Race<'a> {
     goals: &'a Goals,
     parents: &'a [Evaluation],
@@ -73,7 +73,7 @@ impl<'a> Race<'a> {
         is_violated || self.parents.iter().any(is_worse)
     }
 
-    /// The cost on the runs so far, improved by the margin.
+    /// Cost on the runs so far, improved by the margin.
     fn improved(&self, samples: &Samples, aggregate: Aggregate, direction: Direction) -> Option<f64> {
         match aggregate {
             Aggregate::Mean => {
@@ -92,13 +92,13 @@ impl<'a> Race<'a> {
         }
     }
 
-    /// With its standard error.
+    /// Mean and its standard error.
     fn mean(&self, samples: &Samples) -> Option<(f64, f64)> {
         let parts = self.contributions(samples, samples.runs())?;
         Some((parts.mean, parts.error(|patient| parts.of_patients[patient])))
     }
 
-    /// Over the same runs, with its standard error.
+    /// Difference over the same runs, and its standard error.
     fn difference(&self, child: &Samples, parent: &Samples) -> Option<(f64, f64)> {
         let runs = child.runs();
         let (of_child, of_parent) = (self.contributions(child, runs)?, self.contributions(parent, runs)?);
@@ -106,7 +106,6 @@ impl<'a> Race<'a> {
         Some((of_child.mean - of_parent.mean, error))
     }
 
-    /// `None` without values.
     fn contributions(&self, samples: &Samples, runs: usize) -> Option<Contributions> {
         let mean = samples.aggregate_over(Aggregate::Mean, 0..runs)?;
         let weight: f64 = (0..runs).map(|run| samples.sum(run).1).sum();
@@ -123,7 +122,7 @@ impl<'a> Race<'a> {
     }
 }
 
-/// A mean, and the deviation of each patient's runs from it, as parts of the mean.
+/// A mean, and each patient's deviation from it.
 struct Contributions {
     mean: f64,
     of_patients: Vec<f64>,

@@ -82,7 +82,6 @@ pub fn design_schema() -> Json {
     })
 }
 
-/// Keeps some forms of the values of keys, and removes the number of points of a range.
 fn keep_forms(schema: &mut Json, is_kept: &dyn Fn(&Json) -> bool) {
     let Json::Object(schema) = schema else { return };
     if let Some(Json::Array(forms)) = schema.get_mut("anyOf") {

@@ -13,28 +13,25 @@ use super::race::Race;
 use crate::sweep::{Permutation, mix};
 use trocar_base::parallel::map_unless;
 
-/// Attempts to create a child that differs from all candidates so far.
 const ATTEMPTS: usize = 8;
 
 /// The search continues from it with the same results.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
     pub design_sha256: String,
-    /// Complete ones.
     pub generations: u64,
-    /// The survivors of the last generation, with the values of every run.
+    /// Survivors of the last generation.
     pub parents: Vec<Evaluation>,
-    /// The candidates evaluated on all patients, by generation, without values of runs.
+    /// Candidates evaluated on all patients, by generation, without values of runs.
     pub archive: Vec<Evaluation>,
     /// Size of the archive after each generation.
     pub archived: Vec<usize>,
     pub runs: u64,
-    /// Candidates stopped early.
     pub stopped: u64,
-    /// Candidates whose values are not a valid scenario.
+    /// Candidates with an invalid scenario.
     pub refused: u64,
     pub first_refusal: Option<String>,
-    /// By the SHA-256 of all that they depend on: true if found.
+    /// True if found; keys are the SHA-256 of all that a certificate depends on.
     pub certificates: BTreeMap<String, bool>,
 }
 
@@ -77,7 +74,7 @@ impl State {
     }
 }
 
-/// The search was stopped within a generation, which is lost.
+/// The stopped generation is lost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stopped;
 
@@ -94,14 +91,13 @@ impl<'a> Search<'a> {
         Self { problem, training, evaluator: training.evaluator(problem), genes: problem.genes() }
     }
 
-    /// Of a candidate that is not stopped early.
+    /// Runs of a candidate that is not stopped early.
     #[must_use]
     pub fn runs_of_candidate(&self) -> usize {
         self.training.population().runs()
     }
 
-    /// Runs the next generation. The result does not depend on the number of threads; the state is unchanged if `stop`
-    /// was set.
+    /// The result does not depend on the number of threads. If `stop` was set, the state is unchanged.
     pub fn advance(&self, state: &mut State, stop: &AtomicBool, done: &(dyn Fn(u64) + Sync)) -> Result<(), Stopped> {
         let children = match state.generations {
             0 => self.first(),
@@ -140,7 +136,7 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// A Latin hypercube over the free keys.
+    /// Latin hypercube over the free keys.
     fn first(&self) -> Vec<Vec<f64>> {
         use rand::RngExt;
         let (count, seed) = (self.problem.search.candidates as u64, self.problem.search.seed);
@@ -204,8 +200,8 @@ const MAX_OBJECTIVES: usize = 4;
 const MAX_POINTS: usize = 500;
 
 impl State {
-    /// The volume that the front after three quarters of the generations dominates, as a share of the final one,
-    /// bounded by the final front's worst values plus a tenth of their range. `None` for too many objectives or points.
+    /// Volume that the front after three quarters of the generations dominates, as a share of the final one. `None` for
+    /// too many objectives or points.
     #[must_use]
     pub fn settled_share(&self, problem: &Problem) -> Option<f64> {
         let points = self.points(problem);
@@ -231,7 +227,7 @@ impl State {
     }
 }
 
-/// The archive's front, without the candidates for which no certificate was found.
+/// Without the candidates for which no certificate was found.
 #[must_use]
 pub fn front_of(points: &[Point], refused: &HashSet<usize>) -> Vec<usize> {
     let mut points = points.to_vec();

@@ -11,9 +11,9 @@ use crate::run::RunError;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
-    /// From 1. The units are runs.
+    /// Number from 1. The units are runs.
     Generation(u64),
-    /// Without a known end. The units are designs.
+    /// The end is unknown. The units are designs.
     Certificates,
     OtherPatients,
 }
@@ -21,7 +21,7 @@ pub enum Stage {
 pub trait Follower: Sync {
     type Error;
 
-    /// 0 of `all` if the number of units is unknown.
+    /// `all` is 0 if the number of units is unknown.
     fn at(&self, stage: Stage, done: u64, all: u64);
 
     fn advance(&self, units: u64);
@@ -52,8 +52,7 @@ pub struct Design {
 }
 
 impl Design {
-    /// Continues a design from a state. After an error, `state` is that of the last complete generation or
-    /// certificates.
+    /// After an error, `state` is that of the last complete generation or certificates.
     pub fn of<F: Follower>(
         problem: &Problem,
         state: &mut State,
@@ -123,7 +122,7 @@ impl<F: Follower> Stages<'_, F> {
             if self.stop.load(Ordering::Relaxed) {
                 return Err(DesignError::Stopped(Stage::Certificates));
             }
-            // One certificate per thread, then the state is stored: an interruption loses these certificates only.
+            // The state is stored after one certificate per thread: an interruption loses these only.
             let at_once = rayon::current_num_threads();
             certification.certify(state, &front.shown, at_once, &|| self.follower.advance(1))?;
             self.follower.keep(state).map_err(DesignError::Keep)?;

@@ -13,43 +13,39 @@ use trocar_base::parallel::{map, map_unless};
 /// Separates these random numbers from others with the same seed.
 const RESAMPLING: u64 = 0x626f_6f74;
 
-/// `None` if undefined.
 pub type Estimates = Vec<Option<Estimate>>;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Designed {
-    /// The number on the front.
     pub name: String,
-    /// As evaluated in the search.
+    /// Evaluation in the search.
     pub candidate: Evaluation,
-    /// With intervals over the patients of the search.
+    /// Values on the patients of the search.
     pub training: Estimates,
-    /// On other patients.
+    /// Values on other patients.
     pub validation: Estimates,
     /// Share of the runs on other patients.
     pub diverged: f64,
     pub is_knee: bool,
 }
 
-/// On the same other patients.
+/// A shipped strategy on the same other patients.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shipped {
     pub name: &'static str,
     pub validation: Estimates,
-    /// Share of the runs.
     pub diverged: f64,
-    /// No constraint on a quantity is violated.
+    /// True if no constraint on a quantity is violated.
     pub is_feasible: bool,
-    /// The knee minus the strategy, for each objective, over paired resamples.
+    /// Knee minus strategy, for each objective, over paired resamples.
     pub differences: Estimates,
 }
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Validation {
-    /// In the order of the first objective.
     pub designs: Vec<Designed>,
     pub shipped: Vec<Shipped>,
-    /// The strategies that cannot be combined with the scenario, with the reason.
+    /// Strategies that cannot be combined with the scenario, with the reason.
     pub left_out: Vec<(&'static str, String)>,
 }
 
@@ -154,5 +150,4 @@ fn evaluate_strategy(problem: &Problem, fresh: &Patients, strategy: &Strategy) -
     }
 }
 
-/// Per quantity, its value and those of the resamples.
 type Resampled = Vec<(Option<f64>, Vec<Option<f64>>)>;

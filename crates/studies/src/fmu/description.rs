@@ -10,7 +10,7 @@ fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// The exponents of kg, m and s of a unit such as `N·s/m`.
+/// Exponents of kg, m and s of a unit such as `N·s/m`.
 fn base_units(unit: &str) -> String {
     let (mut kg, mut m, mut s) = (0, 0, 0);
     let mut sign = 1;
@@ -148,7 +148,7 @@ fn units(variables: &[Variable]) -> String {
     text + "</UnitDefinitions>\n"
 }
 
-/// `token` is checked by the library of the unit.
+/// The library of the unit checks `token`.
 #[must_use]
 pub fn describe(model: Model, version: Version, scenario: &Scenario, variables: &[Variable], token: &str) -> String {
     let identifier = model.identifier();

@@ -1,4 +1,4 @@
-//! Scenarios as functional mock-up units for co-simulation (FMI 2.0 and 3.0). The package `trocar-fmu` runs them.
+//! Scenarios as functional mock-up units for co-simulation (FMI 2.0 and 3.0).
 //!
 //! A step from `t` to `t + h` reads the inputs at `t` and computes the ticks from `t` onwards. The outputs are those of
 //! the last tick before `t + h`: with a step of one tick, the command for the sample at `t` is available at `t + h`.

@@ -9,7 +9,7 @@ use super::description::describe;
 use super::variables::Model;
 use trocar_scenario::{Scenario, ScenarioError, Source, Values};
 
-/// Computed by description and library from the scenario.
+/// Description and library compute the token from the scenario.
 #[must_use]
 pub fn token(model: Model, scenario: &str) -> String {
     let hash = Sha256::new().chain_update(model.identifier()).chain_update([0]).chain_update(scenario).finalize();
@@ -29,11 +29,10 @@ pub enum UnitError {
     Scenario(#[from] ScenarioError),
     #[error("{}: {source}", path.display())]
     File {
-        /// Of the scenario.
+        /// A file of the scenario.
         path: PathBuf,
         source: std::io::Error,
     },
-    /// Settings out of range for a rig.
     #[error("{0} on a rig; export the simulation instead, without --rig")]
     Rig(#[from] trocar_core::error::InvalidValue),
 }
@@ -46,7 +45,7 @@ const PAGE: &str = "<!DOCTYPE html><html lang=\"en\"><meta charset=\"utf-8\"><ti
     whole number of ticks. Parameters are the keys of scenarios, with their values as defaults. What is derived from a changed \
     parameter, and is not changed itself, follows it.\n";
 
-/// Without the licences.
+/// The licences are not included.
 #[derive(Debug)]
 pub struct Unit {
     /// Path in the archive, and content.

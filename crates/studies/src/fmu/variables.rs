@@ -23,9 +23,9 @@ pub enum Causality {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Type {
-    /// With minimum and maximum if known.
+    /// Minimum and maximum.
     Real(Option<(f64, f64)>),
-    /// With its minimum.
+    /// Minimum.
     Integer(u64),
     Boolean,
     /// The index of a word in a list.
@@ -35,16 +35,15 @@ pub enum Type {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Scalar {
     Real(f64),
-    /// A whole number, or the index of a word.
+    /// Whole number, or index of a word.
     Integer(i64),
     Boolean(bool),
 }
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variable {
-    /// For a parameter, the key of the setting.
+    /// Key of the setting for a parameter.
     pub name: Cow<'static, str>,
-    /// In the calls of the standard.
     pub reference: u32,
     pub causality: Causality,
     pub kind: Type,
@@ -112,7 +111,7 @@ const RIG_OUTPUTS: [Declared; 19] = [
     ),
 ];
 
-/// In the order of a rig's variables.
+/// Ordered like a rig's variables.
 #[must_use]
 pub fn rig_outputs(command: &rig::Command) -> [Scalar; 19] {
     [
@@ -149,10 +148,10 @@ const SIMULATION_INPUTS: [Declared; 2] = [
 
 /// Index of the person's position among the inputs of a simulation.
 pub const POSITION: usize = 0;
-/// Index of the flag that the position leads.
+/// Index of the flag that the position leads the simulation.
 pub const IS_LED: usize = 1;
 
-/// The first column of the trace that is an output.
+/// First output among the columns of the trace.
 pub const FIRST_COLUMN: usize = 1;
 
 fn simulation_outputs() -> Vec<Declared> {
@@ -178,7 +177,7 @@ fn is_of_tissue(key: &Key) -> bool {
 impl Model {
     pub const ALL: [Self; 3] = [Self::Rig, Self::Simulation, Self::Tissue];
 
-    /// The file name of the scenario identifies the model of the unit.
+    /// The file name identifies the model.
     #[must_use]
     pub fn file(self) -> &'static str {
         match self {
@@ -188,7 +187,7 @@ impl Model {
         }
     }
 
-    /// Also the name of the library in the unit.
+    /// Name of the model and of its library.
     #[must_use]
     pub fn identifier(self) -> &'static str {
         match self {
@@ -226,7 +225,8 @@ impl Model {
         inputs.chain(outputs).chain(self.parameters(scenario)).collect()
     }
 
-    /// No lists, texts, files, missing values, or whole numbers beyond the 32 bits of FMI 2.0.
+    /// Only keys with a type of the standard: no lists, texts, files, missing values, or whole numbers beyond the 32
+    /// bits of FMI 2.0.
     fn parameters(self, scenario: &Scenario) -> Vec<Variable> {
         let values: Vec<(KeyAt, Option<Value>)> = match self {
             Self::Rig => scenario.rig_values().map(|(key, value)| (key.into(), value)).collect(),

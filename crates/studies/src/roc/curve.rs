@@ -117,8 +117,8 @@ impl Curve {
         self.points.iter().find(|point| point.threshold.total_cmp(&self.own_threshold).is_eq())
     }
 
-    /// By increasing number of false alarms: the most detections for at most this number, then the shortest delay.
-    /// Omits thresholds so low that the decision never settles.
+    /// Ordered by false alarms: the most detections for at most this number, then the shortest delay. Omits thresholds
+    /// so low that the decision never settles.
     #[must_use]
     pub fn front(&self) -> Vec<&Point> {
         let mut points: Vec<&Point> = self.points.iter().collect();
@@ -134,14 +134,14 @@ impl Curve {
         front
     }
 
-    /// The fewest false alarms with at least a share of the ruptures.
+    /// The fewest false alarms with at least this share of the ruptures.
     #[must_use]
     pub fn at_detection(&self, share: f64) -> Option<&Point> {
         let sufficient = self.points.iter().filter(|point| point.detection.is_some_and(|detection| detection >= share));
         sufficient.min_by(|a, b| a.false_alarms.cmp(&b.false_alarms).then(b.detected.cmp(&a.detected)))
     }
 
-    /// The most detections at a maximum rate of false alarms per hour.
+    /// The most detections with at most this rate.
     #[must_use]
     pub fn at_false_alarms_per_hour(&self, rate: f64) -> Option<&Point> {
         let allowed = self.points.iter().filter(|point| point.false_alarms_per_hour() <= rate);

@@ -1,11 +1,9 @@
-//! One detector at many thresholds, on the same samples.
-
 use super::lanes::{LANES, ThresholdLanes};
 use trocar_core::detector::{CusumDetector, Detector, DetectorInput, DetectorSettings};
 use trocar_core::lane::{Lane, Mask};
 
-/// The ratio of cap to threshold is that of the settings. Each threshold is a lane of [`Detector`], so its alarms are
-/// those of a separate detector.
+/// One detector at many thresholds. The ratio of cap to threshold is that of the settings. Each threshold is a lane of
+/// [`Detector`], so its alarms are those of a separate detector.
 #[derive(Debug, Clone)]
 pub struct DetectorBank {
     settings: DetectorSettings,
@@ -13,8 +11,8 @@ pub struct DetectorBank {
 }
 
 impl DetectorBank {
-    /// From 0.01 to nearly 100 times the threshold of the settings, evenly spaced on a logarithmic scale; one of the at
-    /// least two is that threshold.
+    /// At least two thresholds from 0.01 to nearly 100 times that of the settings, which is one of them, on a
+    /// logarithmic scale.
     #[must_use]
     pub fn around(settings: DetectorSettings, count: usize) -> Self {
         let middle = (count.max(2) / 2) as f64;
@@ -22,7 +20,7 @@ impl DetectorBank {
         Self::new(settings, (0..count.max(2)).map(|k| settings.cusum.threshold * share(k)).collect())
     }
 
-    /// In the unit of the distance, each above 0.
+    /// Thresholds are above 0.
     #[must_use]
     pub fn new(settings: DetectorSettings, thresholds: Vec<f64>) -> Self {
         Self { settings, thresholds }
@@ -50,7 +48,7 @@ impl DetectorBank {
         settings
     }
 
-    /// Calls `alarm` with the indices of threshold and sample, in order of time for each threshold.
+    /// `alarm` receives the indices of threshold and sample, in order of time for each threshold.
     pub fn evaluate(&self, input: &[DetectorInput<f64>], tick_s: f64, alarm: &mut dyn FnMut(usize, usize)) {
         let settings: Vec<DetectorSettings> = (0..self.thresholds.len()).map(|index| self.settings_at(index)).collect();
         for (group, settings) in settings.chunks(LANES).enumerate() {

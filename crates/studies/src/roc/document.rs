@@ -33,7 +33,6 @@ pub struct RocFile<'a> {
 }
 
 impl Characteristics {
-    /// Each detector at its configured threshold, at the stated operating points, and by condition.
     #[must_use]
     pub fn document(&self, seeds: u64) -> Document<'_> {
         let is_stopped = self.cases < self.cases_planned;
@@ -78,7 +77,6 @@ impl Characteristics {
         ]
     }
 
-    /// The detectors with the most detections in time, and of these the ones with the fewest false alarms.
     fn best(&self) -> Option<String> {
         let detection = |point: &Point| point.detection.unwrap_or(0.0);
         let most = self.own_points().map(|(_, point)| detection(point)).max_by(f64::total_cmp)?;

@@ -5,7 +5,7 @@ const Z: f64 = 1.959_963_984_540_054;
 /// Above it, the error of the cube-root approximation is negligible.
 const MAX_EXACT: u64 = 100;
 
-/// The 95 % interval of a probability (Wilson, *Journal of the American Statistical Association* 22, 1927).
+/// 95 % interval of a probability (Wilson, *Journal of the American Statistical Association* 22, 1927).
 #[must_use]
 pub fn wilson(successes: u64, trials: u64) -> Option<(f64, f64)> {
     if trials == 0 {
@@ -21,8 +21,7 @@ pub fn wilson(successes: u64, trials: u64) -> Option<(f64, f64)> {
     Some((low, high))
 }
 
-/// The 95 % interval of the mean of a Poisson count (Garwood, *Biometrika* 28, 1936); for 0, one-sided up to `-ln
-/// 0.05`.
+/// 95 % interval of a Poisson mean (Garwood, *Biometrika* 28, 1936); for 0, one-sided up to `-ln 0.05`.
 #[must_use]
 pub fn poisson(count: u64) -> (f64, f64) {
     if count == 0 {

@@ -2,7 +2,7 @@
 //!
 //! A case is a signal whose force has white noise of one seed. The estimator runs once per case, then every detector
 //! evaluates the residual with many thresholds. A [`Tally`] has integers only, so the results do not depend on the
-//! order of the cases or the threads.
+//! order of the cases.
 
 mod curve;
 mod detector_bank;
@@ -39,12 +39,12 @@ pub enum RocError {
     Setting(#[from] InvalidValue),
     #[error(transparent)]
     Run(#[from] RunError),
-    /// Without equal detector settings, signals have no common curve.
+    /// Signals with different detector settings have no common curve.
     #[error("{first} and {second} have different settings of the detector {detector}; evaluate them separately")]
     DifferentDetectors {
         first: String,
         second: String,
-        /// The kind of distance.
+        /// Kind of distance.
         detector: &'static str,
     },
 }

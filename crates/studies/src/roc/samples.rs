@@ -7,7 +7,7 @@ pub struct Samples {
     pub force_n: Vec<f64>,
     pub position_m: Vec<f64>,
     pub velocity_m_per_s: Vec<f64>,
-    /// In s after the first sample, ascending.
+    /// Labels in s after the first sample, ascending.
     pub ruptures_s: Vec<f64>,
 }
 

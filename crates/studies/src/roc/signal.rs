@@ -16,33 +16,32 @@ use trocar_scenario::{DetectionSpec, RecordingSpec, Scenario, ScenarioError};
 /// Different from the stream of the synthetic recording.
 const NOISE_STREAM: u64 = 0x6e_6f69_7365;
 
-/// That of the shipped recording.
+/// Seed of the shipped recording.
 const SYNTHETIC_SEED: u64 = 1;
 
 #[derive(Debug, Clone)]
 pub struct Signal {
     pub name: String,
-    /// Differences of a synthetic insertion from the shipped one.
+    /// Differences from the shipped insertion.
     pub variant: InVivoLikeVariant,
     pub kind: SignalKind,
     pub estimator: RlsSettings,
-    /// Of the estimator.
     pub contact_m: f64,
     pub detectors: Vec<DetectorSettings>,
 }
 
 #[derive(Debug, Clone)]
 pub enum SignalKind {
-    /// With added noise.
+    /// A recording with added noise.
     Recorded(Samples),
     /// A synthetic recording for each seed.
     Trials,
-    /// With sensor noise, but without augmentation, because the augmented run depends on the threshold.
+    /// The augmented run depends on the threshold, so augmentation is off.
     ClosedLoop(Box<Scenario>),
 }
 
 impl Signal {
-    /// Evenly sampled and with a velocity, as in `trocar detect`.
+    /// Samples are even and have a velocity, as in `trocar detect`.
     pub fn recorded(name: String, spec: &DetectionSpec, kinds: &[DistanceKind]) -> Result<Self, RocError> {
         let detection = detect::detect(spec)?;
         let samples = Samples {
@@ -62,7 +61,6 @@ impl Signal {
         })
     }
 
-    /// A variant of the synthetic insertion with the settings of a specification.
     pub fn synthetic(
         spec: &DetectionSpec,
         variant: InVivoLikeVariant,
@@ -83,7 +81,6 @@ impl Signal {
         Ok(Self { variant, ..Self::recorded("in_vivo_like".into(), &synthetic, kinds)? })
     }
 
-    /// The synthetic recordings of [`super::trials`].
     #[must_use]
     pub fn trials(spec: &DetectionSpec, kinds: &[DistanceKind]) -> Self {
         Self {
@@ -96,8 +93,6 @@ impl Signal {
         }
     }
 
-    /// Without augmentation.
-    ///
     /// # Errors
     /// A scenario with a position resolution, because the engine does not output the quantised positions.
     pub fn closed_loop(mut scenario: Scenario, kinds: &[DistanceKind]) -> Result<Self, RocError> {
@@ -176,7 +171,7 @@ impl Signal {
     }
 }
 
-/// Unchanged for the kind of the settings, derived from the same hypotheses for the others.
+/// Settings of other kinds are derived from the same hypotheses.
 fn detectors(configured: &DetectorSettings, kinds: &[DistanceKind]) -> Vec<DetectorSettings> {
     let of = |&kind: &DistanceKind| {
         if kind == configured.distance.kind {

@@ -17,13 +17,12 @@ use trocar_recording::InVivoLikeVariant;
 
 #[derive(Debug, Clone)]
 pub struct Study {
-    /// All with the same detectors.
+    /// All signals have the same detectors.
     pub signals: Vec<Signal>,
-    /// Added to the force.
     pub noise_std_n: Vec<f64>,
-    /// Per condition; the first seed is 1.
+    /// Seeds per condition, from 1.
     pub seeds: u64,
-    /// Per detector, at least 2.
+    /// Thresholds per detector, at least 2.
     pub thresholds: usize,
     /// Maximum delay of a detection.
     pub within_s: f64,
@@ -73,7 +72,7 @@ impl Characteristics {
         vec![Warning::new(Code::NoRuptures, message).at("--rupture-s").remedy(remedy)]
     }
 
-    /// Each detector with its name, its threshold (NaN without one) and its points. Equal names form one curve.
+    /// Name, threshold (NaN without one) and points. Equal names form one curve.
     pub fn add_user_defined(&mut self, evaluated: &[(String, f64, UserDefinedPoints)]) {
         add_curves(&mut self.all, evaluated, |points| &points.all);
         for (index, condition) in self.conditions.iter_mut().enumerate() {
@@ -132,7 +131,6 @@ impl UserDefinedPoints {
 }
 
 impl Study {
-    /// Allowed range.
     pub const NOISE_STDS_N: (f64, f64) = (0.0, 100.0);
 
     fn conditions(&self) -> Vec<(&Signal, f64)> {
@@ -192,7 +190,7 @@ impl Study {
         Ok(tallies.into_iter().map(UserDefinedPoints::of).collect())
     }
 
-    /// Calls `done` after each case. Once `stop` is set, no new case starts. The results do not depend on the threads.
+    /// Once `stop` is set, no new case starts. The results do not depend on the threads.
     // Dynamic dispatch, so that the detectors are compiled once.
     pub fn run(&self, stop: &AtomicBool, done: &(dyn Fn() + Sync)) -> Result<Characteristics, RocError> {
         let banks = self.detector_banks()?;

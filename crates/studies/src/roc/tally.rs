@@ -15,17 +15,16 @@ pub struct Tally {
     pub cases: u64,
     /// Cases with every rupture detected in time and no false alarm.
     pub clean_cases: u64,
-    /// By the index of the rupture in the case.
+    /// Indexed by the rupture in the case.
     pub ruptures: Vec<u64>,
-    /// In time, by the index of the rupture in the case.
+    /// Indexed by the rupture in the case.
     pub detected: Vec<u64>,
     pub late: u64,
     pub false_alarms: u64,
     /// Time outside the windows after labels; for a trial, the time in contact.
     pub quiet_ns: u64,
-    /// Number of detections by delay.
     pub delays_ns: BTreeMap<u64, u64>,
-    /// By reason; only at the threshold of the settings.
+    /// Counted only at the threshold of the settings.
     pub missed: BTreeMap<String, u64>,
 }
 
@@ -40,7 +39,7 @@ pub(super) struct Labels {
 struct Label {
     time_s: f64,
     within_s: f64,
-    /// Further alarms during the fall are not false, because a fall in several steps may cause several.
+    /// Further alarms during the fall are not false, because it may have several steps.
     fall_s: f64,
     /// A rupture that noise hides is neither missed nor detected, and its alarms are not false.
     counts: bool,
@@ -88,7 +87,7 @@ impl Labels {
 }
 
 impl Tally {
-    /// `alarms` in order of time. Returns the indices of the ruptures without an alarm.
+    /// Returns the indices of the ruptures without an alarm.
     pub(super) fn count(&mut self, alarms: &[usize], labels: &Labels) -> Vec<usize> {
         let count = labels.labels.len();
         let counting = labels.labels.iter().filter(|label| label.counts).count();
@@ -151,7 +150,6 @@ impl Tally {
         }
     }
 
-    /// The smallest delay that at least a share of the detections do not exceed.
     #[must_use]
     pub fn delay_quantile_s(&self, share: f64) -> Option<f64> {
         let all: u64 = self.delays_ns.values().sum();

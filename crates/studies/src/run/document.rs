@@ -120,7 +120,7 @@ pub(crate) fn state(run: &Run) -> String {
     }
 }
 
-/// True if a force recorded over time, which acts whatever the needle does, moves a stable loop.
+/// True if a recorded force moves a stable loop: it acts whatever the needle does.
 fn is_pushed(run: &Run) -> bool {
     run.user_defined_parts.is_empty()
         && matches!(run.scenario.tissue, TissueSpec::Recording { .. })

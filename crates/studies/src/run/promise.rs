@@ -8,7 +8,7 @@ use trocar_engine::teleoperation::Scheme;
 use trocar_engine::tissue::TissueSettings;
 use trocar_scenario::{Scenario, TissueSpec};
 
-/// The key, the sentence, the remedy.
+/// Key, sentence, remedy.
 type Gap = (&'static str, String, &'static str);
 
 /// The energy may nevertheless stay within the bound; a run measures it.

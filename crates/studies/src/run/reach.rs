@@ -1,5 +1,3 @@
-//! Reports what a run does not reach: the tissue, a layer, the end of the operator's movement.
-
 use super::{Reach, RunReport};
 use trocar_base::warning::{Code, Warning};
 use trocar_core::settings::KeySource as _;
@@ -13,9 +11,9 @@ const MAX_LEFT_SHARE: f64 = 0.01;
 
 enum Unreached<'a> {
     Layer(&'a str),
-    /// The first label that lies after the end of the run, in s.
+    /// Time in s.
     Label(f64),
-    /// The first label that the needle does not reach, in m.
+    /// Depth in m.
     Depth(f64),
 }
 

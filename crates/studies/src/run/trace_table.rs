@@ -4,7 +4,6 @@ use trocar_detect::column_values;
 use trocar_document::{DataTable, Values};
 use trocar_engine::engine::{COLUMNS, TRUST_COLUMNS, Trace};
 
-/// The columns of [`COLUMNS`], the trust in the estimate, and any extra parameter.
 #[must_use]
 pub fn trace_table(trace: &Trace, is_kept: impl Fn(&str) -> bool) -> DataTable<'_> {
     let mut table = DataTable::new("trace").topic("run").sampled();

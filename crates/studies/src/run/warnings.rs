@@ -12,11 +12,10 @@ use trocar_metrics::{Miss, MissReason, Outcome, RuptureMetrics};
 use trocar_run::{Swing, lasting_swing};
 use trocar_scenario::{OperatorSpec, Scenario, TissueSpec, idle_keys};
 
-/// Mean power that no person sustains for the length of a run: trained people sustain about 100 W with one arm at a
-/// crank.
+/// Mean power that no person sustains: trained people sustain about 100 W with one arm at a crank.
 const MAX_HAND_POWER_W: f64 = 100.0;
 
-/// Without a warning; the controllers' lag stores and returns some energy.
+/// The controllers' lag stores and returns some energy.
 const MAX_GIVEN_J: f64 = 1e-3;
 const MAX_GIVEN_SHARE: f64 = 0.1;
 
@@ -24,7 +23,7 @@ const ROUNDING_J: f64 = 1e-9;
 const ROUNDING_SHARE: f64 = 1e-9;
 
 impl<'a> RunReport<'a> {
-    /// In the order of the codes.
+    /// Ordered by code.
     #[must_use]
     pub fn warnings(self) -> Vec<Warning> {
         let mut all: Vec<Warning> = self.missed_ruptures().collect();
@@ -151,7 +150,7 @@ impl RunReport<'_> {
     }
 }
 
-/// The warnings that need no run.
+/// Warnings that need no run.
 #[must_use]
 pub fn foreseen(scenario: &Scenario) -> Vec<Warning> {
     let mut all: Vec<Warning> = motion_beyond_run(scenario).into_iter().collect();
@@ -193,7 +192,7 @@ pub fn delays_rounded(scenario: &Scenario) -> Vec<Warning> {
     let tick_s = scenario.grid.tick_s();
     let acting = [scenario.forward, scenario.backward].map(|delay| delay.whole as f64 + delay.share);
     let of = |(key, delay_s): (&'static str, f64), ticks: f64| {
-        // A difference below a billionth of a tick is a rounding error of the division.
+        // A smaller difference is a rounding error of the division.
         (ticks - delay_s / tick_s > 1e-9 * ticks.max(1.0)).then(|| {
             let why = if scenario.timing == ControlTiming::Sampled {
                 "sampled controllers read samples at their ticks"

@@ -1,5 +1,3 @@
-//! The file `certificate.json`.
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! Values of an event's parameters up to which the certificate states that every motion decays.
+//! Values of an event's parameters up to which every motion is certified to decay.
 
 use trocar_core::augmentation::{AugmentationSettings, ForceLawSettings, Reengage};
 use trocar_stability::{Peaks, StabilityError, SwitchingSettings};
@@ -6,20 +6,18 @@ use trocar_stability::{Peaks, StabilityError, SwitchingSettings};
 /// Ratio of the certified to the uncertified value at which a search ends.
 const MAX_RATIO: f64 = 1.05;
 
-/// Before the search is bracketed.
 const STEP: f64 = 2.0;
 
-/// With all else unchanged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EventLimit {
     pub key: &'static str,
-    /// In the unit of the key.
+    /// Unit of the key.
     pub value: f64,
     /// True if larger values are more difficult to certify.
     pub is_largest: bool,
-    /// A value that differs by at most 5 % is not certified. `None` if no tried value is.
+    /// Certified, while a value that differs by at most 5 % is not.
     pub certified: Option<f64>,
-    /// The end of the search is certified too.
+    /// True if the end of the search is certified.
     pub is_beyond_search: bool,
 }
 
@@ -27,7 +25,7 @@ struct Parameter {
     key: &'static str,
     value: f64,
     is_largest: bool,
-    /// The end that is easy to certify, and the difficult one.
+    /// The end that is easy to certify comes first.
     ends: (f64, f64),
     set: fn(&mut AugmentationSettings, f64),
 }
@@ -107,7 +105,6 @@ fn parameters(settings: &SwitchingSettings) -> Vec<Parameter> {
 }
 
 impl EventLimit {
-    /// Starts from the functions of the scenario's certificate, if it has one.
     pub fn of_each(settings: &SwitchingSettings, peaks: Option<&Peaks>) -> Result<Vec<Self>, StabilityError> {
         parameters(settings).iter().map(|parameter| Self::of(settings, peaks, parameter)).collect()
     }

@@ -1,7 +1,6 @@
-//! Comparison of the linear verdicts with the engine.
-//!
-//! A run begins at rest on a spring and a damper that the needle cannot leave. Once the hand moves by a micrometre and
-//! back, the needle's late motion is compared with its earlier motion.
+//! Comparison of the linear verdicts with the engine. A run begins at rest on a spring and a damper that the needle
+//! cannot leave. The hand moves by a micrometre and back, and the needle's late motion is compared with its earlier
+//! motion.
 
 mod certificate;
 mod document;
@@ -37,7 +36,7 @@ use trocar_base::parallel::try_map;
 use trocar_scenario::Scenario;
 use trocar_stability::{LinearLoop, Parameter, StabilityError, StabilityMap, is_near_boundary};
 
-/// Relative distance to the boundary, in either parameter, within which a verdict does not count.
+/// Relative distance to the boundary within which a verdict does not count.
 pub const BAND: f64 = 0.005;
 
 #[derive(Debug, Error)]
@@ -48,34 +47,32 @@ pub enum CheckError {
     Run(#[from] RunError),
 }
 
-/// A point at which a run does not confirm the linear verdict.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unconfirmed {
-    /// Of the map's first parameter.
+    /// First parameter of the map.
     pub x: f64,
-    /// Of the second parameter.
+    /// Second parameter of the map.
     pub y: f64,
-    /// Of the linear loop.
+    /// Verdict of the linear loop.
     pub analytic_stable: bool,
-    /// Of the engine.
+    /// Verdict of the engine.
     pub simulated: Verdict,
-    /// Nearer than [`BAND`].
+    /// True within [`BAND`] of the boundary.
     pub is_near_boundary: bool,
 }
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Check {
-    /// In the order of the map; `None` for points skipped by a stop.
+    /// Ordered like the map; `None` for points skipped by a stop.
     pub simulated: Vec<Option<Verdict>>,
-    /// Simulated points that are not within [`BAND`] of the boundary.
+    /// Points that are not within [`BAND`] of the boundary.
     pub judged: usize,
     pub disagreements: Vec<Unconfirmed>,
-    /// The engine does not decide.
     pub undecided: Vec<Unconfirmed>,
 }
 
 impl Check {
-    /// Judged points with agreement, with disagreement, and undecided.
+    /// Numbers of agreeing, disagreeing and undecided judged points.
     #[must_use]
     pub fn counts(&self) -> [usize; 3] {
         let judged = |points: &[Unconfirmed]| points.iter().filter(|point| !point.is_near_boundary).count();
@@ -83,7 +80,6 @@ impl Check {
         [self.judged - disagreeing - undecided, disagreeing, undecided]
     }
 
-    /// `None` without judged and decided points.
     #[must_use]
     pub fn agreement(&self) -> Option<f64> {
         let [agreeing, disagreeing, _] = self.counts();

@@ -1,5 +1,3 @@
-//! One run from equilibrium, and its verdict.
-
 use std::sync::Arc;
 
 use crate::run::RunError;
@@ -15,17 +13,16 @@ use trocar_engine::tissue::{OrganMotion, Reaction, Tissue};
 use trocar_scenario::{EngineKind, OperatorSpec, Scenario};
 use trocar_stability::LinearLoop;
 
-/// Amplitude of the hand's motion.
 const NUDGE_M: f64 = 1e-6;
 const NUDGE_S: f64 = 0.02;
 
-/// Distance from the start beyond which a motion counts as grown.
+/// A motion has grown beyond this distance from the start.
 const GROWN_M: f64 = 3e-3;
 
-/// Fraction of the maximum squared speed below which a motion counts as decayed.
+/// A motion has decayed below this fraction of the maximum squared speed.
 const DECAYED: f64 = 1e-18;
 
-/// Minimum length of a run; the round-trip delay extends it.
+/// The round-trip delay extends a run.
 const SHORTEST_S: f64 = 8.0;
 const PER_DELAY: f64 = 60.0;
 
@@ -33,7 +30,7 @@ const PER_DELAY: f64 = 60.0;
 pub enum Verdict {
     Decays,
     Grows,
-    /// Until the end, or NaN.
+    /// Neither until the end, or NaN.
     Undecided,
 }
 
@@ -92,7 +89,6 @@ impl Tissue<f64> for Spring {
     }
 }
 
-/// Without the parts that the linear loop leaves out.
 pub fn simulate(scenario: &Scenario, settings: &LinearLoop) -> Result<Verdict, RunError> {
     let run = linear_parts(scenario, settings)?;
     let tissue =
@@ -109,7 +105,6 @@ pub fn simulate(scenario: &Scenario, settings: &LinearLoop) -> Result<Verdict, R
     }))
 }
 
-/// With a small motion of the hand, at rest at 0.
 fn linear_parts(scenario: &Scenario, settings: &LinearLoop) -> Result<Scenario, RunError> {
     let tick_s = settings.tick_s;
     let length_s = SHORTEST_S + PER_DELAY * (settings.forward_delay_s + settings.backward_delay_s);

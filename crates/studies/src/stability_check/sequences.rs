@@ -1,4 +1,4 @@
-//! Random sequences of events in the engine, compared with the bounds of an analysis.
+//! Random sequences of events in the engine, to test the bounds of an analysis.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -19,13 +19,11 @@ const DEPTH_M: f64 = 0.05;
 /// Exponents of 10 in m, from far below to far above the distance that a ramp closes in a tick.
 const AMPLITUDE_EXPONENT: (f64, f64) = (-6.0, -2.0);
 
-/// Of the tissue's motion.
 const PERIOD_S: (f64, f64) = (0.05, 2.0);
 
-/// Of the tissue.
 const DAMPING_N_S_PER_M: f64 = 5.0;
 
-/// Maximum ticks between alarms. The supervisor ignores alarms that are too early.
+/// The supervisor ignores alarms that are too early.
 const SPACINGS: [u64; 3] = [5, 50, 250];
 
 /// A needle at rest in a tissue that begins to move, with events, on one stiffness.
@@ -33,11 +31,10 @@ const SPACINGS: [u64; 3] = [5, 50, 250];
 pub struct EventRun {
     /// `K`.
     pub stiffness_n_per_m: f64,
-    /// Distance by which the tissue moves away from the needle and back.
+    /// Motion of the tissue away from the needle and back.
     pub amplitude_m: f64,
-    /// Of this motion.
     pub period_s: f64,
-    /// Frozen ticks of each event.
+    /// Frozen ticks per event.
     pub held_ticks: u64,
     /// Ticks, ascending.
     pub alarms: Vec<u64>,
@@ -46,20 +43,18 @@ pub struct EventRun {
 
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct EventRecord {
-    /// Maximum distance of the slave from the resting position.
+    /// Maximum distance from the resting position.
     pub slave_m: f64,
     pub events: u64,
-    /// Of the slave, at the beginning of each event.
+    /// Position of the slave at the beginning of each event.
     pub at_events_m: Vec<f64>,
     is_augmented: bool,
 }
 
-/// Maxima over many runs, per newton of the force that the tissue's motion adds.
+/// Maxima per newton of the force that the tissue's motion adds.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Farthest {
-    /// From its resting position.
     pub needle_m_per_n: f64,
-    /// Of all runs.
     pub events: u64,
 }
 
@@ -75,7 +70,7 @@ impl Observer<f64> for EventRecord {
     }
 }
 
-/// Without noise; only prescribed events occur.
+/// Noise is off; only prescribed events occur.
 pub fn without_alarms(source: &Source, settings: &[String]) -> Result<Scenario, ScenarioError> {
     let quiet = ["sensor.force_noise_std_n=0.0", "detector.threshold=1e6", "augmentation.exit_quiet_s=0.0"];
     let all: Vec<String> = settings.iter().cloned().chain(quiet.map(str::to_owned)).collect();
@@ -83,7 +78,6 @@ pub fn without_alarms(source: &Source, settings: &[String]) -> Result<Scenario, 
 }
 
 impl EventRun {
-    /// The stiffness from a range, and an allowed length of the freeze.
     #[must_use]
     pub fn drawn(seed: u64, index: u64, stiffness_n_per_m: (f64, f64), phases: Phases, ticks: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -102,7 +96,7 @@ impl EventRun {
         Self { stiffness_n_per_m, amplitude_m, period_s, held_ticks, alarms, ticks }
     }
 
-    /// Largest force of the motion beyond that at rest: `K A + B A π / T`.
+    /// Largest additional force: `K A + B A π / T`.
     #[must_use]
     pub fn additional_force_n(&self) -> f64 {
         self.amplitude_m * (self.stiffness_n_per_m + DAMPING_N_S_PER_M * std::f64::consts::PI / self.period_s)

@@ -1,10 +1,9 @@
 use super::StabilityStudy;
 use trocar_stability::Peaks;
 
-/// A larger bound, in multiples of the largest motion found, is of no use.
+/// Multiple of the largest motion found up to which a bound is useful.
 const LOOSE: f64 = 10.0;
 
-/// Of every certificate.
 pub(super) const ASSUMPTIONS: [&str; 3] = [
     "the stiffness and the damping of the tissue stay within these ranges, and may change at every tick",
     "every other force of the tissue and the sensor is bounded, and its effect adds to that of the springs",
@@ -13,11 +12,11 @@ pub(super) const ASSUMPTIONS: [&str; 3] = [
 
 #[derive(Debug, Clone, Copy)]
 pub enum Statement<'a> {
-    /// The effect of everything that has happened decays, under any sequence of events that keeps the enforced times,
-    /// and an additional tissue force moves needle and hand within bounds.
+    /// Everything decays under any sequence of events that keeps the enforced times, and an additional tissue force
+    /// moves needle and hand within bounds.
     Decays(&'a Peaks),
-    /// The motion stays within bounds, but a sustained swing is not excluded: the steps and the noise of the force
-    /// sensor are an additional force that does not end, of this size in N.
+    /// A sustained swing within bounds is not excluded, because the steps and the noise of the force sensor are an
+    /// additional force that does not end, of this size in N.
     Bounded(&'a Peaks, f64),
     /// Neither is certified, for this reason.
     None(&'static str),
@@ -34,7 +33,7 @@ impl Statement<'_> {
     }
 }
 
-/// In m/N; `None` if they are too loose to be useful.
+/// Bounds in m/N; `None` if they are too loose to be useful.
 pub(super) fn useful_bounds(peaks: &Peaks) -> Option<[f64; 2]> {
     let bounds = [peaks.needle_m_per_n, peaks.hand_m_per_n];
     let is_useful = |(bound, found): (&f64, &f64)| *bound <= LOOSE * found;

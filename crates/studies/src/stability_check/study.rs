@@ -13,7 +13,6 @@ use trocar_stability::{
     Switching, SwitchingSettings, Terminations, TissueRange, ZWidth, map,
 };
 
-/// Of the switching analysis.
 pub const MAX_STIFFNESS_N_PER_M: f64 = 1e6;
 
 /// Standard deviations of the sensor's noise that a bound of the motion contains.
@@ -22,12 +21,11 @@ pub const DEVIATIONS: f64 = 4.0;
 #[derive(Debug, Clone)]
 pub struct StabilityStudy {
     pub name: String,
-    /// With the parts that it leaves out.
     pub verdict: LoopVerdict,
     /// At the worst stiffness of the tissue.
     pub analysis: Analysis,
     pub map: StabilityMap,
-    /// Or the reason why there is none.
+    /// An error is the reason why there is no analysis.
     pub switching: Result<Switching, &'static str>,
     pub measured: Option<MeasuredLoop>,
     pub z_width: Option<ZWidth>,
@@ -35,22 +33,19 @@ pub struct StabilityStudy {
     /// By default any passive hand, and the tissues of the switching analysis.
     pub bounded: Bounded,
     pub absolute: Option<AbsoluteOver>,
-    /// The comparison of the map with the engine.
     pub check: Option<Check>,
     pub response: LoopResponse,
     pub locus: Option<Locus>,
-    /// Error within which the reading stays: half a step, and [`DEVIATIONS`] of the noise.
+    /// Half a step, and [`DEVIATIONS`] of the noise.
     pub sensor_force_n: f64,
-    /// Empty unless computed, or if the switching is not analysed.
+    /// Empty unless computed.
     pub event_limits: Vec<EventLimit>,
-    /// The scenario that runs the worst sequence of events, if requested.
     pub worst_events: Option<Scenario>,
-    /// About rounded delays.
     rounded: Vec<Warning>,
 }
 
 impl StabilityStudy {
-    /// The tissue stiffness (N/m) is in `sector`, which must satisfy [`is_tissue`] (default: the scenario's).
+    /// `sector` is a range of stiffness (N/m) that satisfies [`is_tissue`]; the default is the scenario's.
     pub fn of(scenario: &Scenario, (x, y): (Axis, Axis), sector: Option<(f64, f64)>) -> Result<Self, CheckError> {
         let settings = linear_loop(scenario)?;
         let sector = sector.unwrap_or_else(|| settings.tissue.sector_n_per_m());
@@ -100,7 +95,7 @@ impl StabilityStudy {
         Ok(())
     }
 
-    /// Over the values of an axis of [`Parameter::Damping`].
+    /// The axis is [`Parameter::Damping`].
     pub fn compute_z_width(&mut self, axis: &Axis) -> Result<(), CheckError> {
         self.z_width = Some(ZWidth::of(&self.analysis.settings, axis)?);
         Ok(())
@@ -126,7 +121,7 @@ impl StabilityStudy {
         Ok(())
     }
 
-    /// From the source and settings of this study. Does nothing without an analysis of the switching.
+    /// Does nothing without an analysis of the switching.
     pub fn make_worst_events(&mut self, source: &Source, settings: &[String]) -> Result<(), ScenarioError> {
         self.worst_events =
             self.switching.as_ref().ok().map(|switching| worst_events(source, settings, switching)).transpose()?;
@@ -147,8 +142,8 @@ impl StabilityStudy {
         Some(!self.tissue().is_of_run() && low <= softest && stiffest <= high)
     }
 
-    /// True if every motion decays or stays bounded. `None` if the switching is not analysed, the analysis leaves out a
-    /// part, or the range of stiffness does not cover the tissue.
+    /// True if every motion decays or stays bounded. `None` if the analysis leaves out a part or does not cover the
+    /// tissue.
     #[must_use]
     pub fn is_certified(&self) -> Option<bool> {
         let is_stated = !matches!(self.statement(), Statement::None(_));
@@ -201,7 +196,7 @@ impl StabilityStudy {
     }
 }
 
-/// In N/m: ascending, from 0 to [`MAX_STIFFNESS_N_PER_M`].
+/// Ascending, from 0 to [`MAX_STIFFNESS_N_PER_M`].
 #[must_use]
 pub fn is_tissue((low, high): (f64, f64)) -> bool {
     0.0 <= low && low <= high && high <= MAX_STIFFNESS_N_PER_M

@@ -10,17 +10,16 @@ use trocar_stability::{
 
 #[derive(Debug, Clone)]
 pub struct LoopVerdict {
-    /// The loop at the worst spring and damper of its tissue.
+    /// At the worst spring and damper of the tissue.
     pub settings: LinearLoop,
     pub mode: Mode,
     pub margins: Margins,
     /// At every spring and damper of the tissue, and out of contact.
     pub range: RangeVerdict,
-    /// The stability with these parts is unknown.
+    /// Parts with unknown effect on the stability.
     pub left_out: Vec<LeftOut>,
-    /// Parts that are not modelled because they only dissipate energy.
+    /// Parts that only dissipate energy.
     pub assumed_passive: Vec<LeftOut>,
-    /// Parts that act on the loop as inputs.
     pub inputs: Vec<LeftOut>,
     /// Limits of motors and force sensor that the loop never reaches.
     pub unreached: Vec<LoopLimit>,
@@ -57,13 +56,12 @@ impl LoopVerdict {
         self.left_out.is_empty().then_some(self.range.is_stable)
     }
 
-    /// With the tissue for which the verdict holds.
     #[must_use]
     pub fn sentence(&self) -> String {
         document::verdict::sentence(self)
     }
 
-    /// For an unstable loop, a continuation of "the loop is" with the largest stable force scale.
+    /// Continues "the loop is" with the largest stable force scale, for an unstable loop.
     pub fn instability(&self) -> Result<Option<String>, StabilityError> {
         if self.is_stable() != Some(false) {
             return Ok(None);
@@ -73,7 +71,7 @@ impl LoopVerdict {
         Ok(Some(document::verdict::instability(self, &limit)))
     }
 
-    /// The first part of `stability.json`, also for the page and Python.
+    /// First part of `stability.json`.
     #[must_use]
     pub fn json(&self) -> serde_json::Value {
         json_of(&LoopPart::of(self))

@@ -8,16 +8,12 @@ use trocar_stability::{Certificate, Choice, LinearLoop, StabilityError, Switchin
 
 #[derive(Debug, Error)]
 pub enum VerificationError {
-    /// The text is not a certificate file.
     #[error("not a certificate file: {0}")]
     Form(String),
-    /// The file is of another scenario.
     #[error("{0}; give the scenario and the --set of the analysis that wrote the file")]
     OtherScenario(String),
-    /// The scenario has no certificates.
     #[error("the scenario has no certificates: {0}")]
     Excluded(&'static str),
-    /// A certificate does not hold.
     #[error("certificate {name}: {reason}")]
     Unverified {
         name: &'static str,
@@ -32,12 +28,10 @@ pub enum VerificationError {
 pub struct Verified {
     pub name: &'static str,
     pub conditions: u64,
-    /// The verified claim in one sentence.
     pub claim: String,
 }
 
-/// Rebuilds maps and inequalities from the scenario, for the tissue that the file states, and takes only the functions
-/// from the file.
+/// Maps and inequalities are rebuilt from the scenario; only the functions are from the file.
 pub fn verify(text: &str, scenario: &Scenario) -> Result<Vec<Verified>, VerificationError> {
     let file: CertificateFile =
         serde_json::from_str(text).map_err(|error| VerificationError::Form(error.to_string()))?;

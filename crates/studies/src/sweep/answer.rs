@@ -6,10 +6,10 @@ use trocar_scenario::unit_of;
 
 const MAX_METRICS: usize = 4;
 
-/// Of the variance, for a decisive axis.
+/// Minimum share of the variance of a decisive axis.
 const MIN_SHARE: f64 = 0.1;
 
-/// Maximum difference of a metric that hardly changes, relative to its largest magnitude.
+/// Relative to the metric's largest magnitude.
 const SMALL_CHANGE: f64 = 0.01;
 
 /// For the first varying metrics in focus: the axis with the largest influence, and its values with the smallest and

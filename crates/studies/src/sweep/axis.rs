@@ -8,10 +8,10 @@ pub enum Levels {
         from: f64,
         to: f64,
         log: bool,
-        /// Including the ends; `None` if the design determines it.
+        /// Number with the ends; `None` if the design determines it.
         points: Option<u64>,
     },
-    /// A log-normal distribution, truncated at three standard deviations of the logarithm.
+    /// Truncated at three standard deviations of the logarithm.
     LogNormal {
         median: f64,
         /// About 68 % of the values are between `median / spread` and `median · spread`; above 1.
@@ -25,7 +25,6 @@ const MAX_DEVIATIONS: f64 = 3.0;
 pub struct Axis {
     pub key: KeyAt,
     pub levels: Levels,
-    /// In the sweep file.
     pub place: Place,
 }
 
@@ -40,7 +39,7 @@ impl Axis {
         }
     }
 
-    /// At a unit coordinate, from 0 to below 1: a level, or an interpolation between the ends.
+    /// A level, or an interpolation between the ends, at a coordinate from 0 to below 1.
     #[must_use]
     pub fn value(&self, coordinate: f64) -> Value {
         let level = |count: u64| ((coordinate * count as f64) as u64).min(count.saturating_sub(1));
@@ -75,7 +74,7 @@ impl Axis {
         self.value(0.0)
     }
 
-    /// The unit coordinates of all values of a list, or of both ends of a range.
+    /// Unit coordinates of all values of a list, or of both ends of a range.
     #[must_use]
     pub fn ends(&self) -> Vec<f64> {
         match &self.levels {
@@ -108,7 +107,7 @@ impl Axis {
         }
     }
 
-    /// As in a sweep file.
+    /// Values as in a sweep file.
     #[must_use]
     pub fn to_toml(&self) -> String {
         match &self.levels {

@@ -2,10 +2,9 @@ use super::axis::Axis;
 use trocar_document::Values;
 use trocar_scenario::{Kind, Value};
 
-/// One value per case, in the type of the key.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AxisColumn {
-    /// Including signs.
+    /// Numbers and signs.
     Number(Vec<f64>),
     Whole(Vec<i64>),
     Flag(Vec<bool>),
@@ -24,7 +23,7 @@ impl AxisColumn {
         }
     }
 
-    /// Values of another type cannot occur and are ignored.
+    /// Ignores values of another type, which cannot occur.
     pub fn push(&mut self, value: &Value) {
         match (self, value) {
             (Self::Number(column), Value::Number(number)) => column.push(*number),

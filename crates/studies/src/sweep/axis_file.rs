@@ -3,19 +3,14 @@ use super::design::{MAX_CASES, SamplingScheme};
 use super::file_values::{flag, must, whole};
 use trocar_scenario::{Entry, KeyAt, Kind, ScenarioError, Value, find_key, nearest_key};
 
-/// A section of keys of the scenario, with the words of its error messages.
+/// Words of the error messages about a section.
 #[derive(Debug)]
 pub(crate) struct Section {
     pub(crate) name: &'static str,
-    /// What a key of the section is.
     pub(crate) role: &'static str,
-    /// The forms of its values.
     pub(crate) forms: &'static str,
-    /// The keys of a range.
     pub(crate) words: &'static str,
-    /// How to give seeds.
     pub(crate) seeds: &'static str,
-    /// The remedy for a range with points outside a grid.
     pub(crate) without_points: &'static str,
 }
 
@@ -40,7 +35,6 @@ struct RangeEntries<'a> {
     spread: Option<&'a Entry>,
 }
 
-/// The entries are sorted by their place.
 pub(crate) fn axes_of(
     entries: &[Entry],
     scheme: SamplingScheme,

@@ -3,7 +3,7 @@ use super::correlation::Correlation;
 use super::file::SweepFile;
 use trocar_scenario::{Entry, Place, Scenario, ScenarioError, Source, entries};
 
-/// Checks that every axis has an effect, in the first case or because another axis varies the keys on which it depends.
+/// An axis has an effect in the first case, or because another axis varies the keys on which it depends.
 pub(crate) fn check_acting(
     axes: &[Axis],
     others: &[Axis],
@@ -51,7 +51,6 @@ pub(super) fn base_of(file: &SweepFile, source: &Source) -> Result<(Source, Plac
     scenario_of(base, source)
 }
 
-/// With the place of the name.
 pub(crate) fn scenario_of(entry: &Entry, source: &Source) -> Result<(Source, Place), ScenarioError> {
     let place = entry.value_place.clone();
     let Some(path) = entry.value.as_str().filter(|path| !path.is_empty()) else {

@@ -1,4 +1,4 @@
-//! The text of all inputs of a sweep or a design: equal texts mean equal results.
+//! The text of all inputs: equal texts mean equal results.
 
 use std::fmt::Write as _;
 
@@ -10,7 +10,7 @@ use super::design::Design;
 use trocar_base::hexadecimal::hexadecimal;
 use trocar_scenario::{OperatorSpec, Scenario, TissueSpec};
 
-/// With the hash of the signals that the scenario reads.
+/// `signals` is the hash of the signals that the scenario reads.
 pub(crate) fn resolved_toml(scenario: &Scenario, signals: Sha256) -> String {
     let mut text = String::new();
     let _ = write!(

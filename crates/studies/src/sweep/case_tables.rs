@@ -1,5 +1,3 @@
-//! Cases as columns: number, values of the axes, seed, outcome, metrics.
-
 use std::borrow::Cow;
 use std::io;
 
@@ -10,7 +8,6 @@ use trocar_scenario::Value;
 /// A table is held in memory.
 const MAX_ROWS: usize = 1 << 16;
 
-/// Passes the cases on in tables of consecutive rows. `hash` identifies the sweep.
 pub fn case_tables(
     design: &Design,
     hash: &str,

@@ -10,7 +10,6 @@ enum Measure {
     Loop(&'static LoopMetric),
 }
 
-/// A metric that a sweep can store for each case.
 #[derive(Debug, Clone)]
 pub struct Column {
     /// For example `rupture_1_detection_delay_s`.
@@ -50,7 +49,7 @@ impl Column {
         Self { name, label, meaning: declaration.meaning, unit: declaration.unit, measure }
     }
 
-    /// By the current or former name of the metric.
+    /// Accepts current and former names.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         let of_loop = || LoopOfCase::METRICS.iter().find(|metric| metric.declaration.key(1) == name);
@@ -68,7 +67,6 @@ impl Column {
         RunMetric::all().map(|metric| metric.declaration()).chain(of_loop)
     }
 
-    /// Ruptures and events have the number 1.
     pub fn names() -> impl Iterator<Item = String> {
         Self::declarations().map(|declaration| declaration.key(1))
     }
@@ -89,7 +87,7 @@ impl Column {
         matches!(self.measure, Measure::Run(metric) if metric.declaration().scope == Scope::Port)
     }
 
-    /// In SI units; `None` if undefined or not finite, except an infinite margin of the loop.
+    /// SI units; `None` if undefined or not finite, except an infinite margin of the loop.
     #[must_use]
     pub fn value(&self, metrics: &Metrics, of_case: Option<&LoopOfCase<'_>>) -> Option<f64> {
         let value = match self.measure {
@@ -99,7 +97,7 @@ impl Column {
         value.filter(|value| value.is_finite())
     }
 
-    /// `None` for other metrics, or if undefined. A margin can be infinite.
+    /// `None` for other metrics. A margin can be infinite.
     #[must_use]
     pub fn value_of_loop(&self, of_case: &LoopOfCase<'_>) -> Option<f64> {
         let Measure::Loop(metric) = self.measure else { return None };

@@ -5,16 +5,16 @@ use trocar_base::quantiles::{normal_quantile, normal_share};
 pub struct Correlation {
     pub name: String,
     pub axes: Vec<usize>,
-    /// Of the normal numbers from which the values of the axes are derived.
+    /// Correlation of the normal numbers from which the values are derived.
     pub coefficient: f64,
 }
 
-/// A Gaussian copula: unit coordinates become normal numbers, are mixed with the Cholesky factor of their correlation,
-/// and are converted back, so each remains uniformly distributed.
+/// A Gaussian copula: normal numbers are mixed with the Cholesky factor of their correlation, and each coordinate
+/// remains uniformly distributed.
 #[derive(Debug, Clone)]
 pub(super) struct Mixer {
     axes: Vec<usize>,
-    /// Rows of the lower triangle.
+    /// Lower triangle by rows.
     factor: Vec<Vec<f64>>,
 }
 

@@ -13,9 +13,8 @@ use trocar_scenario::Value;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SamplingScheme {
-    /// Every combination of the levels; the last axis varies fastest.
+    /// The last axis varies fastest.
     Grid,
-    /// Independent random points.
     Random {
         points: u64,
         /// Seed of the random numbers.
@@ -27,7 +26,7 @@ pub enum SamplingScheme {
         /// Seed of the random numbers.
         seed: u64,
     },
-    /// The first points of Sobol's sequence, with a random digital shift.
+    /// The points are shifted digitally by a random number.
     Sobol {
         /// A power of two is the most even.
         points: u64,
@@ -35,16 +34,16 @@ pub enum SamplingScheme {
     },
     /// The k-th values of all axes are a point.
     List {
-        /// Equal to the number of values of each axis.
+        /// Number of values of each axis.
         points: u64,
     },
 }
 
 impl SamplingScheme {
-    /// As in sweep files.
+    /// Names in sweep files.
     pub const WORDS: [&'static str; 5] = ["grid", "random", "latin-hypercube", "sobol", "list"];
 
-    /// In the order of [`SamplingScheme::WORDS`].
+    /// Ordered like [`SamplingScheme::WORDS`].
     #[must_use]
     pub fn all(points: u64, seed: u64) -> [Self; 5] {
         let (random, hypercube) = (Self::Random { points, seed }, Self::LatinHypercube { points, seed });
@@ -62,7 +61,6 @@ impl SamplingScheme {
         }
     }
 
-    /// `None` for a grid and for given points.
     #[must_use]
     pub fn points_and_seed(&self) -> Option<(u64, u64)> {
         match *self {
@@ -78,19 +76,19 @@ impl SamplingScheme {
 pub struct Design {
     pub name: String,
     pub question: Option<String>,
-    /// In the order of the sweep file.
+    /// Ordered as in the sweep file.
     pub axes: Vec<Axis>,
     pub correlations: Vec<Correlation>,
     pub scheme: SamplingScheme,
-    /// Number of noise seeds per point.
+    /// Noise seeds per point.
     pub seeds: u64,
     pub first_seed: u64,
-    /// If the seeds are not consecutive.
+    /// Seeds that are not consecutive.
     pub listed_seeds: Option<Vec<u64>>,
     pub columns: Vec<Column>,
-    /// Indices in `columns` of the metrics with figures and influences.
+    /// Indices in `columns`.
     pub focus: Vec<usize>,
-    /// True if the rows are also written as CSV, in addition to Parquet.
+    /// True to write CSV in addition to Parquet.
     pub csv: bool,
 }
 
@@ -98,7 +96,7 @@ pub struct Design {
 pub const MAX_CASES: u64 = 1 << 50;
 
 impl Design {
-    /// Each point has [`Design::seeds`] cases; `None` for more than [`MAX_CASES`] cases.
+    /// `None` for more than [`MAX_CASES`] cases.
     #[must_use]
     pub fn points(&self) -> Option<u64> {
         let points = match self.scheme {
@@ -161,7 +159,7 @@ pub struct UnitCoordinates<'a> {
 }
 
 impl UnitCoordinates<'_> {
-    /// From 0 to below 1 on each axis.
+    /// Each coordinate is from 0 to below 1.
     pub fn of(&self, case: u64, coordinates: &mut Vec<f64>) {
         let point = case / self.design.seeds;
         coordinates.clear();

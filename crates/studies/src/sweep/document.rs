@@ -17,10 +17,8 @@ use trocar_scenario::unit_of;
 #[derive(Debug, Clone, Copy)]
 pub struct SweepReport<'a> {
     pub design: &'a Design,
-    /// Of the inputs.
     pub hash: &'a str,
     pub findings: &'a Findings,
-    /// The cases to draw, for a report.
     pub cases: Option<&'a DrawnCases>,
 }
 

@@ -7,10 +7,9 @@ const MAX_CASES: u64 = 2_000;
 
 const MAX_CHARTS: usize = 16;
 
-/// For medians over an axis without levels, or with too many.
+/// Classes for medians over an axis without levels, or with too many.
 const CLASSES: usize = 20;
 
-/// Axes and metrics in focus of the cases that a report draws.
 #[derive(Clone, Debug)]
 pub struct DrawnCases {
     axes: Vec<Vec<f64>>,
@@ -19,8 +18,7 @@ pub struct DrawnCases {
 }
 
 impl DrawnCases {
-    /// One case from each of equal parts. Its position varies between parts, because a regular step could skip a level
-    /// of an axis.
+    /// The position within each of equal parts varies, because a regular step could skip a level of an axis.
     pub fn of(design: &Design, rows: &Rows) -> Result<Self, SweepError> {
         let all = design.cases();
         let parts = all.min(MAX_CASES);
@@ -109,7 +107,7 @@ fn chart(column: &Column, axis: &Axis, values: &[f64], metrics: &[f64]) -> Figur
     })
 }
 
-/// Each median is at the middle case of its class. Few distinct values of x are classes of their own.
+/// Few distinct values of x are classes of their own.
 fn medians(cases: &[(f64, f64)], log: bool) -> Vec<(f64, f64)> {
     let mut medians = vec![];
     let Some((&(low, _), &(high, _))) = cases.first().zip(cases.last()) else { return medians };

@@ -12,7 +12,7 @@ pub enum SweepError {
     #[error("case {case} ({values}): {source}")]
     Case {
         case: u64,
-        /// Of the axes.
+        /// Values of the axes.
         values: String,
         source: Box<RunError>,
     },
@@ -31,10 +31,9 @@ pub enum SweepError {
         path = path.display()
     )]
     Busy {
-        /// Of the part that another process computes.
+        /// File of the part that another process computes.
         path: PathBuf,
     },
-    /// The parts do not form a complete sweep.
     #[error("{message}")]
     Parts {
         /// Cause and remedy.
@@ -42,14 +41,13 @@ pub enum SweepError {
     },
     #[error("{path}: {source}; complete cases are kept, and the same command continues the sweep", path = path.display())]
     Io {
-        /// Of the file that cannot be read or written.
+        /// File that cannot be read or written.
         path: PathBuf,
         source: std::io::Error,
     },
 }
 
 impl SweepError {
-    /// True if the input is the cause.
     #[must_use]
     pub fn is_input(&self) -> bool {
         match self {

@@ -14,13 +14,12 @@ use crate::run::RunError;
 use trocar_engine::sensor::NoiseBank;
 use trocar_run::ports;
 
-/// In the caches of all threads, 64 MB.
+/// 64 MB over all threads.
 const MAX_NUMBERS_KEPT: usize = 8 << 20;
 
 /// Settings that do not change the results.
 #[derive(Debug, Clone, Copy)]
 pub struct Execution {
-    /// At least 1.
     pub threads: usize,
     /// True if cases that differ only in the detector's threshold share runs.
     pub shares_runs: bool,
@@ -29,14 +28,13 @@ pub struct Execution {
 pub struct Progress<'a> {
     /// Once set, no new pack starts; packs in progress are completed and stored.
     pub stop: &'a AtomicBool,
-    /// Called once with the number of cases that were complete before.
+    /// Number of cases that were complete before.
     pub begun: &'a dyn Fn(u64),
-    /// Called with the number of newly completed cases.
+    /// Number of newly completed cases.
     pub done: &'a (dyn Fn(u64) + Sync),
 }
 
-/// Runs the missing packs of a part, in any order, and returns the number of complete cases. A failure is that of the
-/// case with the lowest number.
+/// Returns the number of complete cases. An error is that of the failed case with the lowest number.
 pub fn execute(plan: &Plan, part: &Part, how: Execution, progress: &Progress<'_>) -> Result<u64, SweepError> {
     let Execution { threads, shares_runs } = how;
     let before = part.cases_done()?;
@@ -57,8 +55,7 @@ pub fn execute(plan: &Plan, part: &Part, how: Execution, progress: &Progress<'_>
     let layout = part.layout();
     let cases = layout.cases_of(packs.start).start..layout.cases_of(packs.end).start;
     let shared = if shares_runs { SharedRuns::of(plan, cases) } else { None };
-    // A thread takes whole groups of cases that share runs, so no other thread runs the same cases; at most a share, so
-    // every thread has work.
+    // A thread takes whole groups of cases that share runs, but at most a share, so every thread has work.
     let fair_share = (packs.end - packs.start) / (4 * threads as u64);
     let packs_per_turn = shared.as_ref().map_or(1, |shared| shared.span().div_ceil(PACK_CASES).min(fair_share).max(1));
     let work = || {

@@ -49,7 +49,7 @@ pub(super) struct SweepFile {
     pub(super) columns: Vec<Column>,
     pub(super) focus: Vec<usize>,
     pub(super) csv: bool,
-    /// With the current names.
+    /// Former and current names of metrics.
     pub(super) former_names: Vec<(String, String)>,
 }
 

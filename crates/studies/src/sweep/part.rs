@@ -10,7 +10,6 @@ use std::sync::{Mutex, PoisonError};
 
 use super::error::SweepError;
 
-/// Consecutive cases that run together.
 pub const PACK_CASES: u64 = 8;
 
 const BLOCK_PACKS: u64 = 1024;
@@ -60,13 +59,11 @@ impl Outcome {
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
-    /// Identifies the sweep of a slot.
     pub key: u64,
-    /// Number of values per case.
+    /// Values per case.
     pub columns: usize,
-    /// Of the whole sweep.
+    /// Cases of the whole sweep.
     pub cases: u64,
-    /// Of this part.
     pub packs: Range<u64>,
 }
 
@@ -186,7 +183,6 @@ impl Part {
         write().map_err(|error| self.failed(error))
     }
 
-    /// True if the slot of a pack is intact.
     pub fn has(&self, pack: u64) -> Result<bool, SweepError> {
         let mut slots = vec![];
         self.read(pack..pack + 1, &mut slots)?;
@@ -235,12 +231,12 @@ impl Part {
     }
 }
 
-/// The parts of a whole sweep, in order.
+/// Ordered parts of a whole sweep.
 #[derive(Debug)]
 pub struct Rows(pub Vec<Part>);
 
 impl Rows {
-    /// In order; undefined values are NaN.
+    /// Undefined values are NaN.
     pub fn each(&self, mut each: impl FnMut(u64, Outcome, &[f64]) -> Result<(), SweepError>) -> Result<(), SweepError> {
         let mut values = vec![];
         for part in &self.0 {

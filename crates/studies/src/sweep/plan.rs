@@ -13,11 +13,10 @@ use trocar_scenario::{
     CaseFactory, Kind, Place, Scenario, ScenarioError, Source, Template, Value, entries, harmless_name, is_axis,
 };
 
-/// A validated sweep.
 #[derive(Debug, Clone)]
 pub struct Plan {
     pub design: Design,
-    /// With the current names.
+    /// Former and current names of metrics.
     pub former_names: Vec<(String, String)>,
     template: Template,
     canonical: String,
@@ -32,15 +31,14 @@ pub fn is_sweep(source: &Source) -> bool {
 }
 
 impl Plan {
-    /// Loads a sweep file and its scenario, overridden by `section.key=value` settings, and checks the corners of its
-    /// axes.
+    /// Checks the corners of the axes. `settings` are `section.key=value` texts that override the file.
     pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
         let file = SweepFile::of(entries(source)?, false)?;
         let (varied, place) = base_of(&file, source)?;
         Self::of(file, source, (&varied, Some(place)), settings)
     }
 
-    /// For a sweep file without a base.
+    /// The sweep file names no base.
     pub fn over(source: &Source, base: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
         let file = SweepFile::of(entries(source)?, false)?;
         if let Some(entry) = &file.base {
@@ -75,7 +73,7 @@ impl Plan {
         Ok(plan)
     }
 
-    /// All inputs of the sweep with the resolved scenario and the version. Equal texts mean equal sweeps.
+    /// All inputs of the sweep. Equal texts mean equal sweeps.
     #[must_use]
     pub fn canonical(&self) -> &str {
         &self.canonical
@@ -87,7 +85,7 @@ impl Plan {
         sha256(self.canonical.as_bytes())
     }
 
-    /// True if the scenario or an axis sets a key, so that no other key determines its value.
+    /// True if no other key determines the value.
     #[must_use]
     pub fn gives(&self, path: &str) -> bool {
         self.template.gives(path)
@@ -196,7 +194,7 @@ fn design(file: SweepFile, stem: String, first_seed: u64) -> Design {
     }
 }
 
-/// From a stored canonical text.
+/// The source is a stored canonical text.
 pub fn stored_design(source: &Source) -> Result<Design, ScenarioError> {
     Ok(design(SweepFile::of(entries(source)?, true)?, harmless_name(&source.stem()), 1))
 }
@@ -206,7 +204,7 @@ fn describe(design: &Design, values: &[Value]) -> String {
     axes.map(|(axis, value)| format!("{} = {}", axis.key.path, value.to_toml())).collect::<Vec<_>>().join(", ")
 }
 
-/// The lines that only one of the texts contains, by section.
+/// Lines that only one of the texts contains, by section.
 #[must_use]
 pub fn difference(stored: &str, current: &str) -> String {
     let lines = |text: &str| {

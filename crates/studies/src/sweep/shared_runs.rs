@@ -1,5 +1,5 @@
-//! Shared runs of cases that differ only in the detector's threshold. Cases of the higher thresholds for which a run is
-//! identical ([`run_with_equivalents`](super::equivalent_thresholds::run_with_equivalents)) need no run.
+//! Cases that differ only in the detector's threshold share a run if it is identical for them
+//! ([`run_with_equivalents`](super::equivalent_thresholds::run_with_equivalents)).
 
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
@@ -10,7 +10,7 @@ use super::design::SamplingScheme;
 use super::part::Outcome;
 use super::plan::Plan;
 
-/// Number of stored results over all groups; beyond it, all are removed.
+/// Beyond it, all stored results are removed.
 const MAX_KEPT: usize = 1 << 20;
 
 #[derive(Debug, Clone)]
@@ -22,7 +22,7 @@ pub(super) struct Row {
 #[derive(Debug)]
 pub(super) struct SharedRuns {
     thresholds: Vec<f64>,
-    /// Distance of two cases with consecutive thresholds.
+    /// Distance of cases with consecutive thresholds.
     stride: u64,
     cases: Range<u64>,
     known: Mutex<Known>,
@@ -37,10 +37,10 @@ struct Known {
 
 #[derive(Debug)]
 struct Group {
-    /// For each threshold, the index of its result in `rows`.
+    /// Index in `rows` for each threshold.
     places: Vec<Option<u32>>,
     rows: Vec<Row>,
-    /// The group's cases in the part that have not been read.
+    /// Cases of the group that have not been read.
     unread: usize,
 }
 
@@ -64,7 +64,7 @@ impl SharedRuns {
         self.stride * self.thresholds.len() as u64
     }
 
-    /// The first case of the group, and the index of the case's threshold.
+    /// First case of the group, and index of the threshold.
     fn place(&self, case: u64) -> (u64, usize) {
         let at = (case / self.stride) % self.thresholds.len() as u64;
         (case - at * self.stride, at as usize)
@@ -95,7 +95,7 @@ impl SharedRuns {
         Some(row)
     }
 
-    /// The thresholds below `cap` to track in the run of a case, which starts now.
+    /// Thresholds below `cap` to track in a case that starts now.
     pub(super) fn higher(&self, case: u64, cap: f64) -> Vec<f64> {
         let (first, at) = self.place(case);
         let mut known = self.known();

@@ -31,7 +31,7 @@ const TABLE: [(u64, &[u64]); 20] = [
 /// One coordinate of Sobol's sequence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sobol {
-    /// By bit of the index, the lowest first; the leading bit of a coordinate is bit 51.
+    /// Index 0 is the lowest bit of the index; the leading bit of a coordinate is bit 51.
     directions: [u64; BITS as usize],
 }
 
@@ -57,8 +57,8 @@ impl Sobol {
         Self { directions }
     }
 
-    /// In [0, 1), in the order of the Gray code (Antonov and Saleev, 1979). The 52 lowest bits of `shift` invert bits:
-    /// this keeps the sequence even, and moves the first point off the corner.
+    /// In [0, 1), in the order of the Gray code (Antonov and Saleev, 1979). The 52 lowest bits of `shift` invert bits,
+    /// which keeps the sequence even and moves the first point off the corner.
     #[must_use]
     pub fn coordinate(&self, index: u64, shift: u64) -> f64 {
         let mut left = index ^ (index >> 1);

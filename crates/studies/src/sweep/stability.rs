@@ -7,7 +7,7 @@ use trocar_stability::{
     Analysis, ClosedLoop, LinearLoop, Margins, Mode, Peaks, Switching, SwitchingSettings, VaryingDelays, left_out,
 };
 
-/// Each part is computed at its first use.
+/// Computes each part at its first use.
 #[derive(Debug)]
 pub struct LoopOfCase<'a> {
     scenario: &'a Scenario,

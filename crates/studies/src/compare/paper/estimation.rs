@@ -27,7 +27,7 @@ fn range_text((low, high): (f64, f64)) -> String {
     format!("{low:.2} to {high:.2} N")
 }
 
-/// The viscous share of the true force of the first layer, at the needle's entry.
+/// Viscous share of the true force at the entry into the first layer.
 fn true_viscous_share(run: &Run, velocity: f64) -> Option<f64> {
     let Some(TissueSettings::Layers(tissue)) = run.scenario.tissue.settings() else { return None };
     // A layer's force is its spring force times `1 + damping v`.
@@ -35,7 +35,7 @@ fn true_viscous_share(run: &Run, velocity: f64) -> Option<f64> {
     Some(factor / (1.0 + factor))
 }
 
-/// Section, subject, the paper's number. The error depends on the estimator's settings.
+/// The strings are section, subject and the paper's number.
 fn of_settings(
     [section, what, text]: [&'static str; 3],
     paper: f64,
@@ -359,7 +359,7 @@ impl PaperStudy {
         ]
     }
 
-    /// Root mean square of the stiffness's changes between samples in the quiet stretches, in N/m.
+    /// Root mean square of the stiffness's changes between samples, in N/m.
     fn wandering(&self, run: &Run) -> f64 {
         let stiffness = &run.trace.stiffness_n_per_m;
         let squares = self.quiet.iter().flat_map(|stretch| {

@@ -42,7 +42,7 @@ const RUNS: [(&str, &[&str]); 12] = [
     ("paper/classical", &["slave.damping=as-printed"]),
 ];
 
-/// Time after a rupture until the estimate has converged again; not part of a quiet stretch.
+/// Time after a rupture until the estimate has converged again.
 const TRANSIENT_S: f64 = 0.5;
 /// Variance of the residual without changes in the paper (4.3).
 pub const PAPER_VARIANCE_N2: f64 = 4e-4;
@@ -51,11 +51,10 @@ pub const PAPER_VARIANCE_N2: f64 = 4e-4;
 pub struct PaperFigure {
     /// `None` for the statements that no figure shows.
     pub number: Option<u8>,
-    /// The paper's figure.
+    /// What the paper's figure shows.
     pub shows: &'static str,
-    /// The reproduced figure.
+    /// What the reproduced figure shows.
     pub ours: &'static str,
-    /// The differences and their reasons.
     pub differs: &'static str,
     pub statements: Vec<Statement>,
 }
@@ -65,7 +64,7 @@ pub struct PaperFigure {
 pub struct QuietStretch {
     pub from_to_s: (f64, f64),
     pub residual_n: Vec<f64>,
-    /// `None` for a stretch that is too short.
+    /// `None` if the stretch is too short.
     pub tests: Option<Whiteness>,
 }
 
@@ -94,7 +93,7 @@ pub struct PaperStudy {
     classical_settings: Varied<OfSettings>,
     /// Mean absolute errors of direct access, with K and B and with K alone.
     direct_default_n: [f64; 2],
-    /// For the squared residual and for eq. 26.
+    /// For the squared residual, and for eq. 26.
     thresholds: [Varied<Option<(f64, f64)>>; 2],
     quiet: Vec<QuietStretch>,
     drawn: [Run; 3],

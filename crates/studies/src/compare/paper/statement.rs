@@ -34,7 +34,7 @@ impl From<bool> for Judgement {
 }
 
 impl Judgement {
-    /// Over variations that the paper leaves open: not checkable if only some meet the condition.
+    /// Not checkable if only some variations meet the condition.
     pub(super) fn over(met: impl IntoIterator<Item = bool>) -> Self {
         let met: Vec<bool> = met.into_iter().collect();
         if met.iter().all(|met| *met) {
@@ -69,7 +69,7 @@ pub struct Statement {
 }
 
 impl Statement {
-    /// Section, subject, the paper's number, the condition for *reproduced*.
+    /// The strings are section, subject, the paper's number and the condition for *reproduced*.
     pub(super) fn checked(
         [section, what, paper, condition]: [&'static str; 4],
         ours: impl Into<String>,
@@ -81,7 +81,7 @@ impl Statement {
         Self { number, section, what, paper, condition, ours, judgement, why }
     }
 
-    /// A statement that cannot be checked: section, subject, the paper's number.
+    /// The strings are section, subject and the paper's number.
     pub(super) fn open(
         [section, what, paper]: [&'static str; 3],
         ours: impl Into<String>,

@@ -7,7 +7,6 @@ use crate::run::Run;
 use trocar_core::augmentation::ForceLawSettings;
 use trocar_metrics::{EventMetrics, Outcome, RuptureMetrics};
 
-/// Before and after the first rupture in figures 15 and 16.
 const BEFORE_S: f64 = 0.4;
 const AFTER_S: f64 = 1.6;
 
@@ -128,7 +127,7 @@ impl PaperStudy {
         ]
     }
 
-    /// The spring-back of the arm when the force at the first rupture vanishes: `F (1/k_a + 1/k_h)`.
+    /// The spring-back of the arm when the force vanishes: `F (1/k_a + 1/k_h)`.
     fn arm_release_mm(&self) -> f64 {
         let run = &self.classical;
         let arm = &run.scenario.arm;

@@ -2,7 +2,7 @@
 pub struct Strategy {
     pub name: &'static str,
     pub meaning: &'static str,
-    /// As `section.key=value`.
+    /// `section.key=value` texts.
     pub settings: &'static [&'static str],
 }
 

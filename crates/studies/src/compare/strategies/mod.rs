@@ -31,15 +31,15 @@ use trocar_run::run_pack_observed;
 use trocar_scenario::{CaseFactory, Scenario, ScenarioError, Source, Template};
 use trocar_stability::ClosedLoop;
 
-/// Size of a thread's noise bank, 8 MB.
+/// 8 MB per thread.
 const KEPT_NUMBERS: usize = 1 << 20;
 
 #[derive(Debug, Clone)]
 pub struct StrategyOptions {
     pub persons: Vec<&'static Person>,
-    /// Maximum number of points of the sweep file, or of members of a scenario's group.
+    /// Maximum number of points of the sweep file, or of members of a group.
     pub patients: u64,
-    /// Number of seeds per patient and person.
+    /// Seeds per patient and person.
     pub seeds: u64,
 }
 
@@ -77,8 +77,8 @@ pub struct FalseAlarmCost {
     pub excess_m: f64,
 }
 
-/// Minimum share of the ruptures reached, relative to no strategy, for a comparison: the excess does not describe a
-/// needle that stops before the layer.
+/// Minimum share of the ruptures reached, relative to no strategy: the excess does not describe a needle that stops
+/// before the layer.
 pub(super) const REACHED_SHARE: f64 = 0.95;
 
 /// The results of a strategy over all patients, persons and seeds.
@@ -386,10 +386,8 @@ impl StrategyRow {
 }
 
 impl StrategyStudy {
-    /// Runs every strategy with every person on a scenario or on the patients of a sweep file. The results do not
-    /// depend on the threads.
-    ///
-    /// False alarms are raised in separate runs, with the first seed, halfway to the patient's first rupture.
+    /// The results do not depend on the threads. False alarms are raised in separate runs, with the first seed, halfway
+    /// to the patient's first rupture.
     pub fn of(
         source: &Source,
         settings: &[String],

@@ -10,12 +10,12 @@ use trocar_scenario::population::{Arms, PeopleSettings, PopulationSettings, log_
 /// Separates these random numbers from others with the same seed.
 const DOMAIN: u64 = 0x7065_6f70_6c65;
 
-/// A person or a group. Everyone stops on noticing a drop of the force.
+/// Everyone stops on noticing a drop of the force.
 #[derive(Debug, Clone, Copy)]
 pub struct Person {
     pub name: &'static str,
     pub meaning: &'static str,
-    /// Sets the perception of the person, or the medians of the group.
+    /// Sets the person's perception, or the group's medians.
     pub decide: fn(&mut PerceptionSettings),
     /// `None` for one person.
     pub group: Option<Group>,
@@ -26,7 +26,6 @@ pub struct Person {
 pub struct Group {
     /// Factor on the stiffness, damping and mass of the scenario's arm.
     pub arm: f64,
-    /// Grips and arms around the scaled arm.
     pub arms: PeopleSettings,
     pub weber_spread: f64,
     pub criterion_spread: f64,
@@ -46,9 +45,9 @@ fn practise(of: &mut PerceptionSettings) {
     of.reaction_std_s = 0.03;
 }
 
-/// The settings are chosen here, in the directions of the sources: experienced surgeons detect contact sooner than
-/// novices (Zhou et al., Surg. Endosc. 22, 2008); children of 5 to 6 years do not discriminate grip forces by a
-/// constant Weber fraction, as adults do (Murase et al., Percept. Mot. Skills 82, 1996).
+/// Chosen here, in the directions of the sources: experienced surgeons detect contact sooner than novices (Zhou et al.,
+/// Surg. Endosc. 22, 2008); children of 5 to 6 years do not discriminate grip forces by a constant Weber fraction
+/// (Murase et al., Percept. Mot. Skills 82, 1996).
 pub const PERSONS: [Person; 6] = [
     Person { name: "attentive", meaning: "The [perception] of the scenario.", decide: |_| {}, group: None },
     Person {
@@ -97,8 +96,7 @@ impl Person {
         PERSONS.iter().find(|person| person.name == name)
     }
 
-    /// Replaces the operator by the person, or by the patient's member of the group. All groups draw the same random
-    /// numbers, so they differ only by their settings.
+    /// All groups draw the same random numbers, so they differ only by their settings.
     pub(crate) fn replace_operator(&self, scenario: &mut Scenario, patient: u64) {
         let Perception::Psychometric(perception) = &mut scenario.perception else { return };
         (self.decide)(perception);

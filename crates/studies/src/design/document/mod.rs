@@ -18,9 +18,7 @@ pub struct DesignStudy<'a> {
     pub problem: &'a Problem,
     pub state: &'a State,
     pub front: &'a Front,
-    /// The designs and the shipped strategies on other patients.
     pub validation: &'a Validation,
-    /// The other patients.
     pub fresh: &'a Patients,
     /// Number of patients of the search.
     pub patients: usize,

@@ -62,7 +62,7 @@ fn perceiving() -> Vec<(String, String)> {
     crate::compare::PERCEIVING.iter().filter_map(|setting| split(setting)).collect()
 }
 
-/// In the order of the first keys; the last value of a key applies.
+/// The last value of a key applies.
 fn write_keys(text: &mut String, keys: Vec<(String, String)>) {
     let mut sections: Vec<(String, Vec<(String, String)>)> = vec![];
     for (path, value) in keys {
@@ -91,7 +91,7 @@ fn write_keys(text: &mut String, keys: Vec<(String, String)>) {
     }
 }
 
-/// Every value, for a base that is a file: the path to it depends on the folder.
+/// Every value, because the path to a base file depends on the folder.
 fn whole(study: &DesignStudy<'_>, values: &[Value], name: &str) -> String {
     let problem = study.problem;
     let open: Vec<&crate::sweep::Axis> = problem.free.iter().collect();

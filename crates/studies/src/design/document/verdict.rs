@@ -57,7 +57,6 @@ fn of_knee(study: &DesignStudy<'_>, knee: &Designed) -> String {
     )
 }
 
-/// The feasible shipped strategies that the knee dominates, and those that are better in an objective.
 fn comparison(study: &DesignStudy<'_>) -> Option<String> {
     let feasible = study.validation.shipped.iter().filter(|shipped| shipped.is_feasible);
     let related: Vec<(&str, (usize, usize))> =

@@ -1,5 +1,5 @@
-//! NSGA-II, an evolutionary search for a Pareto front under constraints (Deb, Pratap, Agarwal and Meyarivan, IEEE
-//! Trans. Evol. Comput. 6, 2002).
+//! NSGA-II, an evolutionary search for a Pareto front under constraints (Deb et al., IEEE Trans. Evol. Comput. 6,
+//! 2002).
 //!
 //! A point is *constraint-dominant* over another if it is feasible against infeasible, less violated among infeasible
 //! points, or Pareto-dominant among feasible ones. Points of the same rank are compared by their crowding distance.
@@ -19,7 +19,7 @@ pub use volume::hypervolume;
 pub struct Point {
     /// Minimised; not used for an infeasible point.
     pub objectives: Vec<f64>,
-    /// Sum of the relative violations; 0 if feasible, infinite if the worst.
+    /// Sum of the relative violations: 0 if feasible, infinite for the worst.
     pub violation: f64,
 }
 
@@ -27,7 +27,7 @@ pub struct Point {
 pub struct Standing {
     /// 0 for points that no other point dominates.
     pub rank: usize,
-    /// Crowding distance within the rank; infinite for a point with an extreme objective.
+    /// Infinite for a point with an extreme objective.
     pub crowding: f64,
 }
 
@@ -76,7 +76,7 @@ pub fn standings(points: &[Point]) -> Vec<Standing> {
     standings
 }
 
-/// For each objective, the distance between the two neighbours as a share of the objective's range.
+/// Distance between the two neighbours as a share of the objective's range, summed over the objectives.
 fn crowding(points: &[Point], front: &[usize]) -> Vec<f64> {
     let objectives = front.iter().map(|&index| points[index].objectives.len()).min().unwrap_or(0);
     let mut distances = vec![0.0_f64; front.len()];
@@ -97,7 +97,7 @@ fn crowding(points: &[Point], front: &[usize]) -> Vec<f64> {
     distances
 }
 
-/// The preferred points first; equal standings are ordered by index.
+/// Preferred points first; equal standings by index.
 #[must_use]
 pub fn survivors(points: &[Point], count: usize) -> Vec<usize> {
     let standings = standings(points);
@@ -110,7 +110,7 @@ pub fn survivors(points: &[Point], count: usize) -> Vec<usize> {
     order
 }
 
-/// The indices of the feasible points that no other feasible point dominates, ascending.
+/// Indices of the feasible points that no other one dominates, ascending.
 #[must_use]
 pub fn front(points: &[Point]) -> Vec<usize> {
     let is_feasible = |point: &&Point| point.violation <= 0.0;
@@ -121,8 +121,8 @@ pub fn front(points: &[Point]) -> Vec<usize> {
     (0..points.len()).filter(|&index| on_front(&points[index])).collect()
 }
 
-/// At most `count` points of a front, ascending: `first` if it is on the front, the extremes of every objective, then
-/// repeatedly the point that is farthest from all chosen ones, with every objective as a share of its range.
+/// At most `count` points, ascending: `first`, the extremes of every objective, then repeatedly the point that is
+/// farthest from all chosen ones.
 #[must_use]
 pub fn spread(points: &[Point], front: &[usize], first: Option<usize>, count: usize) -> Vec<usize> {
     let scaled = scaled(points, front);
@@ -150,7 +150,7 @@ pub fn spread(points: &[Point], front: &[usize], first: Option<usize>, count: us
     indices
 }
 
-/// The point with the smallest distance to the ideal point, with every objective as a share of its range on the front.
+/// The point with the smallest distance to the ideal point.
 #[must_use]
 pub fn knee(points: &[Point], front: &[usize]) -> Option<usize> {
     let distance = |scaled: &Vec<f64>| scaled.iter().map(|share| share * share).sum::<f64>();
@@ -159,7 +159,7 @@ pub fn knee(points: &[Point], front: &[usize]) -> Option<usize> {
     nearest.map(|place| front[place])
 }
 
-/// As shares of the objectives' ranges on the front; 0 for an objective without a range.
+/// Shares of the objectives' ranges on the front; 0 for an objective without a range.
 #[must_use]
 pub fn scaled(points: &[Point], front: &[usize]) -> Vec<Vec<f64>> {
     let objectives = front.first().map_or(0, |&index| points[index].objectives.len());

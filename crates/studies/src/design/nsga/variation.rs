@@ -8,11 +8,11 @@ const CROSSOVER_INDEX: f64 = 20.0;
 const MUTATION_INDEX: f64 = 20.0;
 const CROSSOVER: f64 = 0.9;
 
-/// Its value is a coordinate from 0 to below 1.
+/// A coordinate is from 0 to below 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Gene {
     Number,
-    /// One of so many choices, each with an equal part of the coordinates.
+    /// Number of choices, each with an equal part of the coordinates.
     Choice(u64),
 }
 
@@ -29,9 +29,8 @@ impl Gene {
 
 const LAST: f64 = 1.0 - f64::EPSILON;
 
-/// Each parent is the preferred one of two random points. Numbers: simulated binary crossover and polynomial mutation,
-/// both bounded. Choices: one of the parents' by an even chance, and another one by mutation. On average one gene
-/// mutates.
+/// Each parent is the preferred one of two random points. Numbers use bounded simulated binary crossover and polynomial
+/// mutation; a choice is that of either parent, or another one by mutation. On average one gene mutates.
 pub fn child(genes: &[Gene], parents: &[&[f64]], standings: &[Standing], random: &mut ChaCha8Rng) -> Vec<f64> {
     let mut select = || {
         let (a, b) = (random.random_range(0..parents.len()), random.random_range(0..parents.len()));
@@ -61,7 +60,7 @@ pub fn child(genes: &[Gene], parents: &[&[f64]], standings: &[Standing], random:
     genes.iter().zip(first.iter().zip(second)).map(|(gene, (a, b))| of_gene(*gene, *a, *b).clamp(0.0, LAST)).collect()
 }
 
-/// One of the two children of the bounded simulated binary crossover (Deb and Agrawal, *Complex Systems* 9, 1995).
+/// Bounded simulated binary crossover (Deb and Agrawal, *Complex Systems* 9, 1995).
 fn crossed(a: f64, b: f64, random: &mut ChaCha8Rng) -> f64 {
     let (low, high) = (a.min(b), a.max(b));
     let (u, takes_upper): (f64, bool) = (random.random(), random.random());

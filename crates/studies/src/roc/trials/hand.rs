@@ -6,18 +6,15 @@ use super::{log_uniform, one_of, uniform};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Hand {
     Ramp,
-    /// From rest to rest.
     Smooth,
     Stab,
-    /// With tremor.
     Tremble,
-    /// With stops.
     Stops,
     Presses,
     Taps,
 }
 
-/// Points of the desired position, with smooth or linear motion between them.
+/// Desired position, smooth or linear between points.
 #[derive(Debug, Clone)]
 pub(super) struct Path {
     /// Time in s and position in m, ascending in time.

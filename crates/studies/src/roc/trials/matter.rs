@@ -2,16 +2,15 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{STEP_S, log_uniform, uniform};
 
-/// Falls closer than this are one event: a force sensor cannot distinguish two steps.
+/// Minimum distance of falls: a force sensor cannot distinguish two steps.
 const APART_S: f64 = 0.05;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Matter {
-    /// One to three membranes, each of which ruptures.
+    /// One to three ruptures.
     Membranes,
     /// The force grows with the square of the depth, with friction.
     Foam,
-    /// With a damper.
     Spring,
     RigidStop,
     Nothing,
@@ -21,8 +20,8 @@ pub enum Matter {
 pub struct Fall {
     pub start_s: f64,
     pub duration_s: f64,
-    /// Between two noise-free samples. Smaller than the drop of the layer if other layers load the needle meanwhile, or
-    /// if the sensor is too slow.
+    /// Fall between two noise-free samples: less than the drop of the layer if other layers load the needle meanwhile,
+    /// or if the sensor is too slow.
     pub drop_n: f64,
 }
 
@@ -161,7 +160,7 @@ impl Contact {
         if is_machine && self.matter != Matter::RigidStop { 1e-5 } else { 1.0 / log_uniform(random, 1000.0, 5000.0) }
     }
 
-    /// Without damping and friction. Lets layers rupture.
+    /// Lets layers rupture. Damping and friction are added later.
     fn static_n(&mut self, time_s: f64, position_m: f64) -> f64 {
         let depth_m = position_m - self.surface_m;
         if depth_m <= 0.0 {
@@ -184,8 +183,8 @@ impl Contact {
         force_n
     }
 
-    /// The velocity of the needle in m/s and the force on it in N. A hand with a compliance (m/N) and a lag (s) pulls
-    /// the needle towards `wanted_m`.
+    /// Velocity of the needle in m/s and force on it in N. A hand with a compliance (m/N) and a lag (s) pulls the
+    /// needle towards `wanted_m`.
     pub(super) fn step(&mut self, time_s: f64, position_m: f64, wanted_m: f64, hand: (f64, f64)) -> (f64, f64) {
         let (compliance, lag_s) = hand;
         let static_n = self.static_n(time_s, position_m);

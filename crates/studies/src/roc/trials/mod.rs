@@ -1,4 +1,4 @@
-//! Synthetic recordings drawn from a seed, from the ranges of recorded needle insertions and teleoperators.
+//! Synthetic recordings from the ranges of recorded needle insertions and teleoperators.
 //!
 //! The mechanics are integrated in steps of 0.1 ms and then sampled, so a fast fall lies between two samples of a slow
 //! sensor, as in reality.
@@ -31,7 +31,7 @@ const WITHOUT_RUPTURE: f64 = 0.4;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactKnowledge {
     Known,
-    /// With an error of some millimetres.
+    /// The error is some millimetres.
     Wrong,
     /// Every sample counts as in contact.
     FromFirstSample,
@@ -41,14 +41,12 @@ pub enum ContactKnowledge {
 pub struct Trial {
     pub seed: u64,
     pub tick_s: f64,
-    /// Increases into the tissue.
+    /// Positive into the tissue.
     pub position_m: Vec<f64>,
-    /// Positive when it resists insertion.
+    /// Positive when resisting insertion.
     pub force_n: Vec<f64>,
-    /// For the estimator.
     pub contact_m: f64,
     pub knowledge: ContactKnowledge,
-    /// Ascending.
     pub falls: Vec<Fall>,
     pub noise_std_n: f64,
     pub noise: Noise,
@@ -73,7 +71,7 @@ fn one_of<T: Copy>(random: &mut ChaCha8Rng, all: &[T]) -> T {
 }
 
 impl Trial {
-    /// The seeds of a study are above this number, those on which the detectors' settings were chosen below.
+    /// The detectors' settings were chosen on seeds below; studies use seeds above.
     pub const BEFORE_FIRST: u64 = 2_000_000;
 
     #[must_use]
@@ -139,7 +137,7 @@ impl Trial {
     }
 }
 
-/// Minimum fall that a detector is expected to find.
+/// Smaller falls may be missed.
 const MIN_NOISE_STDS: f64 = 6.0;
 
 const MIN_DROP_N: f64 = 0.2;
@@ -166,7 +164,7 @@ impl Trial {
     }
 }
 
-/// Maximum change of the position that is rounding.
+/// Smaller changes of the position are rounding.
 const ROUNDING_M: f64 = 1e-9;
 const MAX_STEP_M: f64 = 1e-3;
 

@@ -6,17 +6,16 @@ use super::{log_uniform, uniform};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Noise {
     White,
-    /// Over 1 to 10 ms.
+    /// Correlated over 1 to 10 ms.
     Correlated,
-    /// With half of the standard deviation, rounded to steps.
+    /// Half of the standard deviation, rounded to steps.
     Quantised,
     /// One outlier every 2 s.
     Spikes,
     /// Student's t with 3 degrees of freedom.
     HeavyTailed,
-    /// Slow.
     Drift,
-    /// A pulse at 60 to 90 per minute.
+    /// 60 to 90 pulses per minute.
     Heartbeat,
 }
 

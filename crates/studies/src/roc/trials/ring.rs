@@ -1,22 +1,19 @@
-//! The ring-down of the machine after a rupture, and a force sensor that was not tared.
-
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 use super::matter::Fall;
 use super::{log_uniform, uniform};
 
-/// Share of the machines.
 const RINGING: f64 = 0.5;
 const UNTARED: f64 = 0.3;
 
-/// Of sensors that were not tared.
+/// Range for sensors that were not tared.
 const OFFSETS_N: [f64; 2] = [-12.0, 25.0];
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Machine {
     pub ring: Option<Ring>,
-    /// The reading without load.
+    /// Reading without load.
     pub offset_n: f64,
 }
 
@@ -25,14 +22,14 @@ pub struct Machine {
 pub struct Ring {
     /// Initial amplitude as a share of the fall, 0.05 to 0.3.
     pub share: f64,
-    /// 10 to 60, and at most a third of the Nyquist rate.
+    /// From 10 to 60, and at most a third of the Nyquist rate.
     pub frequency_hz: f64,
-    /// Time constant, 0.05 to 0.5.
+    /// From 0.05 to 0.5.
     pub decay_s: f64,
 }
 
 impl Machine {
-    /// The random numbers are independent of those of the rest of the trial.
+    /// Its random numbers are independent of those of the rest of the trial.
     pub(super) fn drawn(seed: u64, tick_s: f64) -> Self {
         let random = &mut ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(1);
@@ -59,7 +56,7 @@ impl Machine {
 }
 
 impl Ring {
-    /// As a share of the fall. It begins downwards, as does a mass that has lost its load.
+    /// Share of the fall. It begins downwards, as a mass does that has lost its load.
     #[must_use]
     pub fn at(&self, since_s: f64) -> f64 {
         let phase = std::f64::consts::TAU * self.frequency_hz * since_s;

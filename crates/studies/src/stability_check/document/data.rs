@@ -17,7 +17,6 @@ pub(super) fn sensitivities(analysis: &Analysis) -> DataTable<'static> {
         .optional("relative_sensitivity", all.iter().map(|s| s.relative))
 }
 
-/// A row per point, with the verdict of its simulated run, if any.
 pub(super) fn map(map: &StabilityMap, check: Option<&Check>) -> DataTable<'static> {
     let points: Vec<(usize, usize)> = map_points(&map.x, &map.y).collect();
     let table = DataTable::new("stability_map")

@@ -1,5 +1,3 @@
-//! The file `stability.json`.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value as Json;

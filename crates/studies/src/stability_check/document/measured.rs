@@ -4,7 +4,7 @@ use serde::Serialize;
 use trocar_document::significant;
 use trocar_stability::{Analysis, MeasuredLoop, MeasuredVerdict, Parameter};
 
-/// Change of a phase between two rows from which it is uncertain.
+/// A larger change of phase between two rows is uncertain.
 const UNCERTAIN_DEG: f64 = 120.0;
 
 /// The loop with measured frequency responses, over the range of their tables.

@@ -212,7 +212,7 @@ pub(super) fn port_table(analysis: &Analysis) -> Table {
     table
 }
 
-/// With the other port terminated as in the scenario.
+/// The other port is terminated as in the scenario.
 pub(super) fn port_passivity(analysis: &Analysis) -> String {
     let ports = &analysis.ports;
     format!(
@@ -262,7 +262,7 @@ pub(super) fn checked_line(check: &Check, left_out: &[LeftOut]) -> String {
     format!("Simulation{without}: {counted}.")
 }
 
-/// The points at which the simulation does not confirm the analysis, and the number of further points.
+/// A few unconfirmed points, and the number of further ones.
 pub(super) fn unconfirmed(map: &StabilityMap, check: &Check) -> Option<(Table, Option<String>)> {
     let columns = [
         (map.x.parameter.key(), map.x.parameter.key()),

@@ -56,7 +56,7 @@ fn of_range(LoopVerdict { settings, range, .. }: &LoopVerdict) -> String {
     }
 }
 
-/// With the largest stable force scale.
+/// Adds the largest stable force scale.
 pub(crate) fn instability(verdict: &LoopVerdict, limit: &Limit) -> String {
     let when = if verdict.range.is_stable_advancing { " when the needle is drawn back" } else { "" };
     let at = significant(limit.value);
@@ -69,7 +69,7 @@ pub(crate) fn instability(verdict: &LoopVerdict, limit: &Limit) -> String {
     }
 }
 
-/// As a continuation of "stable".
+/// Continues "stable".
 fn in_tissue(settings: &LinearLoop) -> String {
     let Springs { stiffness_n_per_m: (low, high), drawn_back_n_per_m, damping_n_s_per_m: (least, most), .. } =
         settings.tissue.springs;
@@ -276,7 +276,7 @@ impl MarginsPart {
 }
 
 impl LoopPart {
-    /// Without the jitter margin.
+    /// Leaves out the jitter margin.
     #[must_use]
     pub fn of(verdict: &LoopVerdict) -> Self {
         let LoopVerdict { settings, mode, margins, .. } = verdict;

@@ -28,12 +28,11 @@ use trocar_scenario::Scenario;
 #[derive(Debug, Clone)]
 pub(super) struct RunWithEquivalents {
     pub(super) metrics: Metrics,
-    /// Possibly incomplete.
+    /// The list may be incomplete.
     pub(super) thresholds: Vec<f64>,
 }
 
-/// In lanes if possible. `higher` lists for each scenario the thresholds to track, between the detector's threshold and
-/// its cap.
+/// `higher` lists for each scenario the thresholds to track, between the detector's threshold and its cap.
 pub(super) fn run_with_equivalents(
     bank: &mut NoiseBank,
     scenarios: &[Scenario],
@@ -44,7 +43,6 @@ pub(super) fn run_with_equivalents(
     runs.map(|run| run.map(|(metrics, thresholds)| RunWithEquivalents { metrics, thresholds })).collect()
 }
 
-/// Without tracked thresholds, and without their cost.
 pub(super) fn run_without_equivalents(
     bank: &mut NoiseBank,
     scenarios: &[Scenario],
@@ -73,11 +71,11 @@ impl RunObserver for TrackedThresholds<'_> {
 
 #[derive(Debug, Clone)]
 struct EquivalentThresholds<L: Lane> {
-    /// `γ` of the lane's run; infinite if no threshold remains.
+    /// Infinite if no threshold remains.
     threshold: L,
-    /// Maximum length of an augmented phase that is identical with any threshold; infinite if no threshold remains.
+    /// An augmented phase up to this length is identical with any threshold.
     max_augmented_ticks: L,
-    /// Including the first; 0 outside an augmented phase.
+    /// Number with the first one; 0 outside an augmented phase.
     augmented_ticks: L,
     runs: Vec<TrackedRun>,
 }
@@ -100,7 +98,6 @@ struct HigherThreshold {
 }
 
 impl<L: Lane> EquivalentThresholds<L> {
-    /// The first scenario is in lane 0.
     fn new(scenarios: &[Scenario], higher: &[Vec<f64>]) -> Self {
         let is_tracked = |lane: usize| higher.get(lane).is_some_and(|higher| !higher.is_empty());
         let tracked = |lane: usize, number: &dyn Fn(&Scenario) -> f64| {
@@ -132,7 +129,7 @@ impl<L: Lane> EquivalentThresholds<L> {
         self.runs[lane].higher.iter().map(|higher| higher.threshold)
     }
 
-    /// For a tick at which `g` exceeds its threshold, or the mode is not teleoperation, in any lane.
+    /// Called if `g` exceeds its threshold, or the mode is not teleoperation, in any lane.
     #[inline(always)]
     fn observe_event(&mut self, s: &SelectedSignals<L>, above: L::Mask) {
         let is_augmented = s.mode.is_augmented();

@@ -4,31 +4,30 @@ use crate::sweep::axis::{Axis, number};
 use crate::sweep::design::{Design, SamplingScheme};
 use trocar_base::moments::Moments;
 
-/// For an axis without levels, and the maximum otherwise.
+/// Number for an axis without levels, otherwise a maximum.
 const MAX_CLASSES: u64 = 40;
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Cell {
-    /// At the centre of the cell.
+    /// Value at the centre of the cell.
     pub x: f64,
     pub y: f64,
     /// Cases in which the metric is defined.
     pub defined: u64,
-    /// Over these cases.
     pub mean: Option<f64>,
     pub mean_ci95_half_width: Option<f64>,
 }
 
-/// The mean of a metric over two axes.
+/// Means of a metric over two axes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HeatMap {
-    /// Of the metric among the columns.
+    /// Index of the metric.
     pub column: usize,
     pub x_axis: usize,
     pub y_axis: usize,
-    /// Number of cells per row.
+    /// Cells per row.
     pub x_count: usize,
-    /// By row, both axes ascending.
+    /// Rows with both axes ascending.
     pub cells: Vec<Cell>,
 }
 
@@ -43,7 +42,7 @@ pub(super) fn class(coordinate: f64, classes: u64) -> usize {
 pub(super) struct Cells<'a> {
     design: &'a Design,
     axes: Option<[(usize, u64); 2]>,
-    /// Ordered by metric in focus, second axis and first axis.
+    /// Ordered by metric in focus, second axis, first axis.
     moments: Vec<Moments>,
 }
 

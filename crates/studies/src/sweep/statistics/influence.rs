@@ -17,10 +17,10 @@ use trocar_base::moments::Moments;
 use trocar_base::quantiles::standard_ranks;
 use trocar_scenario::Value;
 
-/// For an axis without levels, and the maximum otherwise. Chosen here: of a thousand cases, a class has 50.
+/// Number for an axis without levels, otherwise a maximum. Chosen here: of a thousand cases, a class has 50.
 const MAX_CLASSES: u64 = 20;
 
-/// The standard error of a coefficient of 0 is then 0.01.
+/// Makes the standard error of a coefficient of 0 0.01.
 const MAX_RANKED: u64 = 10_000;
 
 /// The influence of one axis on a metric.
@@ -54,26 +54,24 @@ fn as_json<S: serde::Serializer>(value: &Value, serializer: S) -> Result<S::Ok, 
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Influences {
-    /// Of the metric among the columns.
+    /// Index of the metric.
     pub column: usize,
-    /// In descending order.
+    /// Descending.
     pub of_axes: Vec<Influence>,
     /// Share of the ranks' variance that the regression explains.
     pub rank_r_squared: Option<f64>,
-    /// Number of ranked cases.
     pub ranked: u64,
 }
 
 pub(super) struct Inputs<'a> {
     design: &'a Design,
     counts: Vec<u64>,
-    /// By metric in focus.
+    /// One per metric in focus.
     overall: Vec<Moments>,
     by_class: Vec<Vec<Vec<Moments>>>,
-    /// Ascending.
     ranked: Vec<u64>,
     read: usize,
-    /// For the ranked cases: the numbers of the axes, and the metrics in focus.
+    /// Numbers of the axes for the ranked cases.
     axes: Vec<Vec<f64>>,
     metrics: Vec<Vec<f64>>,
 }
@@ -83,7 +81,7 @@ impl<'a> Inputs<'a> {
         let counts: Vec<u64> = design.axes.iter().map(|axis| classes(axis, MAX_CLASSES)).collect();
         let by_class: Vec<Vec<Moments>> =
             counts.iter().map(|&count| vec![Moments::default(); count as usize]).collect();
-        // Random, because a regular selection would always hit the same levels of a grid.
+        // A regular selection would always hit the same levels of a grid.
         let cases = design.cases();
         let order = Permutation::new(cases, 1);
         let mut ranked: Vec<u64> = (0..cases.min(MAX_RANKED)).map(|index| order.at(index)).collect();
@@ -179,7 +177,7 @@ impl<'a> Inputs<'a> {
 }
 
 struct Regression {
-    /// By axis; `None` without ranks.
+    /// `None` without ranks.
     coefficients: Vec<Option<f64>>,
     r_squared: f64,
 }
@@ -208,7 +206,7 @@ fn means(axis: &Axis, classes: &[Moments]) -> Option<[LevelMean; 2]> {
     Some([of(filled().min_by(by_mean)?), of(filled().max_by(by_mean)?)])
 }
 
-/// For a matrix with 1 on the diagonal; `None` if it is singular to 1e-9.
+/// `None` for a matrix that is singular to 1e-9.
 fn solve(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     let factors = matrix.lu();
     if factors.u().diagonal().iter().any(|pivot| pivot.abs() < 1e-9) { None } else { factors.solve(right) }

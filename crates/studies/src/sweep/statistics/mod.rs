@@ -1,5 +1,5 @@
-//! Statistics of a sweep. The rows are read in order, several times, and only counts and sums are stored: the memory
-//! does not grow with the number of cases, and the quantiles are exact.
+//! The rows are read in order, several times, and only counts and sums are stored: the memory does not grow with the
+//! number of cases, and the quantiles are exact.
 
 mod cells;
 mod influence;
@@ -81,9 +81,9 @@ pub struct Findings {
     pub failed: u64,
     pub summaries: Vec<Summary>,
     pub influences: Vec<Influences>,
-    /// The metrics in focus over the first two numeric axes.
+    /// Means over the first two numeric axes.
     pub heat_maps: Vec<HeatMap>,
-    /// About axes without effect.
+    /// Warnings about axes without effect.
     pub warnings: Vec<Warning>,
 }
 
