@@ -1,5 +1,3 @@
-//! Velocity filter, estimator and detector in series, for files and live streams.
-
 use trocar_core::chain::{self, Chain, ChainOutput, Measurement};
 use trocar_core::detector::{AlarmConditions, CusumDetector, Decision, DetectorInput};
 use trocar_core::error::{InvalidValue, positive, require};
@@ -7,38 +5,31 @@ use trocar_core::estimation::{AnyEstimator, Estimate, VelocityFilter};
 use trocar_core::lane::Stored;
 use trocar_scenario::DetectionSettings;
 
-/// Position step in m that is assumed if none is known.
+/// Assumed if no position step is known.
 pub const ASSUMED_STEP_M: f64 = 1e-6;
 
-/// The source of the velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum VelocitySource {
-    /// Measured velocity.
     Measured,
-    /// A Kalman filter estimates the velocity from positions with a given step.
+    /// Estimated by a Kalman filter from positions.
     Filtered {
-        /// The step in m, above 0.
+        /// Above 0.
         step_m: f64,
     },
 }
 
-/// The results of one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct Step {
-    /// Velocity in m/s: measured, or filtered from the positions.
+    /// Measured, or filtered from the positions.
     pub velocity_m_per_s: f64,
-    /// Depth below the contact, in m; negative above it.
+    /// Below the contact; negative above it.
     pub depth_m: f64,
-    /// Output of the estimator.
     pub estimate: Estimate<f64>,
-    /// Output of the detector.
     pub decision: Decision<f64>,
-    /// The conditions on an alarm.
     pub conditions: AlarmConditions<f64>,
 }
 
-/// A velocity source with the detection chain. Memory and time per sample are constant; only the construction
-/// allocates.
+/// Memory and time per sample are constant; only the construction allocates.
 #[derive(Debug, Clone)]
 pub struct DetectionChain {
     filter: Option<VelocityFilter<f64>>,
@@ -46,11 +37,6 @@ pub struct DetectionChain {
 }
 
 impl DetectionChain {
-    /// A chain for samples `interval_s` apart (s).
-    ///
-    /// # Errors
-    /// [`InvalidValue`] if the interval or the position step is not a positive finite number, or a setting is out of
-    /// its range.
     pub fn new(settings: &DetectionSettings, interval_s: f64, velocity: VelocitySource) -> Result<Self, InvalidValue> {
         positive("simulation.tick_s", interval_s)?;
         settings.estimator.validate()?;
@@ -66,8 +52,7 @@ impl DetectionChain {
         Ok(Self { filter, chain: Chain { contact_m: settings.contact_m, estimator, detector } })
     }
 
-    /// The chain that starts anew after a gap in the samples, with the arguments of [`Self::new`]. Only the detector's
-    /// offset of the sensor remains.
+    /// Starts anew after a gap. Only the detector's offset of the sensor remains.
     pub(super) fn restarted(
         self,
         settings: &DetectionSettings,
@@ -80,9 +65,7 @@ impl DetectionChain {
         Ok(Self { filter, chain: Chain { detector, ..chain } })
     }
 
-    /// Evaluates the next sample, whose numbers must be finite: NaN or infinity stays in the estimate. A
-    /// [`LiveDetector`](super::LiveDetector) rejects such samples; a [`rig`](trocar_core::rig) holds the last valid
-    /// one.
+    /// The numbers must be finite, because a NaN stays in the estimate.
     #[inline]
     pub fn step(&mut self, measurement: &Measurement<f64>) -> Step {
         let measurement = with_velocity(self.filter.as_mut(), measurement);

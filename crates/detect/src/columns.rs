@@ -1,5 +1,3 @@
-//! Detects exchanged columns and an untared force in a recording.
-
 use super::calibration::noise_std;
 use super::plausibility::{Signals, range};
 use super::position_step_m;
@@ -8,26 +6,22 @@ use trocar_base::warning::{Code, Warning};
 
 const MIN_SAMPLES: usize = 100;
 
-/// Minimum ratio of the positions' roughness to the forces' roughness at which the columns count as swapped.
-///
-/// A needle has mass and a guide: in this project's recordings and scenarios, positions are 2.2 to 12,000 times *less*
-/// rough than the force.
+/// Minimum ratio of roughness at which the columns count as swapped. In this project's recordings, positions are 2.2 to
+/// 12,000 times *less* rough than forces: a needle has mass and a guide.
 const SWAPPED_RATIO: f64 = 3.0;
 
-/// Maximum roughness of positions that the encoder explains, in steps of the encoder.
+/// Roughness that the encoder explains, in its steps.
 const ENCODER_STEPS: f64 = 5.0;
 
-/// Samples per block, whose mean force is compared with the initial force.
 const BLOCK: usize = 20;
 
-/// Minimum travel in m over which a constant force indicates a free needle, smallest offset in N, and tolerance of a
-/// constant force, in standard deviations of the noise and in N.
+/// A free needle moves at least so far at constant force.
 const FREE_TRAVEL_M: f64 = 5e-4;
 const MIN_OFFSET_N: f64 = 0.05;
 const CONSTANT_STDS: f64 = 3.0;
 const CONSTANT_N: f64 = 0.02;
 
-/// Largest offset, as a share of the largest change of the force. A larger constant force is a load.
+/// Share of the largest change of the force. A larger constant force is a load.
 const MAX_OFFSET_SHARE: f64 = 0.5;
 
 fn roughness(values: &[f64]) -> Option<(f64, f64)> {
@@ -60,7 +54,6 @@ pub(super) fn swapped(signals: &Signals<'_>) -> Option<Warning> {
     })
 }
 
-/// Warns of a force that is not 0 at the beginning, before the needle is loaded.
 pub(super) fn offset(signals: &Signals<'_>) -> Option<Warning> {
     if signals.force_n.len() < MIN_SAMPLES {
         return None;
@@ -68,7 +61,6 @@ pub(super) fn offset(signals: &Signals<'_>) -> Option<Warning> {
     free_motion(signals).or_else(|| beginning(signals))
 }
 
-/// Warns of a force that is constant and not 0 while the needle moves freely at the beginning.
 fn free_motion(signals: &Signals<'_>) -> Option<Warning> {
     let (force, position) = (signals.force_n, signals.position_m);
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
@@ -76,7 +68,7 @@ fn free_motion(signals: &Signals<'_>) -> Option<Warning> {
     let tolerance_n = (CONSTANT_STDS * noise_std(force)).max(CONSTANT_N);
     let blocks = force.chunks_exact(BLOCK).take_while(|block| (mean(block) - first_n).abs() <= tolerance_n).count();
     let end = blocks * BLOCK;
-    // A force that stays constant to the end gives no information about the contact.
+    // Constant to the end: no information about the contact.
     if end + BLOCK > force.len() {
         return None;
     }
@@ -100,7 +92,7 @@ fn free_motion(signals: &Signals<'_>) -> Option<Warning> {
     })
 }
 
-/// Warns of a first force that is larger than all changes after it, or that pulls at the needle.
+/// Warns of a first force that exceeds all later changes, or that pulls at the needle.
 fn beginning(signals: &Signals<'_>) -> Option<Warning> {
     let force = signals.force_n;
     let first_n = force[..BLOCK].iter().sum::<f64>() / BLOCK as f64;

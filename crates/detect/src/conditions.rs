@@ -1,8 +1,6 @@
-//! The conditions of an alarm at each sample, in one byte.
-
 use trocar_core::detector::AlarmConditions;
 
-/// The conditions at one sample.
+/// One byte per sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SampleConditions(u8);
 
@@ -19,13 +17,11 @@ impl SampleConditions {
         AlarmConditions { in_contact, armed, is_drop, moves_as_required, is_deep, quiet_samples }
     }
 
-    /// True if the needle was in contact.
     #[must_use]
     pub fn in_contact(self) -> bool {
         self.holds(0)
     }
 
-    /// True if the detector was armed.
     #[must_use]
     pub fn armed(self) -> bool {
         self.holds(1)

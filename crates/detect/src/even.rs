@@ -1,26 +1,21 @@
-//! Evenly spaced samples of a recording, which the estimator and the detector need.
-
 use trocar_base::warning::{Code, Warning};
 use trocar_recording::{IgnoredUnit, Joined, Recording, ResampleError};
 
-/// Maximum relative deviation of an interval from the median interval in an evenly sampled recording.
+/// Maximum relative deviation from the median interval.
 pub(super) const EVEN_SHARE: f64 = 0.01;
 
-/// Number of consecutive short intervals that are a stretch of a higher rate; fewer are jitter.
+/// Fewer consecutive short intervals are jitter.
 const DENSE_INTERVALS: usize = 8;
 
-/// Largest ratio of an interval of a higher rate to the median interval.
+/// Maximum ratio to the median interval.
 const DENSE_SHARE: f64 = 0.5;
 
-/// A higher rate is at most this many times the median one, and gives a dense stretch about as many samples. At a still
-/// higher rate most samples lie on lines between two recorded ones, and their noise is too small for a detector that
+/// Ratio to the median rate. Beyond it most samples are interpolated, and their noise is too small for a detector that
 /// adapts to it.
 const MAX_FACTOR: f64 = 10.0;
 
-/// Maximum number of samples at a higher rate than the median one.
 const MAX_SAMPLES: f64 = 5e6;
 
-/// The samples of a recording at even times.
 pub(super) struct Samples {
     pub(super) interval_s: f64,
     pub(super) time_s: Vec<f64>,
@@ -28,20 +23,17 @@ pub(super) struct Samples {
     pub(super) velocity_m_per_s: Option<Vec<f64>>,
     pub(super) force_n: Vec<f64>,
     pub(super) is_resampled: bool,
-    /// Sentences about the changes of the recording.
     pub(super) notes: Vec<String>,
     /// Warnings about units that the columns ignore.
     pub(super) warnings: Vec<Warning>,
 }
 
-/// The rate of the even samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Rate {
-    /// The median interval of the recording.
     Median(f64),
-    /// The interval of the densest stretch: at the median interval the samples between two others would be lost.
+    /// Interval of the densest stretch, because the median interval would lose samples.
     Dense(f64),
-    /// As [`Rate::Dense`], but longer, because there would be too many samples.
+    /// Longer than the densest interval, to limit the number of samples.
     Limited(f64),
 }
 
@@ -103,8 +95,7 @@ pub(super) fn is_even(recording: &Recording) -> bool {
     is_even(min_s) && is_even(max_s)
 }
 
-/// Returns the samples of a recording. Uneven samples are resampled linearly, at the median interval or at that of a
-/// denser stretch, and up to the last one.
+/// Resamples an uneven recording linearly.
 pub(super) fn samples(recording: Recording) -> Samples {
     let origin = recording.origin_text().map(|origin| format!("Times count from the first sample, at {origin}."));
     let mut notes: Vec<String> = origin.into_iter().chain(recording.joined().iter().map(of_joined)).collect();
@@ -122,12 +113,11 @@ pub(super) fn samples(recording: Recording) -> Samples {
     let interval_s = rate.interval_s();
     let resample = |recording: &Recording| {
         let covered = recording.ticks_covered(interval_s)?;
-        // The samples after the last tick are not lost: one more tick has the values of the last sample.
+        // One more tick has the values of the last sample, so that none is lost.
         let rest_s = recording.duration_s() - (covered - 1) as f64 * interval_s;
         let ticks = covered + usize::from(rest_s > EVEN_SHARE * interval_s);
         Ok::<_, ResampleError>((recording.resample(interval_s, ticks)?, ticks))
     };
-    // A median of ascending times is a valid tick. If resampling fails nevertheless, the samples stay as recorded.
     let Ok((even, ticks)) = resample(&recording) else { return as_recorded(recording, notes, warnings) };
     notes.push(rate.note(&recording));
     let start_s = recording.time_s().first().copied().unwrap_or(0.0);

@@ -40,11 +40,10 @@ use trocar_engine::engine::TrustColumns;
 use trocar_recording::Recording;
 use trocar_scenario::{DetectionSettings, DetectionSpec};
 
-/// The estimates and decisions for a recording, one value per sample.
+/// One value per sample.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs, reason = "the names say quantity and unit, as in a trace")]
 pub struct Detection {
-    /// Sampling interval, in s.
     pub interval_s: f64,
     pub time_s: Vec<f64>,
     pub position_m: Vec<f64>,
@@ -55,33 +54,24 @@ pub struct Detection {
     pub damping_n_s_per_m: Vec<f64>,
     pub distance: Vec<f64>,
     pub decision: Vec<f64>,
-    /// Column name and values of the estimator's extra parameter, if any.
+    /// Column name and values.
     pub extra_parameter: Option<(&'static str, Vec<f64>)>,
-    /// Samples with an alarm.
     pub alarms: Vec<usize>,
-    /// Contact position, in m.
     pub contact_m: f64,
     /// True if the needle was ever below the contact.
     pub touched: bool,
-    /// The conditions of an alarm.
     pub conditions: Vec<SampleConditions>,
-    /// The detector.
     pub detector: DetectorSettings,
-    /// True if the velocities were recorded, false if they are estimated from the positions.
+    /// False if the velocities are estimated from the positions.
     pub is_velocity_measured: bool,
-    /// True if the recording had unevenly spaced samples and was resampled.
     pub is_resampled: bool,
-    /// Sentences about changes of the recording: resampled times and interpolated signals.
     pub notes: Vec<String>,
-    /// Warnings about the columns of the recording.
     pub warnings: Vec<Warning>,
-    /// The phases of the insertion, in order of time.
     pub phases: Vec<PhaseInterval>,
     recorded: Plausibility,
 }
 
 impl Detection {
-    /// The trust in the estimates, sample by sample.
     #[must_use]
     pub fn trust(&self) -> TrustColumns {
         let parameters = (&*self.stiffness_n_per_m, &*self.damping_n_s_per_m);
@@ -90,25 +80,15 @@ impl Detection {
     }
 }
 
-/// Minimum change of a recorded position that counts as a step of the encoder or of the digits, in m.
+/// Smaller changes of the position are rounding.
 const MIN_STEP_M: f64 = 1e-9;
 
-/// Runs the estimator and the detector over a recording, sample by sample.
-///
-/// Both need evenly spaced samples: an uneven recording is first resampled linearly, at its median interval or at that of
-/// a denser stretch. Without a recorded velocity, a Kalman filter estimates it from the positions. Its position step is given by the settings, or
-/// else the smallest change between two samples.
-///
-/// # Errors
-/// [`InvalidValue`] for a setting out of range.
+/// Resamples an uneven recording. Without a recorded velocity, a Kalman filter estimates it from the positions.
 pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
     detect_recording(spec.recording.recording.clone(), &spec.settings)
 }
 
-/// [`detect`] without a copy: the columns of the recording become columns of the result.
-///
-/// # Errors
-/// As [`detect`].
+/// [`detect`] without a copy.
 pub fn detect_recording(recording: Recording, settings: &DetectionSettings) -> Result<Detection, InvalidValue> {
     let samples = samples(recording);
     let interval_s = samples.interval_s;
@@ -122,7 +102,7 @@ pub fn detect_recording(recording: Recording, settings: &DetectionSettings) -> R
         let phases = PhaseRule::default().split(signals.position_m, interval_s, settings.contact_m);
         (phases, Plausibility::of(&signals))
     };
-    // In parallel: for a long recording the second closure takes a third of the time of the chain.
+    // In parallel: for a long recording the second closure takes a third of the chain's time.
     let ((estimates, decisions), (phases, recorded)) = rayon::join(|| evaluate(&mut chain, &signals), of_samples);
     let Samples { time_s, position_m, velocity_m_per_s: measured, force_n, is_resampled, notes, warnings, .. } =
         samples;
@@ -155,7 +135,7 @@ pub fn detect_recording(recording: Recording, settings: &DetectionSettings) -> R
     })
 }
 
-/// Returns the position step in m: the given one if above 0, else the smallest change between two samples.
+/// The given step if above 0, else the smallest change between two samples.
 fn position_step_m(position_m: &[f64], given_m: f64) -> f64 {
     if given_m > 0.0 {
         return given_m;

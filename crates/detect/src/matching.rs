@@ -1,34 +1,23 @@
-//! Matching of alarms and labelled ruptures.
-
-/// A matched pair of an alarm and a label.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Match {
-    /// Index of the alarm.
     pub alarm: usize,
-    /// Index of the label.
     pub label: usize,
-    /// Time from the label to the alarm in s, at least 0, rounded to 1 ns.
+    /// At least 0.
     pub delay_s: f64,
 }
 
-/// The time from a label to an alarm in s, rounded to 1 ns: the difference of two decimal times is not exact.
+/// Rounded to 1 ns, because the difference of two decimal times is not exact.
 fn delay_s(alarm_s: f64, label_s: f64) -> f64 {
-    // Adding 0 turns -0 into 0.
+    // Turns -0 into 0.
     ((alarm_s - label_s) * 1e9).round() / 1e9 + 0.0
 }
 
-/// Matches alarms to labels one to one (both in s, ascending). An alarm matches a label at most `within_s` (s, at least
-/// 0) before it, and never a later label. The result has the maximum number of matches and, among such matchings, the
-/// minimum sum of delays, ordered by time.
+/// Matches alarms to labels one to one (both in s, ascending). An alarm matches a label at most `within_s` before it.
+/// The result has the maximum number of matches and, among such matchings, the minimum sum of delays.
 ///
-/// # Why three passes suffice
-/// The windows `[label, label + within_s]` have equal lengths. A pass from the last label to the first, which gives
-/// each label the latest free alarm in its window, finds the maximum number of matches with the latest labels. A pass
-/// from the first alarm to the last, which gives each alarm the earliest free label, finds the earliest alarms. The
-/// matchable sets of labels (alarms) are the independent sets of a transversal matroid, so these are bases with the
-/// maximum (minimum) sum, and some matching joins both (Mendelsohn and Dulmage 1958). If two of its pairs cross, an
-/// exchange of partners keeps both within the window and the sum unchanged. The k-th alarm of one base therefore
-/// matches the k-th label of the other.
+/// A pass from the last label to the first finds the latest matchable labels, and a pass from the first alarm to the
+/// last the earliest matchable alarms. Some matching joins both sets (Mendelsohn and Dulmage 1958). As all windows have
+/// the same length, crossing pairs can exchange partners, so the k-th alarm matches the k-th label.
 #[must_use]
 pub fn match_alarms(alarms_s: &[f64], labels_s: &[f64], within_s: f64) -> Vec<Match> {
     let is_late = |alarm: usize, label: usize| delay_s(alarms_s[alarm], labels_s[label]) > within_s;
@@ -64,16 +53,14 @@ pub fn match_alarms(alarms_s: &[f64], labels_s: &[f64], within_s: f64) -> Vec<Ma
     alarms.into_iter().zip(labels).map(pair).collect()
 }
 
-/// Time before and after an alarm in which the force falls at a rupture, in s. An alarm may precede the end of the
-/// fall.
+/// An alarm may precede the end of the fall, so the fall may end after it.
 const FALL_BEFORE_S: f64 = 0.1;
 const FALL_AFTER_S: f64 = 0.03;
 
-/// Minimum fall of the force around an alarm, as a share of the residual.
+/// Share of the residual.
 const FALLEN_SHARE: f64 = 0.5;
 
-/// True if the force falls around the alarm at `sample`, from 0.1 s before to 30 ms after it, by at least half of the
-/// residual (N). Otherwise the prediction has changed instead, and the alarm indicates no rupture.
+/// False if the prediction changed instead of the force, so that the alarm indicates no rupture.
 #[must_use]
 pub(super) fn follows_fall(force_n: &[f64], interval_s: f64, sample: usize, residual_n: f64) -> bool {
     let samples_in = |time_s: f64| (time_s / interval_s).round() as usize;

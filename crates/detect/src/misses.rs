@@ -1,5 +1,3 @@
-//! Reasons why labelled ruptures of a recording were missed.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -26,7 +24,7 @@ impl LabelMiss {
     }
 }
 
-/// The reasons of the labels (s) without a match, for alarms at most `within_s` (s) after their label.
+/// An alarm belongs to a label if it is at most `within_s` after it.
 pub(super) fn misses(detection: &Detection, labels_s: &[f64], matches: &[Match], within_s: f64) -> Vec<LabelMiss> {
     let start_s = detection.time_s.first().copied().unwrap_or(0.0);
     let rule = MissRule {

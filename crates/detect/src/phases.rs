@@ -1,5 +1,3 @@
-//! The phases of an insertion, determined from the positions alone.
-
 use std::ops::Range;
 use trocar_document::figure::Shade;
 
@@ -23,7 +21,6 @@ pub enum Phase {
 }
 
 impl Phase {
-    /// The colour of the phase in figures; `None` for free motion.
     #[must_use]
     pub fn shade(self) -> Option<Shade> {
         match self {
@@ -34,10 +31,8 @@ impl Phase {
         }
     }
 
-    /// Every phase, in the order of an insertion.
     pub const ALL: [Self; 4] = [Self::Free, Self::Insertion, Self::Hold, Self::Withdrawal];
 
-    /// The name in tables and files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -49,31 +44,27 @@ impl Phase {
     }
 }
 
-/// An interval of samples in one phase.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PhaseInterval {
-    /// The phase.
     pub phase: Phase,
-    /// The samples.
     pub samples: Range<usize>,
 }
 
-/// The rule that determines the phases from positions.
+/// Determines the phases from positions alone.
 ///
-/// At each sample, the mean velocity over the `window_s` around it is `v̄ = (p(t + w/2) - p(t - w/2)) / w`; at either
-/// end, over the available part of the window. Below the contact position the phase is free. In contact it is insertion
-/// if `v̄ > moving_m_per_s`, withdrawal if `v̄ < -moving_m_per_s`, and hold otherwise. An interval shorter than
-/// `shortest_s` joins the previous one; the first one joins the next one.
+/// The mean velocity at a sample is `v̄ = (p(t + w/2) - p(t - w/2)) / w`. In contact the phase is insertion if `v̄ >
+/// moving_m_per_s`, withdrawal if `v̄ < -moving_m_per_s`, and hold otherwise. An interval shorter than `shortest_s`
+/// joins the previous one.
 ///
-/// The defaults are chosen here. The window of 0.1 s is a period of a physiological tremor of 10 Hz, which then does
-/// not count as motion. 1 mm/s lies between the creep of a resting hand and the shipped insertion, 4 to 6 mm/s.
+/// The defaults are chosen here: 0.1 s is a period of a tremor of 10 Hz, which then does not count as motion; 1 mm/s
+/// lies between a resting hand's creep and the shipped insertion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhaseRule {
-    /// Averaging window of the velocity, in s, above 0.
+    /// `w`, above 0.
     pub window_s: f64,
-    /// Mean speed in m/s, at least 0, above which the needle moves.
+    /// At least 0.
     pub moving_m_per_s: f64,
-    /// Minimum duration of an interval, in s, at least 0.
+    /// At least 0.
     pub shortest_s: f64,
 }
 
@@ -84,8 +75,7 @@ impl Default for PhaseRule {
 }
 
 impl PhaseRule {
-    /// Splits evenly spaced positions (m, `interval_s` apart) into consecutive intervals without gaps. Adjacent
-    /// intervals differ in phase. `contact_m` is the contact position.
+    /// The intervals have no gaps; neighbours differ in phase.
     #[must_use]
     pub fn split(&self, position_m: &[f64], interval_s: f64, contact_m: f64) -> Vec<PhaseInterval> {
         let samples = |duration_s: f64| (duration_s / interval_s).round().max(0.0) as usize;
@@ -126,13 +116,11 @@ fn extend(intervals: &mut Vec<PhaseInterval>, phase: Phase, samples: Range<usize
     }
 }
 
-/// Merges intervals shorter than `shortest` samples into their neighbours. If all are shorter, one interval has the
-/// phase of the longest.
+/// If all intervals are shorter than `shortest`, one interval has the phase of the longest.
 fn merge(intervals: &[PhaseInterval], shortest: usize) -> Vec<PhaseInterval> {
     let mut merged: Vec<PhaseInterval> = vec![];
     for interval in intervals {
         if interval.samples.len() >= shortest {
-            // Short intervals at the beginning join the first one that is long enough.
             let start = if merged.is_empty() { 0 } else { interval.samples.start };
             extend(&mut merged, interval.phase, start..interval.samples.end);
         } else if let Some(last) = merged.last_mut() {

@@ -1,5 +1,3 @@
-//! The numbers of a detection.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -57,7 +55,6 @@ pub struct ExtraParameterEstimate {
 }
 
 impl ExtraParameterEstimate {
-    /// Summarises a column; `None` without a column or values.
     #[must_use]
     pub fn of(extra_parameter: &Option<(&'static str, Vec<f64>)>) -> Option<Self> {
         let (column, values) = extra_parameter.as_ref()?;
@@ -134,8 +131,7 @@ fn stray_alarm(alarms_s: &[f64], labels_s: &[f64], stray: &Match) -> Warning {
 }
 
 impl DetectionReport {
-    /// Summarises a detection. `ruptures_s` are labels in s after the first sample; an empty list means no labels. An
-    /// alarm matches a label at most [`RUPTURE_WINDOW_S`] before it.
+    /// `ruptures_s` are in s after the first sample; an empty list means no labels.
     #[must_use]
     pub fn of(detection: &Detection, ruptures_s: &[f64]) -> Self {
         let start_s = detection.time_s.first().copied().unwrap_or(0.0);
@@ -144,8 +140,7 @@ impl DetectionReport {
         Self::judged(detection, (!labels.is_empty()).then_some(&labels), RUPTURE_WINDOW_S)
     }
 
-    /// Summarises a detection and compares it with ascending labels; an empty list means no rupture, `None` no labels.
-    /// [`match_alarms`] matches them within `within_s` (s).
+    /// Labels ascend; an empty list means no rupture, `None` no labels.
     #[must_use]
     pub fn judged(detection: &Detection, labels: Option<&[Label]>, within_s: f64) -> Self {
         let start_s = detection.time_s.first().copied().unwrap_or(0.0);
@@ -216,7 +211,6 @@ impl DetectionReport {
         }
     }
 
-    /// The indices of the labels without an alarm.
     pub fn missed(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.labelled_ruptures_s.len()).filter(|&label| self.alarms.iter().all(|alarm| alarm.label != Some(label)))
     }

@@ -1,27 +1,18 @@
-//! Scores of a detection compared with labels.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// The counts of one or several labelled recordings.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Tally {
-    /// Number of recordings.
     pub recordings: usize,
-    /// Number of labelled ruptures.
     pub ruptures: usize,
-    /// Number of alarms.
     pub alarms: usize,
-    /// Delay from each detected rupture to its alarm, in s.
+    /// From rupture to alarm.
     pub delays_s: Vec<f64>,
-    /// Recorded time, in s.
     pub recorded_s: f64,
-    /// Recorded time in contact, in s.
     pub contact_s: f64,
 }
 
 impl Tally {
-    /// Adds the counts of another tally.
     pub fn add(&mut self, other: &Self) {
         self.recordings += other.recordings;
         self.ruptures += other.ruptures;
@@ -71,7 +62,6 @@ pub struct Scores {
 }
 
 impl Scores {
-    /// The scores of a tally.
     #[must_use]
     pub fn of(tally: &Tally) -> Self {
         let found = tally.delays_s.len();

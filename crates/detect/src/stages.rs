@@ -1,4 +1,4 @@
-//! The two stages of the detection chain in parallel: the estimator is a block of samples ahead of the detector.
+//! Two parallel stages: the estimator is a block ahead of the detector.
 
 use super::chain::{DetectionChain, Estimation};
 use super::conditions::SampleConditions;
@@ -10,12 +10,10 @@ use trocar_core::chain::Measurement;
 use trocar_core::detector::{CusumDetector, Decision, Detector, DetectorInput};
 use trocar_core::estimation::Estimate;
 
-/// Samples that a stage hands to the next, and between two checks for an interrupt: half a millisecond of work, much
-/// longer than a thread's wake-up.
+/// Half a millisecond of work, much longer than a thread's wake-up.
 const BLOCK: usize = 16384;
 
-/// Evaluates all samples. Returns residual, stiffness, damping, velocity, the extra parameter and the detector's
-/// decisions as columns. The last two are empty unless requested.
+/// Residual, stiffness, damping, velocity, extra parameter and decisions; the last two are empty unless requested.
 pub(super) fn evaluate(chain: &mut DetectionChain, signals: &Signals<'_>) -> (Rows<5>, Decisions) {
     let count = signals.time_s.len();
     let is_kept = [true, true, true, signals.velocity_m_per_s.is_none(), signals.has_extra_parameter];

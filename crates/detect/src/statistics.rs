@@ -1,5 +1,3 @@
-//! Statistics of the residual, over a whole recording and by phase.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -24,7 +22,7 @@ pub struct ResidualStatistics {
     pub robust_std_n: f64,
 }
 
-/// Sums over some samples. They begin with -0, like the sums of iterators.
+/// The sums begin with -0, like those of iterators.
 #[derive(Clone, Copy)]
 struct Sums {
     samples: usize,
@@ -71,14 +69,12 @@ impl Sums {
     }
 }
 
-/// The sums and the squared deviations from the mean residual, over all samples and per phase of [`Phase::ALL`].
 struct Totals {
     all: (Sums, f64),
     phases: [(Sums, f64); Phase::ALL.len()],
 }
 
 impl Totals {
-    /// Two passes. A phase's sums are independent of the sums of all samples, so both are computed in the same pass.
     fn of(detection: &Detection) -> Self {
         let mut all = Sums::NONE;
         let mut phases = [Sums::NONE; Phase::ALL.len()];
@@ -123,7 +119,7 @@ fn robust_stds(detection: &Detection) -> (Option<f64>, [Option<f64>; Phase::ALL.
 }
 
 pub(super) fn statistics(detection: &Detection) -> (ResidualStatistics, Vec<PhaseStatistics>) {
-    // In parallel: for a long recording each takes a large part of the detection's time.
+    // In parallel: each takes a large part of the detection's time.
     let totals = || rayon::join(|| Totals::of(detection), || standard_errors(detection));
     let ((totals, errors), (robust, robust_phases)) = rayon::join(totals, || robust_stds(detection));
     let (sums, squares_n2) = totals.all;
@@ -164,7 +160,7 @@ pub struct PhaseStatistics {
     pub mean_damping_std_n_s_per_m: Option<f64>,
 }
 
-/// Number of samples between two evaluations of the standard errors. Every sample enters the errors.
+/// Every sample enters the standard errors.
 const STEP: usize = 8;
 
 fn standard_errors(detection: &Detection) -> [Option<[f64; 2]>; Phase::ALL.len()] {
@@ -214,8 +210,7 @@ impl PhaseStatistics {
         }
     }
 
-    /// Statistics of one phase over several recordings, with equal weight for every sample. The standard deviation is
-    /// about the mean of each recording.
+    /// Every sample has equal weight. The standard deviation is about each recording's mean.
     #[must_use]
     pub fn pooled<'a>(phase: Phase, of: impl IntoIterator<Item = &'a Self>) -> Self {
         let of_phase: Vec<&Self> = of.into_iter().filter(|statistics| statistics.phase == phase).collect();

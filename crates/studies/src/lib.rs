@@ -1,8 +1,5 @@
-//! Studies of scenarios: runs, comparisons, evaluation of detectors, sweeps, designs, comparison of the stability analysis with
-//! simulations, and units for co-simulation.
-//!
-//! It uses every package of the simulator except `trocar-link`, and does not draw or print. The crate `trocar`
-//! re-exports it.
+//! Studies of scenarios. The crate uses every package of the simulator except `trocar-link`, and does not draw or
+//! print.
 
 pub mod animation;
 pub mod compare;

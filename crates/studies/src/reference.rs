@@ -1,5 +1,3 @@
-//! Tables of the metrics and the trace columns for the documentation.
-
 use std::fmt::Write as _;
 
 use crate::compare::NoiseCheck;
@@ -7,12 +5,11 @@ use crate::sweep::Column;
 use trocar_engine::engine::{TRACE_COLUMNS, TRUST_COLUMNS};
 use trocar_metrics::{Declaration, Scope};
 
-/// The declarations of all metrics: first those of sweeps, then those in noise.
 pub fn declarations() -> impl Iterator<Item = &'static Declaration> {
     Column::declarations().chain(NoiseCheck::METRICS.iter().map(|metric| &metric.declaration))
 }
 
-/// A Markdown table of the metrics per scope; ruptures and events have the number 1.
+/// Ruptures and events have the number 1.
 #[must_use]
 pub fn metrics_markdown() -> String {
     let mut text = String::new();
@@ -44,7 +41,6 @@ fn about(scope: Scope) -> &'static str {
     }
 }
 
-/// The columns of `trace.csv` as a Markdown table.
 #[must_use]
 pub fn trace_columns_markdown() -> String {
     let mut text = "| column | unit | meaning |\n|---|---|---|\n".to_owned();

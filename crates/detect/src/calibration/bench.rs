@@ -1,5 +1,3 @@
-//! Candidate settings: construction, test with probes, and choice of the best.
-
 use super::contact::{ContactRule, contact};
 use super::excursions::{excursions, is_rupture};
 use super::probe::{Fall, delays};
@@ -11,35 +9,30 @@ use trocar_core::detector::{ArmingSettings, CusumSettings, DetectorSettings, Dis
 use trocar_core::estimation::RlsSettings;
 use trocar_scenario::DetectionSpec;
 
-/// Candidate memories, in corrections. The first one is kept unless another one scores higher.
+/// The first candidate wins a tie.
 const MEMORIES: [f64; 5] = [10.0, 5.0, 7.0, 14.0, 20.0];
 const FULL_GAIN_DEPTH_M: f64 = 1e-3;
 const GAIN_RATIO: f64 = 10.0;
 
-/// Dead zone `N_0` in standard deviations of the noise, and its minimum in N.
+/// Standard deviations of the noise.
 const DEAD_ZONE_STDS: f64 = 2.0;
 const MIN_DEAD_ZONE_N: f64 = 1e-3;
 
 const BLOCK_S: f64 = 0.1;
 const MIN_BLOCKS: usize = 5;
-/// A quantile of the blocks' root mean square gives `σ_0`: this share in the first pass, with ruptures, and in the
-/// second, without.
+/// Quantile of the blocks' root mean square that gives `σ_0`; the first pass still contains ruptures.
 const FIRST_SHARE: f64 = 0.75;
 const QUIET_SHARE: f64 = 0.9;
 
-/// Time excluded before and after a rupture, in s.
 const BEFORE_RUPTURE_S: f64 = 20e-3;
 const AFTER_RUPTURE_S: f64 = 0.3;
 
-/// Ratio of the threshold to the largest harmless excursion.
 const GUARD: f64 = 2.0;
 const CAP_THRESHOLDS: f64 = 10.0;
 const VELOCITY_STDS: f64 = 3.0;
-/// Minimum withdrawal speed: a hand-held needle recoils at about 0.7 mm/s when the slave settles.
+/// A hand-held needle recoils at about 0.7 mm/s when the slave settles.
 const MIN_WITHDRAWAL_M_PER_S: f64 = 1e-3;
 
-/// Probes: spacing and number; distances from the ends, ruptures and the contact; minimum force; remaining share of the
-/// force.
 const PROBE_EVERY_S: f64 = 0.1;
 const MAX_PROBES: usize = 40;
 const MIN_PROBES: usize = 5;
@@ -59,7 +52,7 @@ pub(super) struct CandidateBench<'a> {
     noise_n: f64,
     contact: (f64, ContactRule),
     withdrawal_m_per_s: f64,
-    /// Drift, and threshold for the wanted run length, at a variance of 1.
+    /// At a variance of 1; the threshold gives the wanted run length.
     drift: f64,
     threshold: f64,
 }
@@ -240,7 +233,7 @@ impl<'a> CandidateBench<'a> {
         Quiet { std_n: std_n.max(min_n), blocks, usable, ruptures, residuals }
     }
 
-    /// The quantile `share` of the root mean square of the usable blocks, and their number; `None` for too few.
+    /// Quantile of the usable blocks' root mean square, and their number.
     fn block_std(&self, residuals: &Residuals, usable: &[bool], share: f64) -> Option<(f64, usize)> {
         let length = self.signal.samples_in(BLOCK_S, 10);
         let blocks = residuals.residual_n.chunks_exact(length).zip(usable.chunks_exact(length));
@@ -252,7 +245,7 @@ impl<'a> CandidateBench<'a> {
         if count < MIN_BLOCKS { None } else { Some((quantile(mean_squares, share)?.sqrt(), count)) }
     }
 
-    /// The samples of the probes: in contact, inserting, under load, away from ruptures and ends.
+    /// Samples in contact, inserting, under load, away from ruptures and ends.
     fn probes(&self, ruptures: &[usize]) -> Vec<usize> {
         let signal = &self.signal;
         let samples_in = |time_s: f64| signal.samples_in(time_s, 1);

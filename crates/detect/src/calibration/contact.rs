@@ -1,5 +1,3 @@
-//! Estimation of the contact position from a recording.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -23,19 +21,17 @@ pub enum ContactRule {
     Lowest,
 }
 
-/// A force is noise if it is below this many standard deviations, or below [`MIN_FORCE_N`].
 const NOISE_STDS: f64 = 6.0;
 const MIN_FORCE_N: f64 = 0.05;
-/// Maximum share of samples before the contact, from the lowest position onwards, whose force exceeds the noise.
+/// Maximum share of samples above the noise before the contact.
 const STRAY_SHARE: f64 = 0.02;
-/// Share (one in this many) and minimum number of the samples at the lowest positions, which decide whether the needle
-/// is free there.
+/// One sample in this many, at the lowest positions, decides whether the needle is free there.
 const LOWEST_SHARE: usize = 20;
 const MIN_LOWEST: usize = 20;
-/// Without a contact every sample must count with the full gain, which begins some distance below the contact.
+/// The full gain begins some distance below the contact.
 const BELOW_LOWEST_M: f64 = 5e-3;
 
-/// The contact in m and its rule, from positions (m), forces (N) and the noise of the force (N).
+/// Contact in m, from positions, forces and the noise of the force.
 #[must_use]
 pub(super) fn contact(position_m: &[f64], force_n: &[f64], noise_n: f64) -> (f64, ContactRule) {
     let mut samples: Vec<(f64, f64)> = with_capacity(position_m.len());
@@ -74,7 +70,7 @@ pub(super) fn contact(position_m: &[f64], force_n: &[f64], noise_n: f64) -> (f64
     }
 }
 
-/// The zero of the least-squares line of force over position; `None` unless the force grows.
+/// Zero of the least-squares line.
 fn zero_force_position_m(samples: &[(f64, f64)]) -> Option<f64> {
     let count = samples.len() as f64;
     let mean = |part: fn(&(f64, f64)) -> f64| samples.iter().map(part).sum::<f64>() / count;

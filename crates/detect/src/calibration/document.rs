@@ -1,5 +1,3 @@
-//! The document of a calibration.
-
 use std::fmt::Write as _;
 
 use schemars::JsonSchema;
@@ -17,24 +15,21 @@ use trocar_metrics::Unit;
 
 const MAX_LISTED: usize = 6;
 
-/// Folder of the figures within the recording's folder, where a detection has figures of the same names.
+/// Separate, because a detection has figures of the same names.
 const FIGURES: &str = "calibration/";
 
-/// A calibration on a recording, and the detection in the whole recording with the calibrated settings.
 #[derive(Debug)]
 pub struct CalibrationStudy<'a> {
-    /// The name of the recording.
     pub name: &'a str,
-    /// The calibration.
     pub calibration: &'a Calibration,
-    /// The sections of the recording and its sensor, as TOML.
+    /// Sections of the recording and its sensor, as TOML.
     pub inputs: String,
     report: DetectionReport,
     samples: Samples,
 }
 
 impl<'a> CalibrationStudy<'a> {
-    /// Creates the study of a calibration. `ruptures_s` are the labels, in s after the first sample.
+    /// `ruptures_s` are labels in s after the first sample.
     #[must_use]
     pub fn new(
         name: &'a str,
@@ -82,7 +77,6 @@ fn alarms_line(report: &DetectionReport) -> String {
 }
 
 impl Calibration {
-    /// The document of a calibration on the recording `name`.
     #[must_use]
     pub fn document(&self, name: &str) -> Document<'static> {
         let settings = self.rounded_settings();
@@ -108,8 +102,7 @@ impl Calibration {
         }
     }
 
-    /// The settings as shown and written: computed numbers with four significant digits, more than a few seconds of a
-    /// recording determine; a given contact position unrounded.
+    /// Rounds computed numbers to four significant digits, but not a given contact.
     #[must_use]
     pub fn rounded_settings(&self) -> Candidate {
         let four = |value: &mut f64| *value = rounded(*value, 4);
@@ -132,12 +125,10 @@ impl Calibration {
         chosen
     }
 
-    /// The `[estimator]` and `[detector]` tables as TOML.
     #[must_use]
     pub fn toml(&self) -> String {
         let Candidate { contact_m, estimator, detector, .. } = self.rounded_settings();
         let (cusum, arming, hypotheses) = (&detector.cusum, &detector.arming, &detector.distance.hypotheses);
-        // Small numbers have a power of ten, as in 2.02e-5.
         let number = |value: f64| format!("{value:?}");
         let mut text = String::from("[estimator]\n");
         let mut line = |name: &str, value: String| {
@@ -396,9 +387,7 @@ fn rounded(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 
-/// Formats the order of magnitude of a duration in s, in hours, or as "over a year".
 fn duration(seconds: f64) -> String {
-    // Two significant digits without trailing zeros, for a number of at least 0.1.
     let two_digits = |value: f64| rounded(value, 2).to_string();
     let hours = seconds / 3600.0;
     match hours {
@@ -412,7 +401,6 @@ fn probability(p: f64) -> String {
     if p < 1e-4 { "p < 0.0001".into() } else { format!("p = {p:.4}") }
 }
 
-/// The document of predicted and simulated run lengths.
 #[must_use]
 pub fn run_lengths_document(lengths: &[RunLength]) -> Document<'static> {
     let columns = [

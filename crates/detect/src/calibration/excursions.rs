@@ -1,17 +1,13 @@
-//! Excursions of the decision from 0 and back to 0, and the choice of those that are ruptures.
-
 use super::signal::{Residuals, Signal};
 use super::spread::median;
 use trocar_base::interrupt;
 
-/// Cap of the decision in thresholds. It prevents one rupture from hiding the next.
+/// Prevents one rupture from hiding the next.
 const CAP_THRESHOLDS: f64 = 20.0;
 
-/// A rupture is recognised by the force 15 ms before it and the minimum within 100 ms after it, each a median.
 const BEFORE_S: f64 = 20e-3;
 const AFTER_S: f64 = 100e-3;
 const MEDIAN_S: f64 = 5e-3;
-/// Minimum drop at a rupture: as a share of the force, in standard deviations of the noise, and in N.
 const MIN_SHARE: f64 = 0.25;
 const NOISE_STDS: f64 = 10.0;
 const MIN_DROP_N: f64 = 0.5;
@@ -19,17 +15,16 @@ const MAX_WITHDRAWAL_M: f64 = 0.2e-3;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Excursion {
-    /// The first sample above 0, and the first one back at 0.
+    /// First sample above 0, and first one back at 0.
     pub(super) from: usize,
     pub(super) to: usize,
     pub(super) crossing: Option<usize>,
-    /// Maximum while an alarm is possible, in N², and its sample.
+    /// Maximum in N² while an alarm is possible.
     pub(super) peak: f64,
     pub(super) peak_at: usize,
 }
 
-/// The excursions of a CUSUM on squared residuals with a drift and a threshold in N², without arming. Excursions that
-/// cannot raise an alarm (no drop, out of contact, or withdrawing faster than `withdrawal_m_per_s`) are omitted.
+/// Excursions of a CUSUM on squared residuals that could raise an alarm; drift and threshold in N².
 pub(super) fn excursions(
     signal: &Signal<'_>,
     residuals: &Residuals,
@@ -63,8 +58,7 @@ pub(super) fn excursions(
     found
 }
 
-/// True if the force drops permanently at a sample: within 100 ms by a quarter, by 0.5 N and well beyond the noise,
-/// while the needle is not withdrawn. A detector cannot use this rule, which needs later samples.
+/// Needs samples after the crossing, so a detector cannot use this rule.
 pub(super) fn is_rupture(signal: &Signal<'_>, crossing: usize, noise_n: f64) -> bool {
     let Signal { position_m, force_n, .. } = *signal;
     let back = signal.samples_in(BEFORE_S, 5);

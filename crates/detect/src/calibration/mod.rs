@@ -1,26 +1,17 @@
-//! Calibration: settings of estimator and detector from the beginning of a recording, for a wanted time between false
-//! alarms.
+//! Settings of estimator and detector from the beginning of a recording, for a wanted time between false alarms.
 //!
-//! # The rule
-//! 1. *Noise* `σ_n` of the force: from second differences (`spread`). The dead zone `N_0` is `2 σ_n`, at least the
-//!    force resolution and 1 mN. With `3 σ_n` the bias within the dead zone exceeds the noise.
-//! 2. *Contact*, unless given: the position at which the force begins, or the zero of the line of force over position
-//!    (`contact`).
-//! 3. *Quiet standard deviation* `σ_0`: the root mean square of the residual, including its bias, that nine tenths of
-//!    the usable blocks of 0.1 s do not exceed. Usable blocks are in contact, settled and without a rupture: a crossing
-//!    of the threshold at which the force falls by a quarter within 0.1 s while the needle is not withdrawn
-//!    (`excursions`). The user can give a quiet segment instead.
-//! 4. *Drift* `ν`: where the likelihood ratio of eq. 23 changes its sign for `σ_1² = 100 σ_0²`, the paper's ratio
-//!    (4.6): `ν = σ_0² ln(r) r / (r - 1)`. The paper's drift, halfway between the variances, is ten times higher.
-//! 5. *Threshold* `γ`: gives the wanted average run length to a false alarm ([`run_length`]), and is at least twice the
-//!    largest harmless excursion in the segment, because a real residual is not white.
-//! 6. *Memory* of the estimator, in corrections: the value that best separates the slowest rupture from the fastest
-//!    harmless change, both added to the recording at up to forty samples (`probe`). A detected rupture scores 1, an
-//!    alarm at a harmless change -3. The default of 10 is kept unless another value scores higher.
-//! 7. *Withdrawal speed*, above which no sample counts: three standard deviations of the velocity noise, at least 1
-//!    mm/s.
-//!
-//! The distance is the paper's e².
+//! 1. *Noise* `σ_n` of the force, from second differences. The dead zone `N_0` is `2 σ_n`, at least the resolution and
+//!    1 mN; with `3 σ_n` the bias within it exceeds the noise.
+//! 2. *Contact*, unless given: where the force begins, or the zero of the line of force over position.
+//! 3. *Quiet standard deviation* `σ_0`: the root mean square of the residual that nine tenths of the 0.1 s blocks in
+//!    contact and without rupture do not exceed.
+//! 4. *Drift* `ν`: where the likelihood ratio of eq. 23 changes its sign for `r = σ_1²/σ_0² = 100` (paper, 4.6):
+//!    `ν = σ_0² ln(r) r / (r - 1)`. The paper's drift is ten times higher.
+//! 5. *Threshold* `γ`: gives the wanted run length ([`run_length`]), and is at least twice the largest harmless
+//!    excursion, because a real residual is not white.
+//! 6. *Memory*: best separates the slowest rupture from the fastest harmless change, both added to the recording. A
+//!    detection scores 1, an alarm at a harmless change -3.
+//! 7. *Withdrawal speed*, above which no sample counts: three standard deviations of the velocity noise.
 
 mod bench;
 mod contact;
@@ -50,87 +41,73 @@ use trocar_core::error::InvalidValue;
 use trocar_core::estimation::{RlsSettings, VelocityFilter};
 use trocar_scenario::DetectionSpec;
 
-/// Without a warning, the share of detected slowest ruptures is at least the first, and that of harmless changes with
-/// an alarm at most the second.
+/// Below it a warning says that slow ruptures are missed.
 const MIN_FOUND: f64 = 0.5;
 const MAX_HARMLESS: f64 = 0.2;
 
 const MIN_SAMPLES: usize = 100;
 
-/// Candidate settings with their test results.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Candidate {
-    /// Number of corrections between two resets of the estimator's gain.
+    /// Corrections between two resets of the estimator's gain.
     pub memory_updates: f64,
-    /// Assumed contact position, in m.
     pub contact_m: f64,
-    /// The estimator.
     pub estimator: RlsSettings,
-    /// The detector.
     pub detector: DetectorSettings,
-    /// Threshold for the wanted run length, in N².
+    /// N², before the guard against harmless excursions.
     pub run_length_threshold: f64,
-    /// The largest harmless excursion of the decision, in N².
+    /// N².
     pub harmless_peak: f64,
-    /// Share of the added slowest ruptures that are detected; `None` if too few probes fit into the recording.
+    /// Share of the slowest probes; `None` if too few probes fit.
     pub found_share: Option<f64>,
-    /// Median delay of these detections, in s.
+    /// Median over the detected probes.
     pub delay_s: Option<f64>,
-    /// Share of the added fastest harmless changes that raise an alarm.
+    /// Share of the fastest harmless changes.
     pub harmless_share: Option<f64>,
 }
 
-/// The result of a calibration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
-    /// Duration of the evaluated part of the recording, in s.
     pub looked_at_s: f64,
-    /// Interval between two samples, in s.
     pub interval_s: f64,
-    /// `σ_n`: standard deviation of the white noise of the force, in N.
+    /// `σ_n`: white noise of the force.
     pub noise_std_n: f64,
-    /// The rule that gave the contact.
     pub contact_rule: ContactRule,
-    /// `σ_0` in N.
+    /// `σ_0`.
     pub quiet_std_n: f64,
-    /// Number of blocks that give `σ_0`; 0 if there were too few and the noise gives it.
+    /// 0 if the noise gives `σ_0`.
     pub quiet_blocks: usize,
-    /// The longest interval without a rupture, in contact and settled, in s after the first sample.
+    /// The longest interval in contact and without a rupture, in s after the first sample.
     pub quiet_segment_s: Option<(f64, f64)>,
-    /// Test of the residual in that interval for white Gaussian noise.
+    /// Test of the residual in that interval.
     pub whiteness: Option<Whiteness>,
-    /// The recognised ruptures, in s after the first sample.
+    /// In s after the first sample.
     pub ruptures_s: Vec<f64>,
-    /// Number of probes that were added to the recording.
     pub probes: usize,
-    /// The candidates, one per memory, in ascending order.
+    /// Ascending memories.
     pub candidates: Vec<Candidate>,
-    /// Index of the chosen candidate.
     pub chosen: usize,
-    /// Predicted time between false alarms on white noise of `σ_0`, in s; `None` unless the quiet residual is white and
-    /// Gaussian.
+    /// `None` unless the quiet residual is white and Gaussian.
     pub false_alarm_s: Option<f64>,
-    /// Time of quiet contact without an alarm with the chosen settings, in the evaluated part, in s.
+    /// Quiet contact without an alarm.
     pub quiet_s: f64,
 }
 
-/// Expected number of false alarms for which none has a probability of 5 %: `-ln 0.05`.
+/// `-ln 0.05`: with this expected number, no false alarm has a probability of 5 %.
 const NONE_EXPECTED: f64 = 2.995_732_273_553_991;
 
 impl Calibration {
-    /// Lower bound of the time between false alarms in s, with 95 % confidence, from the quiet time without an alarm.
+    /// Lower bound with 95 % confidence.
     #[must_use]
     pub fn least_false_alarm_s(&self) -> f64 {
         self.quiet_s / NONE_EXPECTED
     }
 
-    /// The chosen settings.
     #[must_use]
     pub fn settings(&self) -> &Candidate {
         &self.candidates[self.chosen]
     }
 
-    /// The warnings about the chosen settings.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let Candidate { found_share, harmless_share, .. } = self.settings();
@@ -151,61 +128,44 @@ impl Calibration {
     }
 }
 
-/// The error of a calibration.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CalibrationError {
-    /// A setting of the request or of the recording is out of range.
     #[error(transparent)]
     Invalid(#[from] InvalidValue),
-    /// The recording is too short.
     #[error(
         "{samples} samples are too few for a calibration, which needs at least {MIN_SAMPLES}; give a longer recording or --first-s"
     )]
     TooShort {
-        /// Number of samples.
+        /// Samples of the evaluated part.
         samples: usize,
     },
-    /// No threshold gives the wanted time between false alarms.
     #[error(
         "--false-alarm-s is {wanted_s:?}, must be from {min_s:.3e} to {max_s:.3e} s: 2 to 1e10 samples of this recording; longer run lengths cannot be distinguished"
     )]
     FalseAlarm {
-        /// Wanted time, in s.
         wanted_s: f64,
-        /// Minimum, in s.
+        /// Range of [`run_length::WANTED`].
         min_s: f64,
-        /// Maximum, in s.
         max_s: f64,
     },
-    /// The quiet segment is too short.
     #[error(
         "the quiet segment from {from_s} to {to_s} s has {samples} samples of the first {first_s} s, but needs at least {MIN_SAMPLES}; move --quiet-s or --first-s"
     )]
     NoQuiet {
-        /// Start, in s.
+        /// In s after the first sample.
         from_s: f64,
-        /// End, in s.
         to_s: f64,
-        /// Number of samples.
         samples: usize,
-        /// Duration of the evaluated part, in s.
         first_s: f64,
     },
 }
 
-/// Calibrates on the beginning of a recording. Labelled ruptures are excluded from the quiet parts.
-///
-/// # Errors
-/// [`CalibrationError`].
+/// Labelled ruptures do not count as quiet.
 pub fn calibrate(spec: &DetectionSpec, request: &CalibrationRequest) -> Result<Calibration, CalibrationError> {
     calibrate_with_progress(spec, request, &|_, _| ())
 }
 
-/// [`calibrate`] with progress: `report` receives the numbers of complete and of all steps, which take about equally
-/// long.
-///
-/// # Errors
-/// [`CalibrationError`].
+/// `report` receives the numbers of complete and of all steps.
 pub fn calibrate_with_progress(
     spec: &DetectionSpec,
     request: &CalibrationRequest,

@@ -1,13 +1,11 @@
-//! Probes: ruptures added to a recording, to test whether and when settings detect them.
+//! Ruptures added to a recording, to test settings.
 
 use super::Candidate;
 use super::signal::{Residuals, Signal};
 
-/// Duration of the evaluated signal before a probe, and the minimum after it, in s.
 const BEFORE_S: f64 = 0.6;
 const AFTER_S: f64 = 0.1;
 
-/// A linear fall of the force to a constant share of its value.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fall {
     pub(super) duration_s: f64,

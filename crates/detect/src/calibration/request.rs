@@ -1,21 +1,18 @@
-//! The settings of a calibration.
-
 use trocar_core::error::{InvalidValue, positive, require};
 
-/// The settings of a calibration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CalibrationRequest {
-    /// Duration of the evaluated part of the recording, from its first sample, in s, above 0.
+    /// Above 0.
     pub first_s: f64,
-    /// The quiet segment in s after the first sample; `None` to search for it.
+    /// In s after the first sample; `None` to search for it.
     pub quiet_s: Option<(f64, f64)>,
     /// True if `estimator.contact_m` is kept.
     pub keeps_contact: bool,
-    /// Wanted time between false alarms, in s, above 0.
+    /// Above 0.
     pub false_alarm_s: f64,
-    /// The time in which the slowest rupture takes half of the force, in s, above 0.
+    /// Time for half of the force; above 0.
     pub slowest_rupture_s: f64,
-    /// The time in which the fastest harmless change takes half of the force, in s, above `slowest_rupture_s`.
+    /// Time for half of the force; above `slowest_rupture_s`.
     pub fastest_harmless_s: f64,
     /// `σ_1²/σ_0²`, above 1.
     pub variance_ratio: f64,
@@ -36,17 +33,13 @@ impl Default for CalibrationRequest {
 }
 
 impl CalibrationRequest {
-    /// The drift for a quiet variance of 1, at which the likelihood ratio of eq. 23 changes its sign.
+    /// At a quiet variance of 1: the likelihood ratio of eq. 23 changes its sign there.
     #[must_use]
     pub fn drift(&self) -> f64 {
         let ratio = self.variance_ratio;
         ratio.ln() * ratio / (ratio - 1.0)
     }
 
-    /// Checks the ranges of the fields.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the option that is out of range.
     pub fn validate(&self) -> Result<(), InvalidValue> {
         positive("--first-s", self.first_s)?;
         positive("--false-alarm-s", self.false_alarm_s)?;

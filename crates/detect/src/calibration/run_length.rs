@@ -1,18 +1,17 @@
-//! Average run length: the number of samples before a CUSUM alarms on noise alone.
+//! Average run length (ARL): the number of samples before a CUSUM alarms on noise alone.
 //!
 //! The CUSUM is `g_k = max(g_{k-1} + s_k - ν, 0)` from `g_0 = 0` with an alarm at `g_k > γ`, and `s_k = x_k²` of
-//! independent standard normal `x_k`. Its average run length (ARL) is `L(0)` of the integral equation of Page (1954)
+//! independent standard normal `x_k`. Its ARL is `L(0)` of the integral equation of Page (1954)
 //!
 //! ```text
 //! L(z) = 1 + L(0) F(ν - z) + ∫₀^γ L(y) f(y - z + ν) dy
 //! ```
 //!
-//! where `F` and `f` are distribution and density of `s`. The Markov chain of Brook and Evans (1972) takes `L` as
-//! constant on each state, which is inaccurate for a χ² density, infinite at 0. Here `L` is linear between nodes, and
-//! the products with `f` are integrated exactly, as in Knoth (2006, *Computational Statistics & Data Analysis* 51) with
-//! other elements for the CUSUM of a variance.
+//! with distribution `F` and density `f` of `s`. `f` is infinite at 0, so the constant states of Brook and Evans (1972)
+//! are inaccurate. Here `L` is linear between nodes, and its products with `f` are integrated exactly, as in Knoth
+//! (2006, *Computational Statistics & Data Analysis* 51).
 //!
-//! Decisions and drifts are in units of the noise's variance, run lengths in samples.
+//! Decisions and drifts are in variances, run lengths in samples.
 
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
@@ -21,26 +20,21 @@ use rand_distr::{Distribution, StandardNormal};
 
 use trocar_base::parallel::map;
 
-/// A predicted and a simulated run length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RunLength {
-    /// Drift, in variances.
     pub drift: f64,
-    /// Threshold, in variances.
     pub threshold: f64,
-    /// Average run length by the integral equation, in samples.
+    /// Solution of the integral equation.
     pub predicted: f64,
-    /// Average over simulated runs, in samples.
     pub simulated: f64,
-    /// Number of simulated runs. Its inverse square root is the relative standard error of the average.
+    /// Its inverse square root is the relative standard error.
     pub alarms: u64,
 }
 
 const RUNS_PER_STREAM: u64 = 32;
 
 impl RunLength {
-    /// Determines the threshold for a wanted run length, predicts its run length, and simulates `alarms` runs (a
-    /// multiple of 32) in parallel. `done` is called after every 32.
+    /// Simulates `alarms` runs (a multiple of 32), and calls `done` after every 32.
     #[must_use]
     pub fn check(drift: f64, wanted: f64, alarms: u64, done: impl Fn() + Sync) -> Self {
         let threshold = threshold_for(drift, wanted);
@@ -59,17 +53,15 @@ impl RunLength {
     }
 }
 
-/// Nodes per unit of the decision, and their minimum and maximum number.
 const NODES_PER_UNIT: f64 = 10.0;
 const NODES: (f64, f64) = (60.0, 700.0);
 
-/// Maximum run length, in samples. Beyond it, rounding errors dominate the solution of the equation.
+/// Beyond it, rounding errors dominate the solution.
 pub const LONGEST: f64 = 1e12;
 
-/// Run lengths for which a threshold can be found, in samples.
 pub const WANTED: std::ops::RangeInclusive<f64> = 2.0..=1e10;
 
-/// The distribution function of `x²` at `u`, and the mean of `x²` over `x² <= u`.
+/// Distribution function of `x²` at `u`, and the mean of `x²` over `x² <= u`.
 fn chi_square(u: f64) -> (f64, f64) {
     if u <= 0.0 {
         return (0.0, 0.0);
@@ -78,7 +70,7 @@ fn chi_square(u: f64) -> (f64, f64) {
     (distribution, distribution - (2.0 * u / std::f64::consts::PI).sqrt() * (-u / 2.0).exp())
 }
 
-/// The average run length in samples for a drift `ν > 0` and a threshold `γ > 0`, at most [`LONGEST`].
+/// For `drift > 0` and `threshold > 0`; at most [`LONGEST`].
 #[must_use]
 pub fn average_run_length(drift: f64, threshold: f64) -> f64 {
     let elements = (threshold * NODES_PER_UNIT).ceil().clamp(NODES.0, NODES.1) as usize;
@@ -90,7 +82,6 @@ fn on_elements(drift: f64, threshold: f64, elements: usize) -> f64 {
     let mut equations = DMatrix::<f64>::identity(elements + 1, elements + 1);
     for row in 0..=elements {
         let from = row as f64 * width;
-        // The s for which the next decision is at a node; the distribution and moment below it.
         let at = |node: usize| chi_square(node as f64 * width - from + drift);
         let mut lower = at(0);
         equations[(row, 0)] -= lower.0;
@@ -104,14 +95,14 @@ fn on_elements(drift: f64, threshold: f64, elements: usize) -> f64 {
         }
     }
     let solution = equations.lu().solve(&DVector::from_element(elements + 1, 1.0));
-    // A numerically singular matrix means that the run length exceeds every wanted run length.
+    // Numerically singular: the run length exceeds every wanted one.
     match solution.map(|length| length[0]) {
         Some(length) if (1.0..LONGEST).contains(&length) => length,
         _ => LONGEST,
     }
 }
 
-/// The threshold for an average run length of `samples` (within [`WANTED`]), with a relative error of 1e-4.
+/// For `samples` within [`WANTED`], with a relative error of 1e-4.
 #[must_use]
 pub fn threshold_for(drift: f64, samples: f64) -> f64 {
     let (mut low, mut high) = (1e-3_f64, 1.0_f64);
@@ -131,8 +122,7 @@ pub fn threshold_for(drift: f64, samples: f64) -> f64 {
     high
 }
 
-/// Total number of samples of `alarms` runs on simulated noise; divided by `alarms`, the average run length. The same
-/// seed gives the same count.
+/// Total number of samples.
 #[must_use]
 pub fn simulate(drift: f64, threshold: f64, alarms: u64, seed: u64) -> u64 {
     let mut noise = ChaCha8Rng::seed_from_u64(seed);

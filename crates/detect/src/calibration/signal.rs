@@ -1,5 +1,3 @@
-//! The samples of a calibration, and the residuals of an estimator on them.
-
 use trocar_base::interrupt;
 use trocar_base::large_pages::with_capacity;
 use trocar_core::detector::{CusumDetector, Detector, DetectorInput, DetectorSettings};

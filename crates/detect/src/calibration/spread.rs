@@ -1,5 +1,3 @@
-//! The noise of a signal, from differences of samples.
-
 use trocar_base::interrupt;
 use trocar_base::large_pages::with_capacity;
 use trocar_base::quantiles::quantile_of;
@@ -23,11 +21,10 @@ pub(super) fn root_mean_square(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
-/// Standard deviation of the white noise of a signal; 0 for fewer than three samples.
+/// Standard deviation of the white noise; 0 for fewer than three samples.
 ///
-/// The second difference of white noise has six times its variance, and cancels components that are smooth over three
-/// samples. An encoder is quiet at rest and a rupture is not noise, so the result is the value that three quarters of
-/// the blocks of 50 samples do not exceed.
+/// The second difference of white noise has six times its variance. An encoder is quiet at rest and a rupture is not
+/// noise, hence the upper quartile over blocks of 50 samples.
 #[must_use]
 pub(crate) fn noise_std(signal: &[f64]) -> f64 {
     let mut second = with_capacity(signal.len());
@@ -40,7 +37,7 @@ pub(crate) fn noise_std(signal: &[f64]) -> f64 {
     quantile(blocks, NOISE_SHARE).unwrap_or_else(|| root_mean_square(&second))
 }
 
-/// The smallest step between two samples: the resolution of the signal or of its digits; 0 for a constant.
+/// 0 for a constant.
 #[must_use]
 pub(super) fn min_step(signal: &[f64]) -> f64 {
     let steps = signal.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 1e-9);

@@ -1,10 +1,8 @@
-//! Tests the assumption of the run length, an independent Gaussian residual.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 use trocar_base::centred::Centred;
 
-/// Number of lags of the Ljung-Box test; even, so that the χ² distribution has a closed form.
+/// Lags of the Ljung-Box test; even, so that the χ² tail has a closed form.
 pub const LAGS: usize = 20;
 
 /// The results of the tests of residuals.
@@ -31,13 +29,12 @@ pub struct Whiteness {
 const REJECTED: f64 = 0.01;
 
 impl Whiteness {
-    /// True if either test rejects a white Gaussian residual.
     #[must_use]
     pub fn is_rejected(&self) -> bool {
         self.ljung_box_p < REJECTED || self.jarque_bera_p < REJECTED
     }
 
-    /// Tests residuals; `None` for a constant or for fewer than five times [`LAGS`] residuals.
+    /// `None` for a constant or for fewer than five times [`LAGS`] residuals.
     #[must_use]
     pub fn of(residual: &[f64]) -> Option<Self> {
         let count = residual.len() as f64;
@@ -61,8 +58,7 @@ impl Whiteness {
     }
 }
 
-/// Probability that a χ² variable with an even number of degrees of freedom exceeds `x`: `e^{-x/2} Σ_{k<n/2} (x/2)^k /
-/// k!`.
+/// `e^{-x/2} Σ_{k<n/2} (x/2)^k / k!`, for even degrees.
 fn chi_square_tail(x: f64, degrees: usize) -> f64 {
     let half = x / 2.0;
     let mut term = (-half).exp();

@@ -1,5 +1,3 @@
-//! The columns of detections.
-
 use std::borrow::Cow;
 
 use super::Samples;
@@ -29,7 +27,6 @@ pub(super) fn samples(Samples { detection, trust, .. }: &Samples) -> DataTable<'
     trust.fold(table, |table, (column, values)| table.with(column.name, column_values(values)))
 }
 
-/// Converts the values of an engine column to values of a table.
 pub fn column_values<'a>(column: ColumnValues<impl Into<Cow<'a, [f64]>>, impl Into<Cow<'a, [u8]>>>) -> Values<'a> {
     match column {
         ColumnValues::Numbers(numbers) => Values::Numbers(numbers.into()),
@@ -37,8 +34,7 @@ pub fn column_values<'a>(column: ColumnValues<impl Into<Cow<'a, [f64]>>, impl In
     }
 }
 
-/// The alarms of recordings (`found`, `false`, or `alarm` without labels) and the missed ruptures (`missed`), ordered
-/// by time within each recording.
+/// Labels `found`, `false`, or `alarm` without labels, and `missed`.
 pub(super) fn events<'a>(recordings: impl IntoIterator<Item = (&'a str, &'a DetectionReport)>) -> DataTable<'a> {
     let of = |(file, report): (&'a str, &'a DetectionReport)| {
         Event::all(report).into_iter().map(move |event| (file, report, event))

@@ -1,5 +1,3 @@
-//! The figures of detections.
-
 use super::Samples;
 use crate::DetectionReport;
 use trocar_document::Document;

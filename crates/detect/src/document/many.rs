@@ -1,5 +1,3 @@
-//! The document of detections in many recordings.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value as Json;
@@ -11,14 +9,13 @@ use trocar_document::{Cell, Document, Section, Shown, Study, Table, Verdict, cou
 use trocar_figures::{FigureError, MAX_ROWS, TimelineRow};
 use trocar_metrics::Unit;
 
-/// One recording among many.
 #[derive(Debug)]
 pub struct DetectionEntry {
-    /// The path of the file as the user gave it.
+    /// Path as the user gave it.
     pub file: String,
-    /// The folder of its output files, which is also its name in tables.
+    /// Folder of the output files, and name in tables.
     pub name: String,
-    /// The report and its JSON, or the error message.
+    /// An error is its message.
     pub outcome: Result<(DetectionReport, Json), String>,
 }
 
@@ -71,10 +68,8 @@ enum Outcome<'a> {
     },
 }
 
-/// Detections in many recordings.
 #[derive(Debug)]
 pub struct Detections {
-    /// The recordings, in the order in which they were given.
     pub entries: Vec<DetectionEntry>,
 }
 

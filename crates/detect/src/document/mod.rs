@@ -1,5 +1,3 @@
-//! The document of a detection.
-
 mod data;
 mod figures;
 mod live;
@@ -22,10 +20,9 @@ use trocar_engine::engine::TrustColumns;
 use trocar_metrics::Unit;
 use trocar_scenario::{Values, json_schema};
 
-/// Maximum number of alarms for which a page offers a part of the time axis.
 const MAX_WINDOWS: usize = 6;
 
-/// Maximum number of alarms whose times the first sentence contains.
+/// Maximum number of alarms in the first sentence.
 const MAX_TIMES: usize = 5;
 
 const MEANINGS: &str = "The residual e is the measured minus the estimated force. σ is its standard deviation. The \
@@ -35,24 +32,18 @@ const MEANINGS: &str = "The residual e is the measured minus the estimated force
      insertion, hold and withdrawal. Precision is the share of alarms that match a rupture, recall is the share of \
      ruptures with a matching alarm, and F1 is their harmonic mean. A delay is the time from a rupture to its alarm.";
 
-/// A detection in a recording.
 #[derive(Debug)]
 pub struct DetectionStudy {
-    /// The name of the recording.
     pub name: String,
-    /// The path of the recording, by which its events refer to it.
+    /// Path by which events refer to the recording.
     pub file: String,
-    /// The settings.
     pub values: Values,
-    /// The report about the detection.
     pub report: DetectionReport,
-    /// True if its document has figures.
     pub is_drawn: bool,
     samples: Samples,
 }
 
 impl DetectionStudy {
-    /// Creates the study of a detection, with figures.
     #[must_use]
     pub fn new(name: String, file: String, values: Values, (detection, report): (Detection, DetectionReport)) -> Self {
         let samples = Samples::of(detection);
@@ -90,12 +81,10 @@ impl Study for DetectionStudy {
     }
 }
 
-/// Adds a timeline of the recording's phases, ruptures and alarms.
 pub fn add_timeline(document: &mut Document<'_>, name: &str, report: &DetectionReport) {
     document.figure("timeline", trocar_figures::timeline(&[figures::row(name, report, report.start_s)]));
 }
 
-/// The document of a detection, without its samples and figures.
 #[must_use]
 pub fn report_document(name: &str, report: &DetectionReport, values: &Values) -> Document<'static> {
     let (detector, threshold, unit) = report.detector;

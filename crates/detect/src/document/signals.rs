@@ -1,5 +1,3 @@
-//! The document of the signals in a file.
-
 use std::collections::HashMap;
 
 use schemars::JsonSchema;
@@ -9,7 +7,6 @@ use trocar_document::{Cell, Document, Section, Table, Verdict, command_line, cou
 use trocar_recording::{Quantity, Roles, Signal};
 use trocar_scenario::parse_quantity;
 
-/// The signals of a file with their roles, and the command that detects ruptures in it.
 #[must_use]
 pub fn signals_document(file: &str, signals: &[Signal]) -> Document<'static> {
     let times = times(signals);
@@ -39,14 +36,12 @@ pub fn signals_document(file: &str, signals: &[Signal]) -> Document<'static> {
     }
 }
 
-/// Maximum number of signals in the table, and of characters of their names.
 const MAX_ROWS: usize = 200;
 const MAX_CHARACTERS: usize = 80;
 
-/// Maximum number of signals in a sentence.
 const MAX_LISTED: usize = 12;
 
-/// The first time with each number of samples.
+/// First time with each number of samples.
 type Times<'a> = HashMap<usize, &'a Signal>;
 
 fn times(signals: &[Signal]) -> Times<'_> {
@@ -64,7 +59,7 @@ fn rate_hz(signal: &Signal, times: &Times<'_>) -> Option<f64> {
     (duration_s > 0.0).then(|| (signal.samples - 1) as f64 / duration_s)
 }
 
-/// The command that detects in a file, with the first signal of each role; a capital word stands for a missing signal.
+/// A capital word stands for a missing signal.
 fn command(file: &str, signals: &[Signal]) -> String {
     let roles = Roles::of(signals);
     let mut words = vec!["detect".to_owned(), file.to_owned()];
@@ -102,7 +97,6 @@ fn table(signals: &[Signal]) -> Table {
     table
 }
 
-/// The beginning of a long name.
 fn shortened(name: &str) -> String {
     match name.char_indices().nth(MAX_CHARACTERS) {
         Some((end, _)) => format!("{}…", &name[..end]),
@@ -110,7 +104,6 @@ fn shortened(name: &str) -> String {
     }
 }
 
-/// The names of signals, of which the first ones are given.
 fn listed<'a>(signals: impl ExactSizeIterator<Item = &'a Signal>) -> String {
     let others = signals.len().saturating_sub(MAX_LISTED);
     let mut names: Vec<String> = signals.take(MAX_LISTED).map(|signal| shortened(&signal.name)).collect();
@@ -132,7 +125,6 @@ fn choices(signals: &[Signal]) -> Vec<String> {
     Quantity::ALL.into_iter().filter_map(of).collect()
 }
 
-/// Returns the reason why no signal has a quantity, with the remedy.
 fn unknown(quantity: Quantity, signals: &[Signal]) -> String {
     let (name, word) = (quantity.name(), quantity.name().to_uppercase());
     let of_role = |signal: &&Signal| signal.role == Some(quantity);

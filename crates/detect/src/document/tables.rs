@@ -1,11 +1,8 @@
-//! The tables of detections.
-
 use crate::{DetectionReport, PhaseStatistics, Scores};
 use trocar_document::{Cell, Digits, Number, Table, plain};
 use trocar_figures::STANDARD_ERRORS;
 use trocar_metrics::Unit;
 
-/// Maximum number of alarms and missed ruptures that the terminal shows.
 const EVENTS_ON_TERMINAL: usize = 20;
 
 pub(super) fn newton(value: f64) -> Cell {

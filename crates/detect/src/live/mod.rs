@@ -1,5 +1,3 @@
-//! The detection chain on a live stream, whose samples can be late or lost.
-
 use serde::Serialize;
 
 use super::chain::{DetectionChain, Step, VelocitySource};
@@ -11,93 +9,69 @@ use trocar_core::set_back::SetBack;
 use trocar_recording::{Limits, LiveSample};
 use trocar_scenario::DetectionSettings;
 
-/// Minimum step, in intervals, that counts as lost samples.
+/// In intervals; a longer step has lost samples.
 const MAX_INTERVALS_OF_ONE_TICK: f64 = 1.5;
 
-/// One tick of the stream with its results.
 #[derive(Debug, Clone, Copy)]
 pub struct LiveStep {
-    /// Time of the stream, in s.
     pub time_s: f64,
-    /// Number of the tick, from 0.
+    /// From 0.
     pub sample: u64,
-    /// The measurement, interpolated if a sample was lost.
+    /// Interpolated if a sample was lost.
     pub measurement: Measurement<f64>,
-    /// The results.
     pub step: Step,
 }
 
-/// An anomaly of a sample's time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TimestampAnomaly {
-    /// The time is not later than the time of the last sample. The sample is omitted.
+    /// The sample is omitted.
     NotLater {
-        /// The time of the previous sample in s.
+        /// Time of the last sample.
         last_s: f64,
-        /// The time of this sample in s.
         time_s: f64,
     },
-    /// Ten consecutive rows are earlier than the last sample: the clock was set back. The detection restarts.
+    /// After ten consecutive rows that are earlier than the last sample. The detection restarts.
     SetBack {
-        /// The time of the previous sample in s.
+        /// Time of the last sample.
         last_s: f64,
-        /// The time of this sample in s.
         time_s: f64,
     },
-    /// The gap is too long for interpolation. The detection restarts.
+    /// Too long for interpolation. The detection restarts.
     Gap {
-        /// The time of the previous sample in s.
+        /// Time of the last sample.
         last_s: f64,
-        /// The time of this sample in s.
         time_s: f64,
     },
 }
 
-/// The results of a stream so far.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct LiveSummary {
-    /// Number of ticks.
     pub samples: u64,
-    /// Interval of the ticks in s; `None` before it is known.
+    /// `None` before it is known.
     pub interval_s: Option<f64>,
-    /// Duration of the ticks, in s.
     pub duration_s: f64,
-    /// Time in contact, in s.
     pub contact_s: f64,
-    /// Number of alarms.
     pub alarms: u64,
-    /// Number of ticks interpolated for lost samples.
+    /// Ticks for lost samples.
     pub interpolated: u64,
-    /// Number of time steps that differ by more than 1 % from the interval.
+    /// Steps that differ by more than 1 % from the interval.
     pub uneven: u64,
-    /// Number of samples omitted because they were not later than the last sample.
+    /// Omitted samples.
     pub not_later: u64,
-    /// Number of restarts after a gap or after the clock was set back.
     pub restarts: u64,
-    /// Mean of the residual in N. This and the next three are `None` without samples.
+    /// Residual; `None` without samples.
     pub mean_n: Option<f64>,
-    /// Standard deviation of the residual in N.
     pub std_n: Option<f64>,
-    /// Mean magnitude of the residual in N.
     pub mean_absolute_n: Option<f64>,
-    /// Maximum magnitude of the residual in N.
     pub max_absolute_n: Option<f64>,
 }
 
 /// Estimator and detector on a stream, in constant memory.
 ///
-/// # Time
-/// Estimator and detector need evenly spaced samples, so the stream is divided into ticks of `interval_s`, or of the
-/// time between the first two samples.
+/// The stream is divided into ticks of `interval_s`, or of the first interval. Samples lost in a step of 1.5 to ten
+/// intervals are interpolated linearly. After a longer step, or a clock that was set back, the chain restarts.
 ///
-/// - A step of up to 1.5 intervals is one tick.
-/// - A longer step, of up to ten intervals, has lost samples, which are interpolated linearly, as in a file.
-/// - After a longer step, and after the clock was set back (ten consecutive rows that ascend but are earlier than the
-///   last sample), filter, estimator and detector restart; only the sensor's offset is kept. The detector then raises no alarm until the contact has been
-///   quiet for its `settle_s`.
-/// - A sample that is not later than the last one is omitted.
-///
-/// Evenly spaced samples give the same results, bit for bit, as [`detect`](super::detect) with the same interval.
+/// Evenly spaced samples give the same results, bit for bit, as [`detect`](super::detect).
 #[derive(Debug)]
 pub struct LiveDetector {
     settings: DetectionSettings,
@@ -105,7 +79,6 @@ pub struct LiveDetector {
     interval_s: Option<f64>,
     chain: Option<DetectionChain>,
     last: Option<LiveSample>,
-    /// The rows that were not later than the last sample.
     behind: SetBack<f64>,
     in_contact: u64,
     residual: ResidualSums,
@@ -113,10 +86,6 @@ pub struct LiveDetector {
 }
 
 impl LiveDetector {
-    /// A detector for ticks of `interval_s` (s), or of the interval of the first two samples.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] if the interval or the position step is not a positive finite number.
     pub fn new(
         settings: DetectionSettings,
         interval_s: Option<f64>,
@@ -139,11 +108,8 @@ impl LiveDetector {
         Ok(detector)
     }
 
-    /// Evaluates a sample, calls `emit` for each tick that it completes, and returns the anomaly of its time, if any.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] for a number that is not finite, whose sample is omitted; or if the interval of the first two
-    /// samples is invalid for the velocity filter.
+    /// Calls `emit` for each completed tick, and returns the anomaly of the sample's time. A sample with a number that
+    /// is not finite is an error and is omitted.
     pub fn take(
         &mut self,
         sample: &LiveSample,
@@ -160,7 +126,7 @@ impl LiveDetector {
             require(name, value, value.is_finite(), "a finite number")?;
         }
         let Some(last) = self.last else {
-            // Without an interval, the first sample is evaluated together with the second.
+            // Without an interval, the first sample waits for the second.
             self.last = Some(*sample);
             if self.interval_s.is_some() {
                 self.tick(sample, &mut emit);
@@ -198,13 +164,11 @@ impl LiveDetector {
         Ok(None)
     }
 
-    /// The interval of the ticks in s; `None` before it is known.
     #[must_use]
     pub fn interval_s(&self) -> Option<f64> {
         self.interval_s
     }
 
-    /// The results so far.
     #[must_use]
     pub fn summary(&self) -> LiveSummary {
         let interval_s = self.interval_s.unwrap_or(0.0);
@@ -267,7 +231,6 @@ fn measurement(sample: &LiveSample) -> Measurement<f64> {
     Measurement { position_m, velocity_m_per_s, force_n }
 }
 
-/// Interpolates as the controller of a rig does.
 fn between(from: &LiveSample, to: &LiveSample, share: f64) -> LiveSample {
     let Measurement { position_m, velocity_m_per_s, force_n } = measurement(from).between(&measurement(to), share);
     let time_s = from.time_s + (to.time_s - from.time_s) * share;

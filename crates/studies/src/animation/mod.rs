@@ -1,6 +1,4 @@
-//! The animation of a rupture: needle, tissue, hand and felt force of one or two runs around their first rupture.
-//!
-//! [`animation`] describes the shapes of each frame in one coordinate system.
+//! The animation of one or two runs around their first rupture.
 
 mod scene;
 mod tissue;
@@ -14,30 +12,25 @@ use trocar_document::animation::{Animation, Drawing, Panel};
 use trocar_document::{Fine, show};
 use trocar_metrics::{Outcome, RUPTURE_WINDOW_S, Unit};
 
-/// Displayed time before the rupture, in s. The time after it is the window of the metric "overshoot in 0.5 s".
 const BEFORE_S: f64 = 0.1;
 
 const LENGTH_S: f64 = BEFORE_S + RUPTURE_WINDOW_S;
 
-/// Number of frames in that time: 62.5 per second at a quarter of the speed.
+/// 62.5 frames per second at a quarter of the speed.
 const FRAMES: usize = 151;
 
-/// Interval of the later frames, in s, while the needle catches up with the hand.
 const LATER_S: f64 = 0.02;
 
-/// Displayed time after the needle has caught up, and maximum after the rupture, in s.
 const CAUGHT_UP_S: f64 = 0.1;
 const MAX_AFTER_S: f64 = 1.5;
 
-/// Ratio of the playing time to the time of the run.
 const SLOWNESS: f64 = 4.0;
 
-/// Time for which the state is "rupture", in s.
 const RUPTURING_S: f64 = 0.06;
 
 const MARGIN: f64 = 0.12;
 
-/// Maximum height of a drawn surface above the motion, relative to the motion.
+/// Maximum height of a drawn surface, relative to the motion.
 const MAX_BULGE_SHARE: f64 = 2.5;
 
 const MIN_RANGE_MM: f64 = 4.0;
@@ -48,13 +41,13 @@ struct Frames {
     moments: Vec<Moment>,
 }
 
-/// The animation of the first two runs, for a page; `None` if a run has no ticks.
+/// `None` if a run has no ticks.
 #[must_use]
 pub fn animation(runs: &[&Run]) -> Option<Animation> {
     Played::of(&runs[..runs.len().min(2)]).map(|played| played.animation())
 }
 
-/// The animation of the first two runs, with pictures for a file; `None` if a run has no ticks.
+/// With pictures for a file; `None` if a run has no ticks.
 #[must_use]
 pub fn animation_with_pictures(runs: &[&Run]) -> Option<Animation> {
     let played = Played::of(&runs[..runs.len().min(2)])?;
@@ -69,7 +62,7 @@ struct Played<'a> {
     ticks: Vec<usize>,
     still: usize,
     rupture_s: Option<f64>,
-    /// Time of the first rupture, or of the largest tissue force if there is no rupture.
+    /// Time of the first rupture, else of the largest tissue force.
     origin_s: f64,
     frames: Vec<Frames>,
     range_mm: (f64, f64),
@@ -104,7 +97,7 @@ impl<'a> Played<'a> {
         let ends = |(low, high): (f64, f64), mm: f64| (low.min(mm), high.max(mm));
         let (low, high) = positions_mm.filter(|mm| mm.is_finite()).fold((f64::MAX, f64::MIN), ends);
         let (low, high) = if low < high { (low, high) } else { (low.min(0.0), low.min(0.0) + MIN_RANGE_MM) };
-        // The surface above the needle is drawn, too, unless it leaves too little room for the motion.
+        // A surface that leaves too little room for the motion is not drawn.
         let tops = frames.iter().filter_map(|frames| frames.surface_mm(low));
         let low = tops.filter(|top| *top > low - MAX_BULGE_SHARE * (high - low)).fold(low, f64::min);
         let margin = MARGIN * (high - low).max(MIN_RANGE_MM);
@@ -162,8 +155,7 @@ impl<'a> Played<'a> {
     }
 }
 
-/// Displayed time after a rupture in s: the window of the overshoot, and after an event that begins in it until the
-/// needle has caught up.
+/// The overshoot's window, extended until the needle has caught up after an event.
 fn after_s(runs: &[&Run], rupture_s: f64) -> f64 {
     let caught_up = runs.iter().flat_map(|run| &run.metrics.events).filter_map(|event| {
         let is_of_rupture = (0.0..RUPTURE_WINDOW_S).contains(&(event.start_s - rupture_s));
@@ -179,7 +171,7 @@ fn time_of_largest_force(run: &Run) -> f64 {
 }
 
 impl Frames {
-    /// The deepest top above a depth in mm: the layer in which the motion begins.
+    /// The deepest top above a depth.
     fn surface_mm(&self, depth_mm: f64) -> Option<f64> {
         self.layers.iter().map(|layer| layer.top_mm).filter(|top| *top < depth_mm).reduce(f64::max)
     }
@@ -211,7 +203,6 @@ impl Frames {
                 overshoot: overshoot.as_ref().filter(|overshoot| overshoot.time_s <= time_s).map(|one| one.at(tick)),
             });
         }
-        // The last frame shows the metric with all its digits.
         if let (Some(metric), Some(reached_mm)) = (overshoot.as_ref(), moments.last().and_then(reached_mm)) {
             for (.., text) in
                 moments.iter_mut().filter_map(|now| now.overshoot.as_mut()).filter(|now| now.1 == reached_mm)
@@ -250,8 +241,7 @@ impl<'a> Overshoot<'a> {
         })
     }
 
-    /// Position of the tip at the rupture, its maximum advance up to a tick within the metric's window, in mm, and a
-    /// text.
+    /// Position of the tip at the rupture and its maximum advance, in mm, with a text.
     fn at(&self, tick: usize) -> (f64, f64, String) {
         let from_m = self.tip_m[self.from];
         let until = (tick.min(self.end) + 1).clamp(self.from + 1, self.tip_m.len());

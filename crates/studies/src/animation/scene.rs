@@ -1,4 +1,4 @@
-//! One moment of a run as shapes: needle, tissue, hand and felt force. Pages and the animated picture only place them.
+//! One moment of a run as shapes. Pages and the animated picture only place them.
 
 use serde_json::{Value as Json, json};
 
@@ -18,8 +18,7 @@ const SMALL: f64 = 12.0;
 const LETTER: f64 = 0.62 * SMALL;
 const DIP_POINTS: i32 = 7;
 const LENGTHS_MM: [f64; 8] = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
-/// Candidate forces of a full bar in N; the smallest one above the largest force is used. Few, so most runs have the
-/// same scale.
+/// Forces of a full bar: few, so most runs have the same scale.
 const FULL_N: [f64; 6] = [5.0, 10.0, 20.0, 50.0, 100.0, 1000.0];
 const NAMED_S: f64 = 0.1;
 
@@ -41,7 +40,6 @@ impl Form {
         Self { width, height, bar: 8.0, bar_width: 16.0, hand: 64.0, tissue: 98.0, needle, is_wide: true }
     }
 
-    /// On a wide page, and on a telephone.
     pub(super) const PAGE: [Self; 2] = [
         Self::wide(440.0, 216.0),
         Self {
@@ -62,12 +60,12 @@ impl Form {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Moment {
     pub(super) tip_mm: f64,
-    /// Position of the hand in mm, scaled to the needle.
+    /// Position of the hand, scaled to the needle.
     pub(super) hand_mm: f64,
     pub(super) felt_n: f64,
     pub(super) mode: u8,
     pub(super) alarm_mm: Option<f64>,
-    /// Depth of each layer's top at the needle in mm, and true for torn layers.
+    /// Depth of each layer's top at the needle, and true for torn layers.
     pub(super) tops_mm: Vec<f64>,
     pub(super) torn: Vec<bool>,
     /// Position of the tip at the rupture and the advance since then in mm, with a text.
@@ -117,7 +115,7 @@ impl Scene<'_> {
         MARGIN + (mm - self.range_mm.0) * self.per_mm()
     }
 
-    /// The shapes at one moment, in constant number and order.
+    /// The number and order of the shapes are constant.
     pub(super) fn shapes(&self, now: &Moment) -> Vec<Shape> {
         let Form { width, height, bar, bar_width, hand, tissue, needle, is_wide } = self.form;
         let (tip, bottom) = (self.y(now.tip_mm), height - MARGIN);
@@ -187,11 +185,10 @@ impl Scene<'_> {
         // Adding zero removes the sign of a negative zero.
         let shown_n = format!("{:.2} N", (100.0 * now.felt_n).round() / 100.0 + 0.0);
         shapes.push(Shape::text(Role::Newtons, (2.0, 0.5 * MARGIN - 1.0), Anchor::Start, shown_n));
-        // The scale of the bar, in the unit of the reading above it.
         let unit = if is_wide { " N" } else { "" };
         let scale = format!("{}{unit}", trocar_document::plain(self.full_n));
         shapes.push(Shape::text(Role::Label, (bar + bar_width + 2.0, MARGIN + 5.0), Anchor::Start, scale));
-        // A narrow drawing has no room for the word; the unit alone identifies the force.
+        // A narrow drawing has no room for the word.
         shapes.push(Shape::text(Role::Label, (2.0, foot), Anchor::Start, "force").shown_if(is_wide));
         let range_mm = self.range_mm.1 - self.range_mm.0;
         let length_mm = LENGTHS_MM.into_iter().rfind(|mm| *mm <= range_mm / 3.0).unwrap_or(range_mm / 4.0);
@@ -219,7 +216,6 @@ impl Scene<'_> {
         points
     }
 
-    /// The names of the layers; a thin layer's is above it, unless another name is there.
     fn labels(&self) -> Vec<Shape> {
         let Form { width, height, .. } = self.form;
         let tops = || self.layers.iter().map(|layer| self.y(layer.top_mm));
@@ -236,7 +232,6 @@ impl Scene<'_> {
     }
 }
 
-/// A live drawing of an insertion by hand.
 #[derive(Debug)]
 pub struct LiveDrawing {
     layers: Vec<Layer>,
@@ -248,29 +243,21 @@ pub struct LiveDrawing {
     alarm_mm: Option<f64>,
 }
 
-/// One moment of a live drawing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LiveMoment<'a> {
-    /// Time in s.
     pub time_s: f64,
-    /// Position of the slave in mm.
     pub tip_mm: f64,
-    /// Position of the master in mm.
     pub master_mm: f64,
-    /// Force on the hand in N.
     pub felt_n: f64,
     /// 0 for teleoperation, 1 for an event, 2 for re-engaging.
     pub mode: u8,
-    /// Depth of each layer's top at the needle, in mm.
     pub tops_mm: &'a [f64],
-    /// True for each layer that has ruptured.
     pub torn: &'a [bool],
-    /// True if a layer ruptures at this moment.
     pub ruptures: bool,
 }
 
 impl LiveDrawing {
-    /// Creates the drawing of a scenario for a range of the hand (m).
+    /// `from_m` and `to_m` are the range of the hand.
     #[must_use]
     pub fn new(scenario: &Scenario, (from_m, to_m): (f64, f64)) -> Self {
         let position_scale = scenario.position_scale();
@@ -287,14 +274,14 @@ impl LiveDrawing {
         }
     }
 
-    /// Two heights of the drawing with the hand's position there in mm, for a pointer.
+    /// Two heights of the drawing with the hand's position there in mm.
     #[must_use]
     pub fn heights(&self) -> Json {
         let hand = |mm: f64| mm / self.position_scale;
         json!([[MARGIN, hand(self.range_mm.0)], [Form::FIELD.height - MARGIN, hand(self.range_mm.1)]])
     }
 
-    /// The name of the state, the force of a full bar in N, and the shapes.
+    /// The state's name, the force of a full bar in N, and the shapes.
     #[must_use]
     pub fn frame(&mut self, now: &LiveMoment<'_>) -> Json {
         self.max_force_n = self.max_force_n.max(now.felt_n.abs());

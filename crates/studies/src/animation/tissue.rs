@@ -1,7 +1,5 @@
-//! The drawn tissue: interfaces that bulge under the needle, and spring back when they rupture.
-//!
-//! The simulation computes forces and ruptures but no shape. The drawing assumes that an intact interface lies at the
-//! tip once the tip has reached it, and that a torn one returns to its place.
+//! The drawn tissue. The simulation computes no shape: the drawing assumes that an intact interface lies at the tip
+//! once touched, and that a torn one returns to its place.
 
 use crate::run::Run;
 use trocar_engine::tissue::{StatedLayer, TissueSettings};
@@ -9,26 +7,22 @@ use trocar_scenario::Scenario;
 
 const RETURN_S: f64 = 0.02;
 
-/// Minimum drawn thickness of a compressed layer, relative to its thickness.
 const COMPRESSED_SHARE: f64 = 0.3;
 
-/// Share of the rise of a recorded force before a rupture at which the needle is assumed to touch the layer.
+/// The needle is assumed to touch a layer at this share of the force's rise before the rupture.
 const TOUCH_SHARE: f64 = 0.1;
 
-/// A layer of the tissue, from its top down to the next one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
-    /// Name and thickness; empty for a tissue without layers.
+    /// Empty for a tissue without layers.
     pub(super) label: String,
     pub(super) top_mm: f64,
-    /// Time of the rupture in s, if the layer ruptures.
     pub(super) torn_s: Option<f64>,
     thickness_mm: f64,
-    /// True if the layer bulges until it ruptures. The needle cuts other layers without bulging.
+    /// True if the layer bulges until it ruptures.
     ruptures: bool,
 }
 
-/// The layers of a tissue and the state of their tops.
 #[derive(Clone, Debug)]
 pub struct DrawnTissue {
     layers: Vec<Layer>,
@@ -38,7 +32,6 @@ pub struct DrawnTissue {
 }
 
 impl DrawnTissue {
-    /// The tissue of a scenario before its run: its layers, or one surface.
     #[must_use]
     pub fn of_scenario(scenario: &Scenario) -> Self {
         let contact_mm = 1e3 * contact_m(scenario);
@@ -57,8 +50,7 @@ impl DrawnTissue {
         Self::new(layers)
     }
 
-    /// The tissue of a run. The top of a layer that ruptures is the tip's position at the rupture minus the layer's
-    /// deflection: there the needle meets it.
+    /// The top of a rupturing layer is the tip's position at the rupture minus the layer's deflection.
     #[must_use]
     pub fn of_run(run: &Run) -> Self {
         let trace = &run.trace;
@@ -86,7 +78,7 @@ impl DrawnTissue {
             let top_mm = tip_mm - 1e3 * stated[index].deflection_m;
             let moved_mm = top_mm - layers[index].top_mm;
             layers[index].torn_s = trace.time_s.get(tick).copied();
-            // The first layer lies at the surface. Deeper layers lie where the needle meets them.
+            // Only the first layer lies at the surface.
             let first = if index == 0 { layers.len() } else { index };
             for layer in &mut layers[first..] {
                 layer.top_mm += moved_mm;
@@ -101,32 +93,28 @@ impl DrawnTissue {
         Self { layers, depths_mm, torn, last_s: f64::NEG_INFINITY }
     }
 
-    /// The layers from the surface downwards.
     #[must_use]
     pub fn layers(&self) -> &[Layer] {
         &self.layers
     }
 
-    /// The depth of each top at the needle, in mm.
     #[must_use]
     pub fn depths_mm(&self) -> &[f64] {
         &self.depths_mm
     }
 
-    /// True for each layer that has ruptured.
     #[must_use]
     pub fn torn(&self) -> Vec<bool> {
         self.layers.iter().map(|layer| layer.torn_s.is_some()).collect()
     }
 
-    /// Tears the next layer that can rupture, at a time in s.
+    /// Tears the next layer that can rupture.
     pub fn tear(&mut self, time_s: f64) {
         if let Some(layer) = self.layers.iter_mut().find(|layer| layer.ruptures && layer.torn_s.is_none()) {
             layer.torn_s = Some(time_s);
         }
     }
 
-    /// Moves the tops to a time (s) with the tip at a depth (mm).
     pub fn step(&mut self, time_s: f64, tip_mm: f64) {
         let remaining = (-(time_s - self.last_s).max(0.0) / RETURN_S).exp();
         self.last_s = time_s;
@@ -165,13 +153,13 @@ fn stated_layers(scenario: &Scenario) -> Vec<StatedLayer<'_>> {
     scenario.tissue.settings().map_or_else(Vec::new, TissueSettings::layers)
 }
 
-/// Position of the undeformed surface in m: from the tissue, or as assumed by the estimator.
+/// The tissue's contact, or the one that the estimator assumes.
 fn contact_m(scenario: &Scenario) -> f64 {
     let of = |key: &str| scenario.values().get(key)?.to_toml().as_float();
     of("tissue.contact_m").unwrap_or(scenario.contact_m)
 }
 
-/// The last tick before a rupture at which the force has hardly risen from its minimum since tick `from`.
+/// The last tick at which the force has hardly risen from its minimum since tick `from`.
 fn touch(force_n: &[f64], from: usize, rupture: usize) -> usize {
     let Some(before) = force_n.get(from..rupture).filter(|before| !before.is_empty()) else { return rupture };
     let min_n = before.iter().copied().fold(f64::INFINITY, f64::min);

@@ -1,5 +1,3 @@
-//! The document of a comparison.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -33,14 +31,11 @@ const OVER_SEEDS: [&str; 11] = [
     "false_alarms",
 ];
 
-/// A comparison with its optional parts.
 #[derive(Debug, Clone, Copy)]
 pub struct ComparisonReport<'a> {
-    /// The runs.
     pub comparison: &'a Comparison,
-    /// Statements of the paper, for the pair of the paper.
+    /// Only for the pair of the paper.
     pub facts: Option<&'a [Fact]>,
-    /// The same scenarios over many seeds.
     pub seeds: Option<&'a SeedStudy>,
 }
 
@@ -51,7 +46,7 @@ impl Study for ComparisonReport<'_> {
 }
 
 impl<'a> ComparisonReport<'a> {
-    /// The document, which borrows only the runs, with the passivity schemes for its JSON.
+    /// Borrows only the runs.
     pub(super) fn into_document(self, schemes: Option<&[SchemeRow]>) -> Document<'a> {
         let runs: Vec<&'a Run> = self.comparison.runs.iter().collect();
         let names: Vec<&str> = runs.iter().map(|run| run.scenario.name.as_str()).collect();
@@ -148,7 +143,7 @@ pub struct ComparisonFile<'a> {
     schemes: Option<&'a [SchemeRow]>,
 }
 
-/// Adds the figures of runs; `estimations` belong to the first runs.
+/// `estimations` belong to the first runs.
 pub fn add_figures<'a>(document: &mut Document<'a>, runs: &[RunView<'a>], estimations: Vec<EstimationView<'a>>) {
     document.figure("comparison", figures::comparison(runs, None));
     document.figure("overlay", figures::overlay(runs, None));
@@ -157,7 +152,6 @@ pub fn add_figures<'a>(document: &mut Document<'a>, runs: &[RunView<'a>], estima
     document.figure("signals", figures::signals(&signals, (0.0, ends_s.fold(0.0, f64::max))));
 }
 
-/// The short table of runs and the table of all metrics, with their meaning; for a pair with the change.
 pub(crate) fn metric_tables(runs: &[&Run], noise: &[NoiseCheck]) -> [Table; 2] {
     let rows = rows(&runs.iter().map(|run| &run.metrics).collect::<Vec<&Metrics>>(), noise);
     let mut columns = vec![("metric".to_owned(), "metric".to_owned())];
@@ -216,8 +210,7 @@ fn seeds_section(study: &SeedStudy) -> Section {
     section
 }
 
-/// The main metrics over the seeds: one line per scenario with the median and the central 95 % interval; for a pair
-/// also the ratio of the second scenario to the first, seed by seed.
+/// Median and central 95 % interval; for a pair also the ratio of second to first, seed by seed.
 pub(crate) fn seeds_table(study: &SeedStudy) -> Table {
     let over = format!("over {} seeds", study.seeds);
     let columns =
@@ -252,7 +245,6 @@ fn spread_cells(name: &str, spread: Option<&Spread>, number: impl Fn(f64) -> Num
     [name, median, low, high, Cell::count(spread.defined)]
 }
 
-/// `comparison.csv`: a row per metric, a column per scenario, in SI units.
 fn columns(comparison: &Comparison) -> DataTable<'static> {
     let table = comparison.table();
     let rows = || table.rows.iter();
@@ -265,7 +257,6 @@ fn columns(comparison: &Comparison) -> DataTable<'static> {
     data
 }
 
-/// `seeds.csv`: a row per metric and scenario, in SI units.
 fn seed_columns(study: &SeedStudy) -> DataTable<'static> {
     let all = || study.rows.iter().flat_map(|row| (0..study.scenarios.len()).map(move |index| (row, index)));
     let spread = |of: fn(&Spread) -> f64| {

@@ -1,5 +1,3 @@
-//! Statements of the paper about its experiment, and the results of the shipped pair of scenarios.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -24,9 +22,7 @@ pub struct Fact {
     pub holds: bool,
 }
 
-/// Compares the paper's facts with the classical run (first) and the augmented run (second).
-///
-/// `None` if a quantity is undefined, for example without two ruptures or without an event.
+/// `None` unless there are a classical and an augmented run with two ruptures and an event.
 #[must_use]
 pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
     let [classical, augmented] = comparison.runs.as_slice() else { return None };

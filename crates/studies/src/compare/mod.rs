@@ -1,6 +1,3 @@
-//! Comparisons of scenarios: their metrics, their detection in noise, the passivity schemes, the strategies, and the
-//! paper's facts.
-
 mod document;
 mod facts;
 
@@ -43,12 +40,9 @@ use trocar_base::parallel::try_map;
 use trocar_base::warning::Warning;
 use trocar_scenario::Scenario;
 
-/// The runs of the compared scenarios.
 #[derive(Debug, Clone)]
 pub struct Comparison {
-    /// The runs, in the order of the scenarios.
     pub runs: Vec<Run>,
-    /// The detection of each scenario in noise.
     pub noise: Vec<NoiseCheck>,
 }
 
@@ -62,10 +56,7 @@ pub struct ComparisonTable {
 }
 
 impl Comparison {
-    /// Runs scenarios in parallel, without and with added noise; the results do not depend on the threads.
-    ///
-    /// # Errors
-    /// The [`RunError`] of the first scenario that fails.
+    /// Runs scenarios without and with added noise; the results do not depend on the threads.
     pub fn of(scenarios: Vec<Scenario>) -> Result<Self, RunError> {
         let noise = || try_map(scenarios.len(), |index| check_in_noise(&scenarios[index]));
         let runs = || try_map(scenarios.len(), |index| run(scenarios[index].clone()));
@@ -73,13 +64,11 @@ impl Comparison {
         Ok(Self { runs: runs?, noise: noise? })
     }
 
-    /// The warnings about the runs, in their order.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         self.runs.iter().flat_map(|run| RunReport::of(run).warnings()).collect()
     }
 
-    /// The table of the metrics.
     #[must_use]
     pub fn table(&self) -> ComparisonTable {
         let scenarios = self.runs.iter().map(|run| run.scenario.name.clone()).collect();

@@ -1,4 +1,4 @@
-//! Detection in added noise, by the scenario's detector and by a plain derivative.
+//! Detection in added noise.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -10,10 +10,9 @@ use trocar_metrics::Metrics;
 use trocar_metrics::metrics;
 use trocar_scenario::Scenario;
 
-/// Standard deviation of the added noise, in N: the paper's 6.25e-4 N² (4.1).
+/// The paper's 6.25e-4 N² (4.1).
 pub const ADDED_NOISE_STD_N: f64 = 0.025;
 
-/// Time after a rupture during which a large derivative is attributed to it, in s.
 const RUPTURE_S: f64 = 0.1;
 
 metrics! {
@@ -41,10 +40,6 @@ metrics! {
     }
 }
 
-/// Runs a scenario with [`ADDED_NOISE_STD_N`] of additional noise, with its detector and with the baseline.
-///
-/// # Errors
-/// As [`crate::run::run`].
 pub fn check_in_noise(scenario: &Scenario) -> Result<NoiseCheck, RunError> {
     let mut noisy = scenario.clone();
     noisy.sensor.force_noise_std_n = libm::hypot(noisy.sensor.force_noise_std_n, ADDED_NOISE_STD_N);
@@ -65,7 +60,7 @@ pub fn check_in_noise(scenario: &Scenario) -> Result<NoiseCheck, RunError> {
     })
 }
 
-/// The scenario with the derivative as its distance, and thresholds from the paper's variances.
+/// The derivative is the distance; the thresholds are from the paper's variances.
 fn derivative_baseline(scenario: &Scenario) -> Scenario {
     use trocar_core::detector::{DetectorSettings, DistanceKind};
     let mut baseline = scenario.clone();
@@ -76,7 +71,7 @@ fn derivative_baseline(scenario: &Scenario) -> Scenario {
     baseline
 }
 
-/// Collects `(f_k - f_{k-1})²` after ruptures and at all other times.
+/// `(f_k - f_{k-1})²` after ruptures and at all other times.
 struct Derivatives {
     last_n: Option<f64>,
     rupture_ticks: u64,

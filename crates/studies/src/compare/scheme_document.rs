@@ -1,15 +1,10 @@
-//! The document of a comparison of the passivity schemes.
-
 use super::{ComparisonReport, IMPEDANCE_FREQUENCIES_HZ, SchemeRow, SchemeStudy, SeedStudy};
 use trocar_document::{Cell, Document, Section, Shown, Study, Table};
 use trocar_metrics::Unit;
 
-/// One scenario with every passivity scheme, and its optional parts.
 #[derive(Debug, Clone, Copy)]
 pub struct SchemeReport<'a> {
-    /// The runs and the rows.
     pub study: &'a SchemeStudy,
-    /// The same scenarios over many seeds.
     pub seeds: Option<&'a SeedStudy>,
 }
 

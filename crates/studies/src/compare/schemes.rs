@@ -1,5 +1,3 @@
-//! Runs one scenario with every passivity scheme, to compare their costs and guarantees.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -9,13 +7,12 @@ use trocar_base::parallel::try_map;
 use trocar_engine::teleoperation::Scheme;
 use trocar_scenario::{Scenario, Source};
 
-/// Frequencies in Hz at which the felt impedance is measured.
 pub const IMPEDANCE_FREQUENCIES_HZ: [f64; 2] = [1.0, 5.0];
 
-/// Stiffness of the tissue in N/m and amplitude of the hand in m for the measurement of the felt impedance.
+/// Stiffness of the tissue in the measurement of the felt impedance.
 const PROBED_N_PER_M: f64 = 200.0;
 const PROBE_M: f64 = 1e-3;
-/// Duration of a measurement of the impedance in s, of which the second half is evaluated.
+/// Only the second half is evaluated.
 const PROBE_S: f64 = 6.0;
 
 /// The results of a scenario with one scheme.
@@ -44,17 +41,12 @@ pub struct SchemeRow {
 /// A scenario with every scheme that its architecture allows.
 #[derive(Debug, Clone)]
 pub struct SchemeStudy {
-    /// The runs, in the order of the rows.
+    /// In the order of the rows.
     pub comparison: Comparison,
-    /// A row per scheme.
     pub rows: Vec<SchemeRow>,
 }
 
 impl SchemeStudy {
-    /// Runs a scenario without a scheme and with each scheme.
-    ///
-    /// # Errors
-    /// [`RunError`] of the first scenario that cannot be loaded or run.
     pub fn of(source: &Source, settings: &[String]) -> Result<Self, RunError> {
         let load = |scheme: Scheme, more: &[String]| {
             let chosen = [format!("passivity.scheme={}", scheme.word())];

@@ -1,5 +1,3 @@
-//! Runs scenarios with many seeds, to separate differences from chance.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -10,7 +8,7 @@ use trocar_base::quantiles;
 use trocar_metrics::{Better, Metrics, Unit};
 use trocar_scenario::Scenario;
 
-/// Maximum number of seeds of a study. A study stores the metrics of every run.
+/// A study stores the metrics of every run.
 pub const MAX_SEEDS: u64 = 100_000;
 
 /// The distribution of a metric over the seeds.
@@ -31,11 +29,8 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// The spread of values, or `None` without values.
-    ///
-    /// Quantiles are interpolated linearly between order statistics. The median's interval lies between the order
-    /// statistics of ranks `n/2 ± 1.96 √n/2`, rounded outwards (normal approximation of the sign test). Below six
-    /// values it is the whole range.
+    /// Quantiles are interpolated linearly. The median's interval lies between ranks `n/2 ± 1.96 √n/2`, rounded
+    /// outwards (normal approximation of the sign test); below six values it is the whole range.
     #[must_use]
     pub fn of(mut values: Vec<f64>) -> Option<Self> {
         values.sort_by(f64::total_cmp);
@@ -123,11 +118,7 @@ pub struct SeedStudy {
 }
 
 impl SeedStudy {
-    /// Runs every scenario in parallel with `seeds` consecutive seeds, starting from the scenario's seed, and calls
-    /// `done` after each run. The results do not depend on the number of threads.
-    ///
-    /// # Errors
-    /// A [`RunError`] of a scenario and seed that fails.
+    /// Runs every scenario with consecutive seeds. The results do not depend on the threads.
     pub fn of(scenarios: &[Scenario], seeds: u64, done: impl Fn() + Sync) -> Result<Self, RunError> {
         let run = |scenario: &Scenario, offset: u64| {
             let metrics = measure(&scenario.with_seed(scenario.seed.wrapping_add(offset)));
@@ -139,7 +130,7 @@ impl SeedStudy {
         Ok(Self::of_runs(scenarios, &runs))
     }
 
-    /// Compares the metrics of runs, by seed and scenario; seed `i` of a scenario is its first seed plus `i`.
+    /// `runs` by seed and scenario.
     #[must_use]
     pub fn of_runs(scenarios: &[Scenario], runs: &[Vec<Metrics>]) -> Self {
         Self {
@@ -151,13 +142,11 @@ impl SeedStudy {
         }
     }
 
-    /// The largest number of ruptures in a run.
     #[must_use]
     pub fn max_ruptures(&self) -> usize {
         self.totals.iter().map(|totals| totals.seeds_with_rupture.len()).max().unwrap_or(0)
     }
 
-    /// The row of a metric.
     #[must_use]
     pub fn row(&self, metric: &str) -> Option<&SpreadRow> {
         self.rows.iter().find(|row| row.metric == metric)

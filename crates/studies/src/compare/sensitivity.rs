@@ -1,5 +1,3 @@
-//! The sensitivity d' of the operator's perception.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -15,13 +13,12 @@ pub struct Noticed {
 }
 
 impl Noticed {
-    /// The share of noticed trials; `None` without trials.
     #[must_use]
     pub fn share(&self) -> Option<f64> {
         (self.trials > 0).then(|| self.noticed as f64 / self.trials as f64)
     }
 
-    /// The share with half a trial added to both answers, which keeps it between 0 and 1 (Hautus 1995).
+    /// Half a trial added to both answers keeps the share between 0 and 1 (Hautus 1995).
     fn log_linear_share(&self) -> f64 {
         (self.noticed as f64 + 0.5) / (self.trials as f64 + 1.0)
     }
@@ -37,7 +34,7 @@ pub struct Sensitivity {
 }
 
 impl Sensitivity {
-    /// The sensitivity for trials with a signal against trials without; `None` without trials of either kind.
+    /// `None` without trials of either kind.
     #[must_use]
     pub fn of(signals: &Noticed, others: &Noticed) -> Option<Self> {
         if signals.trials == 0 || others.trials == 0 {
@@ -53,7 +50,7 @@ impl Sensitivity {
         Some(Self { d_prime: quantile(signals) - quantile(others), std_error })
     }
 
-    /// True if 0 lies in the 95 % interval: the two kinds of trials cannot be distinguished.
+    /// True if 0 lies in the 95 % interval.
     #[must_use]
     pub fn is_none(&self) -> bool {
         self.d_prime.abs() <= -normal_quantile(0.025) * self.std_error

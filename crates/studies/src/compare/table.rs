@@ -1,5 +1,3 @@
-//! The metrics of several runs, row by row.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -40,7 +38,6 @@ impl Row {
         Self::new(metric.declaration(), metric.number(), values)
     }
 
-    /// The cells of the row: the metric, its values, and for a pair the change.
     #[must_use]
     pub fn cells(&self) -> Vec<Cell> {
         let mut cells = vec![Cell::from(&*self.label)];
@@ -64,8 +61,7 @@ impl Row {
 
 const VANISHING_SHARE: f64 = 0.01;
 
-/// The relative change of a metric; empty if meaningless: for counts, metrics with a varying sign, undefined values,
-/// and a first value near 0.
+/// Empty for counts, metrics with a varying sign, undefined values, and a first value near 0.
 fn change(row: &Row, first: Option<f64>, second: Option<f64>) -> String {
     let (Some(first), Some(second)) = (first, second) else { return String::new() };
     let has_meaning = row.unit != Unit::Count && !row.declaration.is_signed && second >= 0.0;
@@ -84,7 +80,6 @@ fn change(row: &Row, first: Option<f64>, second: Option<f64>) -> String {
     }
 }
 
-/// Every row of the table, including the checks in noise, if any.
 #[must_use]
 pub fn rows(runs: &[&Metrics], noise: &[NoiseCheck]) -> Vec<Row> {
     let ruptures = runs.iter().map(|metrics| metrics.ruptures.len()).max().unwrap_or(0);

@@ -1,4 +1,4 @@
-//! The results of runs in sentences, computed from their metrics. Every user interface shows these sentences.
+//! The results of runs in sentences, which every user interface shows.
 
 use super::{SeedStudy, SeedTotals, Spread, SpreadRow};
 use crate::run::{Run, outcome};
@@ -6,25 +6,20 @@ use crate::stability_check::LoopVerdict;
 use trocar_document::{Verdict, counted, decimals};
 use trocar_metrics::{HORIZON_S, Outcome, RuptureMetrics, TRAVEL_S};
 
-/// Maximum advance of a frozen needle after a rupture, in m: the limit for "frozen" (5.1) in the comparison with the
-/// paper.
+/// Limit for "frozen" (5.1), as in the comparison with the paper.
 const HELD_M: f64 = 1e-4;
 
-/// Two distances are about the same if they differ by less than this share.
+/// Shares that differ by less are about the same.
 const SAME_SHARE: f64 = 0.05;
 
-/// Maximum number of listed distances; of more, only the maximum is reported.
 const MAX_LISTED: usize = 3;
 
 const SEED_RUPTURES: usize = 2;
 
-/// The suffixes of numbers of the classical and the augmented run of a scenario.
 const OF_SCHEMES: [&str; 2] = [" without augmentation", " with it"];
 
-/// Maximum number of runs with one number each; of more, minimum and maximum are reported.
 const MAX_RUNS: usize = 3;
 
-/// The verdict on runs.
 #[must_use]
 pub fn verdict(runs: &[&Run]) -> Verdict {
     verdict_of(runs, &whose(runs))
@@ -38,13 +33,12 @@ fn whose(runs: &[&Run]) -> Vec<String> {
     }
 }
 
-/// The verdict on a classical and an augmented run of the same scenario.
 #[must_use]
 pub fn verdict_of_schemes(classical: &Run, augmented: &Run) -> Verdict {
     verdict_of(&[classical, augmented], &OF_SCHEMES.map(str::to_owned))
 }
 
-/// The verdict on the runs of all seeds; `runs` are the runs of the first seeds.
+/// `runs` are those of the first seeds.
 #[must_use]
 pub fn verdict_over_seeds(study: &SeedStudy, runs: &[&Run]) -> Verdict {
     let whose = whose(runs);
@@ -127,7 +121,7 @@ fn verdict_of(runs: &[&Run], whose: &[String]) -> Verdict {
         if runs.iter().all(|run| run.metrics.ruptures.is_empty()) {
             sentences.push(format!("No layer ruptures, and {}.", false_alarms(runs)));
         } else {
-            // The motion after a rupture says nothing about a loop that swings by itself.
+            // The motion after a rupture says nothing about an unstable loop.
             if unstable.is_empty() {
                 sentences.extend(other_counts(runs));
                 sentences.extend(jump(runs, whose));
@@ -143,7 +137,6 @@ fn verdict_of(runs: &[&Run], whose: &[String]) -> Verdict {
     Verdict { sentences, left_out: vec![] }
 }
 
-/// A sentence for each run whose linear loop is not stable.
 fn unstable_loops(runs: &[&Run]) -> Vec<String> {
     let of = |run: &&Run| {
         let is_of_scenario = run.user_defined_parts.is_empty();
@@ -172,7 +165,7 @@ fn swings(runs: &[&Run]) -> Option<String> {
     (!unstable.is_empty()).then(|| format!("Unstable: {}.", unstable.join("; ")))
 }
 
-/// Reports different numbers of ruptures; later sentences are about those that all runs have.
+/// Later sentences are about the ruptures that all runs have.
 fn other_counts(runs: &[&Run]) -> Option<String> {
     let counts: Vec<usize> = runs.iter().map(|run| run.metrics.ruptures.len()).collect();
     if counts.iter().all(|count| *count == counts[0]) {
@@ -187,14 +180,13 @@ fn other_counts(runs: &[&Run]) -> Option<String> {
 
 type OfRun<'a> = (&'a str, Vec<f64>);
 
-/// A distance after each of the first ruptures, equally many for all runs with ruptures.
 struct Distances<'a> {
     runs: Vec<OfRun<'a>>,
     are_all: bool,
 }
 
 impl<'a> Distances<'a> {
-    /// Only the last ruptures of a run can lack a distance, near the end of the run. `None` if a run has no distance.
+    /// `None` if a run has no distance. Only the last ruptures can lack one, near the end of the run.
     fn of(runs: &[&Run], whose: &'a [String], read: fn(&RuptureMetrics) -> Option<f64>) -> Option<Self> {
         let of_run = |(run, whose): (&&Run, &'a String)| {
             let ruptures = &run.metrics.ruptures;

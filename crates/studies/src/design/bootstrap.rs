@@ -1,5 +1,3 @@
-//! Confidence intervals by a bootstrap over patients.
-
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -7,7 +5,7 @@ use rand_chacha::rand_core::SeedableRng;
 use super::quantity::{Aggregate, Samples};
 use trocar_base::quantiles::quantile_of;
 
-/// Number of resamples. The ends of a 95 % interval are then its 25th and 975th order statistics.
+/// Makes the ends of a 95 % interval the 25th and 975th order statistics.
 const RESAMPLES: usize = 1000;
 
 const SHARES: [f64; 2] = [0.025, 0.975];
@@ -23,16 +21,15 @@ pub struct Estimate {
     pub high: f64,
 }
 
-/// Resamples of the patients, the same for all candidates, so that differences between candidates are paired.
+/// All candidates share the resamples, so their differences are paired.
 #[derive(Debug)]
 pub(super) struct Resamples {
     clusters: Vec<Vec<usize>>,
-    /// For each resample, the indices of the drawn clusters.
+    /// Indices of the drawn clusters, by resample.
     drawn: Vec<Vec<usize>>,
 }
 
 impl Resamples {
-    /// Draws resamples of clusters of runs.
     pub(super) fn of(clusters: Vec<Vec<usize>>, seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let count = clusters.len();
@@ -41,7 +38,6 @@ impl Resamples {
         Self { clusters, drawn }
     }
 
-    /// The value over all runs and over each resample; `None` if undefined.
     pub(super) fn values(&self, samples: &Samples, how: Aggregate) -> (Option<f64>, Vec<Option<f64>>) {
         let sums: Vec<(f64, f64)> = self
             .clusters
@@ -64,7 +60,6 @@ impl Resamples {
     }
 }
 
-/// A value with the interval of its resamples; `None` if the value is undefined.
 pub(super) fn estimate((value, resampled): &(Option<f64>, Vec<Option<f64>>)) -> Option<Estimate> {
     let value = (*value)?;
     let mut defined: Vec<f64> = resampled.iter().flatten().copied().collect();
@@ -72,7 +67,6 @@ pub(super) fn estimate((value, resampled): &(Option<f64>, Vec<Option<f64>>)) -> 
     Some(Estimate { value, low, high })
 }
 
-/// The difference of two values with the interval of their paired resamples.
 pub(super) fn difference(a: &(Option<f64>, Vec<Option<f64>>), b: &(Option<f64>, Vec<Option<f64>>)) -> Option<Estimate> {
     let minus = |(a, b): (&Option<f64>, &Option<f64>)| Some((*a)? - (*b)?);
     let value = minus((&a.0, &b.0));

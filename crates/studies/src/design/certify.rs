@@ -1,9 +1,8 @@
 //! The certificate of a candidate for all patients and persons.
 //!
-//! Patients whose machines, arms and delays are equal share a certificate: its tissue has every stiffness and damping of
-//! their tissues. It is stronger than the certificates of single patients. Designs that differ in the duration of the hold
-//! alone share a certificate over all of their durations, if there is one. A certificate is stored under all that it depends
-//! on, so another candidate with the same events does not need another search.
+//! Patients with equal machines, arms and delays share a certificate over every stiffness and damping of their tissues.
+//! Designs that differ only in the hold share one over all durations, if it exists. A certificate is stored under all
+//! that it depends on.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::{Mutex, PoisonError};
@@ -20,59 +19,48 @@ use trocar_core::augmentation::{AugmentationSettings, AutomatonSettings, Reengag
 use trocar_scenario::{Scenario, Value};
 use trocar_stability::{LinearLoop, Peaks, SwitchingSettings, TissueRange, VaryingDelays, left_out};
 
-/// Maximum number of candidates whose certificates are searched for, as a multiple of the shown designs.
+/// In multiples of the shown designs.
 const TRIED: usize = 3;
 
-/// The loops of a candidate, or the reason why there can be no certificate.
+/// An error is the reason why there can be no certificate.
 type Loops = Result<Covered, String>;
 
-/// The loops for which certificates are needed.
 #[derive(Debug, Clone, Default)]
 struct Covered {
-    /// The settings with their keys.
     loops: Vec<(String, SwitchingSettings)>,
-    /// The parts of the scenario that the certificates leave out.
+    /// Parts of the scenario outside the certificates.
     left_out: BTreeSet<String>,
 }
 
-/// The designs on the front, by their index in the archive.
+/// Indices of designs in the archive.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Front {
-    /// The shown designs, ascending by index.
     pub shown: Vec<usize>,
-    /// The knee.
     pub knee: Option<usize>,
     /// Candidates that are on the front without their certificates.
     pub uncertified: Vec<usize>,
-    /// The reason for the first of them, if there can be no certificate.
+    /// The reason for the first of them, if there can be none.
     pub reason: Option<String>,
-    /// The parts of the scenario that the certificates of the shown designs leave out.
     pub left_out: Vec<String>,
-    /// Number of candidates on the front.
     pub candidates: usize,
 }
 
-/// Selects the shown designs from a complete search and searches for their certificates.
 #[derive(Debug)]
 pub struct Certification<'a> {
     problem: &'a Problem,
     populations: Vec<&'a Population>,
-    /// The loops of candidates, by the bits of their coordinates.
+    /// Keys are the bits of the coordinates.
     known: Mutex<HashMap<Vec<u64>, Loops>>,
 }
 
 impl<'a> Certification<'a> {
-    /// Certificates must cover the patients of all these populations.
+    /// Certificates must cover the patients of all populations.
     #[must_use]
     pub fn new(problem: &'a Problem, populations: Vec<&'a Population>) -> Self {
         Self { problem, populations, known: Mutex::default() }
     }
 
-    /// The front as far as certificates are known, and true if certificates of its designs are still needed.
-    /// `uncertified` has the candidates without a certificate so far.
-    ///
-    /// # Errors
-    /// [`RunError`] of a candidate whose scenario is invalid for a patient.
+    /// The second value is true if designs still need certificates.
     pub fn front(&self, state: &State) -> Result<(Front, bool), RunError> {
         let points = state.points(self.problem);
         let mut refused = HashSet::new();
@@ -125,11 +113,7 @@ impl<'a> Certification<'a> {
         Ok(all.into_iter().collect())
     }
 
-    /// Searches for at most `count` certificates of candidates of the archive, and adds the results to the state. The
-    /// results do not depend on `count`.
-    ///
-    /// # Errors
-    /// As [`Certification::front`].
+    /// Searches for at most `count` certificates. The results do not depend on `count`.
     pub fn certify(
         &self,
         state: &mut State,
@@ -143,7 +127,6 @@ impl<'a> Certification<'a> {
                 alike.entry(key_of(&with_hold(&settings, (0.0, 0.0)))).or_default().insert(key, settings);
             }
         }
-        // The keys that a certificate is for, and its settings.
         let mut jobs: Vec<(Vec<String>, SwitchingSettings)> = vec![];
         for members in alike.into_values() {
             if members.keys().all(|key| state.certificates.contains_key(key)) {
@@ -178,10 +161,7 @@ impl<'a> Certification<'a> {
         Ok(())
     }
 
-    /// True if every loop of a candidate is certified; `None` if it is not yet known.
-    ///
-    /// # Errors
-    /// As [`Certification::front`].
+    /// `None` if unknown.
     pub fn statement(&self, known: &BTreeMap<String, bool>, coordinates: &[f64]) -> Result<Option<bool>, RunError> {
         let Ok(Covered { loops, .. }) = self.loops(coordinates)? else { return Ok(Some(false)) };
         let found: Vec<Option<bool>> = loops.iter().map(|(key, _)| known.get(key).copied()).collect();
@@ -217,7 +197,7 @@ fn scenarios_of(population: &Population, patient: usize, values: &[Value]) -> Re
     Ok(population.with_persons(&mut population.factory(patient), patient, values)?)
 }
 
-/// The loops of scenarios, one for each set of machines, arms and delays.
+/// One loop for each set of machines, arms and delays.
 fn loops_of(scenarios: &[Scenario]) -> Result<Loops, RunError> {
     let mut groups: BTreeMap<String, (&Scenario, TissueRange)> = BTreeMap::new();
     for scenario in scenarios {
@@ -262,8 +242,8 @@ fn key_of(settings: &SwitchingSettings) -> String {
     sha256(format!("{settings:?}").as_bytes())
 }
 
-/// The settings without values that do not affect a certificate: it holds for a ramp of any speed, and knows the automaton
-/// only by the times that it enforces.
+/// Removes values that do not affect a certificate: it holds for a ramp of any speed, and depends on the automaton only
+/// by the times that it enforces.
 fn essential(settings: &SwitchingSettings) -> SwitchingSettings {
     let augmentation = settings.augmentation;
     let AutomatonSettings { min_hold_s, max_hold_s, exit_quiet_s, refractory_s, .. } = augmentation.automaton;
@@ -283,14 +263,13 @@ fn essential(settings: &SwitchingSettings) -> SwitchingSettings {
     SwitchingSettings { augmentation, ..settings.clone() }
 }
 
-/// The same events with other shortest and longest holds in s.
 fn with_hold(settings: &SwitchingSettings, (min_hold_s, max_hold_s): (f64, f64)) -> SwitchingSettings {
     let automaton = AutomatonSettings { min_hold_s, max_hold_s, ..settings.augmentation.automaton };
     let augmentation = AugmentationSettings { automaton, ..settings.augmentation };
     SwitchingSettings { augmentation, ..settings.clone() }
 }
 
-/// The events of all settings, which differ in their holds only; `None` for one setting.
+/// The settings differ in their holds only.
 fn over_all_holds<'a>(settings: impl Iterator<Item = &'a SwitchingSettings>) -> Option<SwitchingSettings> {
     let all: Vec<&SwitchingSettings> = settings.collect();
     let holds = || all.iter().map(|settings| &settings.augmentation.automaton);

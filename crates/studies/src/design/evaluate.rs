@@ -1,5 +1,3 @@
-//! Evaluates candidates on a population, in lanes.
-
 use std::sync::{Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
@@ -16,48 +14,41 @@ use trocar_engine::sensor::NoiseBank;
 use trocar_metrics::Outcome;
 use trocar_scenario::{CaseFactory, Scenario, Value};
 
-/// Maximum number of noise samples in the caches of all threads, 64 MB.
+/// 64 MB over all threads.
 const MAX_NUMBERS_KEPT: usize = 8 << 20;
 
-/// The parts of the patients after which a candidate can be stopped, as divisors of their number.
+/// Parts of the patients after which a candidate can be stopped, as divisors.
 const PARTS: [usize; 3] = [4, 2, 1];
 
-/// Runs that share a pack of lanes.
 const LANES: usize = crate::run::PACK;
 
-/// How the evaluation of a candidate ended.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Ended {
-    /// On all patients.
     Complete,
-    /// On a first part of the patients, after which it had no prospect of surviving the generation.
+    /// Stopped after a part of the patients.
     Stopped,
-    /// Its values are not a valid scenario, for this reason.
+    /// The scenario is invalid.
     Refused(String),
 }
 
-/// A candidate with its results.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Evaluation {
-    /// The coordinates of the free keys, from 0 to below 1.
+    /// From 0 to below 1.
     pub coordinates: Vec<f64>,
-    /// How the evaluation ended.
     pub ended: Ended,
-    /// Number of runs.
     pub runs: u64,
-    /// Share of the runs that diverged.
+    /// Share of the runs.
     pub diverged: f64,
-    /// Share of the patients and persons for which a cheap condition excludes a certificate.
+    /// Share of the loops that a cheap condition excludes from a certificate.
     pub without_certificate: f64,
-    /// The values of the quantities; `None` if undefined.
     pub values: Vec<Option<f64>>,
-    /// The values of the quantities in every run; empty after the selection of a generation, except for its survivors.
+    /// Empty after the selection of a generation, except for its survivors.
     pub samples: Vec<Samples>,
 }
 
 impl Evaluation {
-    /// The point of the candidate. Only complete evaluations are comparable; any other is the worst.
+    /// Only complete evaluations are comparable; any other is the worst.
     #[must_use]
     pub fn point(&self, goals: &Goals) -> Point {
         match self.ended {
@@ -69,13 +60,12 @@ impl Evaluation {
     }
 }
 
-/// Evaluates candidates on a population.
 pub(super) struct Evaluator<'a> {
     goals: &'a Goals,
     free: &'a [Axis],
     population: &'a Population,
     quantities: Vec<Quantity>,
-    /// The number of ruptures of each run without augmentation; empty if no quantity needs it.
+    /// Number of ruptures of each run without augmentation; empty if not needed.
     without: Vec<u64>,
     loops: Option<Loops>,
     workers: Mutex<Vec<Worker<'a>>>,
@@ -87,14 +77,12 @@ struct Worker<'a> {
 }
 
 impl<'a> Evaluator<'a> {
-    /// `without` has the number of ruptures of each run without augmentation, if a quantity needs it.
     pub(super) fn new(goals: &'a Goals, free: &'a [Axis], population: &'a Population, without: Vec<u64>) -> Self {
         let quantities: Vec<Quantity> = goals.quantities().map(|(quantity, _)| quantity.clone()).collect();
         let loops = Loops::of(free, &quantities, goals.certified.is_some());
         Self { goals, free, population, quantities, without, loops, workers: Mutex::default() }
     }
 
-    /// Evaluates a candidate; a race can stop it early.
     pub(super) fn evaluate(&self, coordinates: &[f64], race: Option<&Race<'_>>) -> Evaluation {
         let stored = self.workers.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let mut worker = stored.unwrap_or_else(|| Worker {
@@ -139,7 +127,7 @@ impl<'a> Evaluator<'a> {
         evaluation
     }
 
-    /// The numbers of patients after each part, ascending: whole packs of lanes if possible.
+    /// Ascending; whole packs of lanes if possible.
     fn parts(&self) -> Vec<usize> {
         let (all, of_patient) = (self.population.patients(), self.population.runs_of_patient());
         let step = (1..=LANES).find(|patients| (patients * of_patient).is_multiple_of(LANES)).unwrap_or(1);
@@ -195,10 +183,9 @@ impl<'a> Evaluator<'a> {
     }
 }
 
-/// The scenarios of some patients.
 struct Part {
     scenarios: Vec<Scenario>,
-    /// For each patient and person.
+    /// One per patient and person.
     of_loop: Vec<Option<std::sync::Arc<super::loops::LoopFacts>>>,
     without_certificate: usize,
 }

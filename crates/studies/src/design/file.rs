@@ -1,5 +1,3 @@
-//! Design files.
-
 use super::goals::{Constraint, Direction, Goals, Limit, Objective};
 use super::quantity::{Aggregate, NoQuantity, Quantity};
 use crate::compare::{PERSONS, Person};
@@ -9,7 +7,6 @@ use crate::sweep::{
 };
 use trocar_scenario::{Entry, Place, ScenarioError, find_key, nearest_of};
 
-/// The keys of a design file, with their meanings.
 pub const DESIGN_KEYS: [(&str, &str); 27] = [
     ("name", "Name of the design's folder; default: the file name without extension."),
     ("question", "The question that the design answers, for its report."),
@@ -77,7 +74,6 @@ const FREE: Section = Section {
     without_points: "remove them: the search chooses any value between from and to, or give a list",
 };
 
-/// Largest numbers of a design.
 const MAX_PATIENTS: u64 = 10_000;
 const MAX_SEEDS: u64 = 10_000;
 const MAX_CANDIDATES: u64 = 10_000;
@@ -87,25 +83,20 @@ const MAX_OBJECTIVES: usize = 6;
 const MAX_FREE: usize = 64;
 const MAX_SEED: u64 = i64::MAX as u64 >> 1;
 
-/// Numbers of patients and seeds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Size {
-    /// Number of patients.
     pub patients: u64,
-    /// Number of noise seeds of each patient and person.
+    /// Noise seeds per patient and person.
     pub seeds: u64,
 }
 
-/// The settings of the search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SearchSettings {
-    /// Number of candidates of a generation.
     pub candidates: usize,
-    /// Number of generations, including the first, random one.
+    /// Number with the first, random one.
     pub generations: u64,
-    /// Seed of the search.
     pub seed: u64,
-    /// Largest number of shown designs.
+    /// Maximum number of shown designs.
     pub front: usize,
 }
 
@@ -127,7 +118,7 @@ pub(super) struct DesignFile {
     pub(super) search: SearchSettings,
 }
 
-/// The scheme by which patients are drawn; the section of a file needs one without points on its axes.
+/// Any scheme without points on its axes.
 const DRAWN: SamplingScheme = SamplingScheme::LatinHypercube { points: 1, seed: 1 };
 
 const SECTIONS: [&str; 6] = ["set", "patients", "correlations", "free", "objectives", "constraints"];
@@ -295,7 +286,6 @@ fn free_keys(entries: &[Entry], patients: &[Axis]) -> Result<Vec<Axis>, Scenario
     Ok(free)
 }
 
-/// The entries of one objective or constraint.
 struct Group<'a> {
     name: &'a str,
     entries: Vec<(&'a str, &'a Entry)>,
@@ -330,7 +320,6 @@ impl<'a> Group<'a> {
         self.entries.iter().find(|(known, _)| *known == word).map(|(_, entry)| *entry)
     }
 
-    /// The only one of some keys.
     fn one(&self, section: &str, words: &[&'static str]) -> Result<(&'static str, &'a Entry), ScenarioError> {
         let given: Vec<(&'static str, &Entry)> =
             words.iter().filter_map(|word| Some((*word, self.find(word)?))).collect();

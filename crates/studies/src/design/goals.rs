@@ -1,19 +1,13 @@
-//! Objectives and constraints of a design.
-
 use super::nsga::Point;
 use super::quantity::{Aggregate, Quantity, Samples};
 
-/// The direction of an objective.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {
-    /// Smaller values are better.
     Minimise,
-    /// Larger values are better.
     Maximise,
 }
 
 impl Direction {
-    /// The name used in files.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -22,7 +16,7 @@ impl Direction {
         }
     }
 
-    /// A value as a cost, which is minimised.
+    /// A cost is minimised.
     #[must_use]
     pub fn cost(self, value: f64) -> f64 {
         match self {
@@ -32,30 +26,22 @@ impl Direction {
     }
 }
 
-/// An objective.
 #[derive(Debug, Clone)]
 pub struct Objective {
-    /// The name that the file gives it.
     pub name: String,
-    /// The quantity.
     pub quantity: Quantity,
-    /// The aggregation over the runs.
     pub aggregate: Aggregate,
-    /// The direction.
     pub direction: Direction,
 }
 
-/// The side of a limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Limit {
-    /// Smaller values violate the constraint.
     AtLeast(f64),
-    /// Larger values violate the constraint.
     AtMost(f64),
 }
 
 impl Limit {
-    /// The distance of a value beyond the limit, relative to the limit, or absolute if it is 0; at most 0 within it.
+    /// Relative to the limit, or absolute if it is 0; at most 0 within it.
     #[must_use]
     pub fn excess(self, value: f64) -> f64 {
         let (beyond, limit) = match self {
@@ -65,7 +51,6 @@ impl Limit {
         if limit == 0.0 { beyond } else { beyond / limit.abs() }
     }
 
-    /// The limit.
     #[must_use]
     pub fn value(self) -> f64 {
         match self {
@@ -74,48 +59,38 @@ impl Limit {
     }
 }
 
-/// A constraint on a quantity.
 #[derive(Debug, Clone)]
 pub struct Constraint {
-    /// The name that the file gives it.
     pub name: String,
-    /// The quantity.
     pub quantity: Quantity,
-    /// The aggregation over the runs.
     pub aggregate: Aggregate,
-    /// The limit.
     pub limit: Limit,
 }
 
-/// The objectives and constraints.
 #[derive(Debug, Clone)]
 pub struct Goals {
-    /// The objectives, at least one.
     pub objectives: Vec<Objective>,
-    /// The constraints on quantities.
     pub constraints: Vec<Constraint>,
-    /// The name of the constraint that every motion is certified to decay, if there is one.
+    /// Name of the constraint that every motion is certified to decay.
     pub certified: Option<String>,
 }
 
-/// The violation of an undefined value: larger than that of any likely value, so that defined values are preferred.
+/// Larger than any likely violation, so that defined values are preferred.
 const UNDEFINED: f64 = 1e3;
 
 impl Goals {
-    /// The quantities: those of the objectives, then those of the constraints.
+    /// Those of the objectives come first.
     pub fn quantities(&self) -> impl Iterator<Item = (&Quantity, Aggregate)> {
         let objectives = self.objectives.iter().map(|objective| (&objective.quantity, objective.aggregate));
         objectives.chain(self.constraints.iter().map(|constraint| (&constraint.quantity, constraint.aggregate)))
     }
 
-    /// The values of the quantities over some runs.
     #[must_use]
     pub fn values(&self, samples: &[Samples]) -> Vec<Option<f64>> {
         self.quantities().zip(samples).map(|((_, aggregate), samples)| samples.aggregate(aggregate)).collect()
     }
 
-    /// The point of values of the quantities. `without_certificate` is the share of the loops that cannot be certified,
-    /// and `diverged` the share of the runs that diverge.
+    /// `without_certificate` is a share of the loops, `diverged` one of the runs.
     #[must_use]
     pub fn point(&self, values: &[Option<f64>], without_certificate: f64, diverged: f64) -> Point {
         let (objectives, constraints) = values.split_at(self.objectives.len().min(values.len()));

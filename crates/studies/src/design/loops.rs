@@ -1,4 +1,4 @@
-//! The linear loops of patients and persons, computed once for the free keys on which they depend.
+//! Linear loops, computed once for the free keys on which they depend.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -12,18 +12,17 @@ use trocar_stability::{LinearLoop, SwitchingSettings};
 /// Sections of keys without effect on the linear loop.
 const APART: [&str; 4] = ["augmentation.", "detector.", "estimator.", "perception."];
 
-/// The linear loop of a patient with a person.
 #[derive(Debug)]
 pub(super) struct LoopFacts {
     linear: Option<LinearLoop>,
     is_stable: bool,
-    /// For each quantity, its value if it is one of the loop.
+    /// `None` for quantities that are not of the loop.
     pub(super) values: Vec<Option<f64>>,
 }
 
 impl LoopFacts {
-    /// True if a cheap condition does not exclude a certificate of events: the loop is stable with every stiffness of the
-    /// tissue and in free motion, the certificate covers the kind of event, and no gap is kept.
+    /// True if no cheap condition excludes a certificate: the loop is stable with every stiffness of the tissue and in
+    /// free motion, the kind of event is covered, and no gap is kept.
     pub(super) fn may_be_certified(&self, scenario: &Scenario) -> bool {
         let Some(linear) = self.linear.as_ref().filter(|linear| self.is_stable && !linear.tissue.is_of_run()) else {
             return false;
@@ -35,10 +34,9 @@ impl LoopFacts {
 
 type Key = (usize, Vec<u64>);
 
-/// The computed loops.
 #[derive(Debug)]
 pub(super) struct Loops {
-    /// The free keys that affect the loop.
+    /// Indices of the free keys that affect the loop.
     keys: Vec<usize>,
     quantities: Vec<Quantity>,
     needs_margins: bool,
@@ -46,7 +44,7 @@ pub(super) struct Loops {
 }
 
 impl Loops {
-    /// `None` if neither a quantity nor a certificate needs the loop.
+    /// `None` if nothing needs the loop.
     pub(super) fn of(free: &[Axis], quantities: &[Quantity], is_certified: bool) -> Option<Self> {
         let needs_margins = quantities.iter().any(Quantity::is_of_loop);
         if !needs_margins && !is_certified {
@@ -57,7 +55,6 @@ impl Loops {
         Some(Self { keys, quantities: quantities.to_vec(), needs_margins, known: Mutex::default() })
     }
 
-    /// The loop of a scenario of a patient and person, with these coordinates of the free keys.
     pub(super) fn facts(&self, operated: usize, coordinates: &[f64], scenario: &Scenario) -> Arc<LoopFacts> {
         let key = (operated, self.keys.iter().map(|&index| coordinates[index].to_bits()).collect());
         let known = |key: &Key| self.known.lock().unwrap_or_else(PoisonError::into_inner).get(key).cloned();

@@ -1,8 +1,5 @@
-//! Designs: settings of a scenario that are best for a group of patients.
-//!
-//! A design file ([`Problem`]) names the free keys, the objectives, the constraints and the patients. The search
-//! ([`Search`]) is evolutionary, and its state can be stored after every generation. The results are judged on other
-//! patients with other noise ([`Validation`]), beside the shipped strategies. [`Design::of`] does all of it.
+//! Settings of a scenario that are best for a group of patients, on whom an evolutionary [`Search`] tries them. The
+//! results are judged on other patients with other noise ([`Validation`]).
 
 mod bootstrap;
 mod certify;

@@ -1,5 +1,3 @@
-//! The patients of the search, or the other ones, with what the goals need to know of them.
-
 use super::evaluate::Evaluator;
 use super::population::{Population, Use};
 use super::problem::Problem;
@@ -8,7 +6,6 @@ use trocar_base::parallel::try_map;
 use trocar_engine::sensor::NoiseBank;
 use trocar_scenario::ScenarioError;
 
-/// A population, and its ruptures without augmentation.
 #[derive(Debug)]
 pub struct Patients {
     population: Population,
@@ -16,33 +13,26 @@ pub struct Patients {
 }
 
 impl Patients {
-    /// Draws the patients, and runs the scenario without augmentation if a goal is relative to it.
-    ///
-    /// # Errors
-    /// [`RunError`].
     pub fn of(problem: &Problem, used: Use) -> Result<Self, RunError> {
         let population = Population::of(problem, used, &problem.free, &[])?;
         Ok(Self { population, without: ruptures_without_augmentation(problem, used)? })
     }
 
-    /// The population.
     #[must_use]
     pub fn population(&self) -> &Population {
         &self.population
     }
 
-    /// Evaluates values of the free keys.
     pub(super) fn evaluator<'a>(&'a self, problem: &'a Problem) -> Evaluator<'a> {
         Evaluator::new(&problem.goals, &problem.free, &self.population, self.without.clone())
     }
 
-    /// Evaluates the same patients in another population, without free keys.
     pub(super) fn reference_evaluator<'a>(&self, problem: &'a Problem, population: &'a Population) -> Evaluator<'a> {
         Evaluator::new(&problem.goals, &[], population, self.without.clone())
     }
 }
 
-/// The number of ruptures in each run without augmentation; empty if no goal is relative to it.
+/// Empty if no goal is relative to them.
 fn ruptures_without_augmentation(problem: &Problem, used: Use) -> Result<Vec<u64>, RunError> {
     if !problem.goals.quantities().any(|(quantity, _)| quantity.is_relative()) {
         return Ok(vec![]);
@@ -58,7 +48,7 @@ fn ruptures_without_augmentation(problem: &Problem, used: Use) -> Result<Vec<u64
     Ok(try_map(population.patients(), of_patient)?.concat())
 }
 
-/// A population with settings that replace those of the design for the events.
+/// The settings replace those of the design for the events.
 pub(super) fn reference_population(
     problem: &Problem,
     used: Use,

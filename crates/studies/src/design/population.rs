@@ -1,45 +1,36 @@
-//! The runs over which a candidate is evaluated: patients, persons and noise seeds.
-
 use super::file::Size;
 use super::problem::Problem;
 use crate::compare::Person;
 use crate::sweep::{Axis, Design, SamplingScheme, mix};
 use trocar_scenario::{CaseFactory, Entry, Scenario, ScenarioError, Template, Value};
 
-/// Separates the random numbers of the judged patients from those of the search with the same seed.
+/// Separates the judged patients' random numbers from those of the search.
 const FRESH: u64 = 0x6672_6573_6800;
 
-/// The distance of the noise seeds of the judged patients from those of the search, which are fewer.
+/// Distance of the judged patients' noise seeds from those of the search.
 const FRESH_SEEDS: u64 = 1 << 40;
 
-/// The use of a population.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Use {
-    /// The patients of the search, spread evenly over the distributions (a Latin hypercube).
+    /// A Latin hypercube over the distributions.
     Training,
-    /// Other patients, drawn independently, with other noise.
+    /// Independent random patients with other noise.
     Validation,
 }
 
-/// The patients with the scenario of each, whose free keys are open.
-///
-/// The runs are ordered by patient, then by person, then by seed. All candidates have the same patients, persons and
-/// seeds (common random numbers).
+/// Runs are ordered by patient, person, seed. All candidates share them (common random numbers).
 #[derive(Debug)]
 pub struct Population {
     templates: Vec<Template>,
     persons: Vec<&'static Person>,
     seeds: u64,
     first_seed: u64,
-    /// For each patient and person, a scenario with the computed steps of its machines.
+    /// One per patient and person, with the computed steps of its machines.
     prototypes: Vec<Scenario>,
 }
 
 impl Population {
-    /// Draws the patients of a problem, with these free keys, and settings that take precedence.
-    ///
-    /// # Errors
-    /// [`ScenarioError`] of a patient whose scenario is invalid.
+    /// `settings` take precedence.
     pub fn of(problem: &Problem, used: Use, free: &[Axis], settings: &[String]) -> Result<Self, ScenarioError> {
         let Size { patients, seeds } = match used {
             Use::Training => problem.training,
@@ -92,25 +83,22 @@ impl Population {
         Ok(population)
     }
 
-    /// The number of patients.
     #[must_use]
     pub fn patients(&self) -> usize {
         self.templates.len()
     }
 
-    /// The number of runs of a candidate.
     #[must_use]
     pub fn runs(&self) -> usize {
         self.templates.len() * self.runs_of_patient()
     }
 
-    /// The number of runs of a patient.
     #[must_use]
     pub fn runs_of_patient(&self) -> usize {
         self.persons_of_patient() * self.seeds as usize
     }
 
-    /// The runs that a bootstrap draws together: those of a patient, or those of a seed if there is only one patient.
+    /// Runs that a bootstrap draws together: those of a patient, or of a seed if there is only one patient.
     #[must_use]
     pub fn clusters(&self) -> Vec<Vec<usize>> {
         let of_patient = self.runs_of_patient();
@@ -135,10 +123,7 @@ impl Population {
         self.templates.iter().map(Template::factory).collect()
     }
 
-    /// The scenarios of a patient with each person and the first seed.
-    ///
-    /// # Errors
-    /// [`ScenarioError`] for a combination of values that is invalid in a scenario file.
+    /// One scenario per person, with the first seed.
     pub(super) fn with_persons(
         &self,
         factory: &mut CaseFactory<'_>,
@@ -155,7 +140,6 @@ impl Population {
         Ok((0..self.persons_of_patient()).map(of_person).collect())
     }
 
-    /// The scenarios with every noise seed of a patient, for each of `firsts`.
     pub(super) fn with_seeds(&self, patient: usize, firsts: &[Scenario]) -> Vec<Scenario> {
         let seed = |offset: u64| self.first_seed + patient as u64 * self.seeds + offset;
         let with_seed = |first: &Scenario, offset: u64| {

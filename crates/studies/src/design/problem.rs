@@ -1,5 +1,3 @@
-//! A validated design problem.
-
 use std::fmt::Write as _;
 
 use sha2::{Digest, Sha256};
@@ -16,30 +14,23 @@ use trocar_scenario::{
     Entry, Place, Scenario, ScenarioError, Source, Template, Value, entries, harmless_name, is_design_goal,
 };
 
-/// A validated design problem.
 #[derive(Debug, Clone)]
 pub struct Problem {
-    /// The name of its folder.
     pub name: String,
-    /// The question that the design answers.
     pub question: Option<String>,
-    /// The persons; empty for the operator of the scenario.
+    /// Empty for the operator of the scenario.
     pub persons: Vec<&'static Person>,
-    /// The keys that differ between patients.
+    /// Keys that differ between patients.
     pub patients: Vec<Axis>,
-    /// The keys of patients that vary together.
     pub correlations: Vec<Correlation>,
-    /// The free keys.
     pub free: Vec<Axis>,
-    /// Objectives and constraints.
     pub goals: Goals,
-    /// The patients of the search.
+    /// Patients of the search.
     pub training: Size,
     /// The first seed of patients and noise.
     pub seed: u64,
-    /// The patients on whom the results are judged.
+    /// Patients on whom the results are judged.
     pub validation: Size,
-    /// The search.
     pub search: SearchSettings,
     base: Source,
     base_place: Place,
@@ -48,17 +39,14 @@ pub struct Problem {
     canonical: String,
 }
 
-/// True if a file is a design file: it has free keys or objectives.
+/// True if the file has free keys or objectives.
 #[must_use]
 pub fn is_design(source: &Source) -> bool {
     entries(source).is_ok_and(|entries| entries.iter().any(is_design_goal))
 }
 
 impl Problem {
-    /// Loads a design file and its scenario, overridden by `section.key=value` settings.
-    ///
-    /// # Errors
-    /// [`ScenarioError`] with place and remedy if one of them is invalid.
+    /// `settings` are `section.key=value` texts that override the file.
     pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
         let file = DesignFile::of(entries(source)?)?;
         let no_base = || {
@@ -114,46 +102,39 @@ impl Problem {
         Ok(problem)
     }
 
-    /// All inputs of the design: every choice, the resolved scenario and the version. Equal texts mean equal results.
+    /// All inputs of the design. Equal texts mean equal results.
     #[must_use]
     pub fn canonical(&self) -> &str {
         &self.canonical
     }
 
-    /// The SHA-256 of [`Problem::canonical`], in hexadecimal digits.
+    /// The SHA-256 of [`Problem::canonical`], hexadecimal.
     #[must_use]
     pub fn hash(&self) -> String {
         sha256(self.canonical.as_bytes())
     }
 
-    /// The scenario that is designed.
     #[must_use]
     pub fn base(&self) -> &Source {
         &self.base
     }
 
-    /// The scenario with the first values of the free keys and of the patients' keys.
-    ///
-    /// # Errors
-    /// As [`Problem::load`].
+    /// The first values of the free keys and of the patients' keys.
     pub fn example(&self) -> Result<Scenario, ScenarioError> {
         let open: Vec<&Axis> = self.patients.iter().chain(&self.free).collect();
         Ok(self.template(&open, vec![], &[])?.first().clone())
     }
 
-    /// The keys with the same value in all runs, and the settings of the command.
     pub(super) fn fixed(&self) -> (&[Entry], &[String]) {
         (&self.set, &self.settings)
     }
 
-    /// The problem without the fixed keys of a section.
     pub(super) fn without_fixed(&self, section: &str) -> Self {
         let mut other = self.clone();
         other.set.retain(|entry| !entry.path.starts_with(section));
         other
     }
 
-    /// The genes of a candidate: one for each free key.
     #[must_use]
     pub fn genes(&self) -> Vec<Gene> {
         let gene = |axis: &Axis| match &axis.levels {
@@ -163,13 +144,13 @@ impl Problem {
         self.free.iter().map(gene).collect()
     }
 
-    /// The values of the free keys at coordinates from 0 to below 1.
+    /// `coordinates` are from 0 to below 1.
     #[must_use]
     pub fn values(&self, coordinates: &[f64]) -> Vec<Value> {
         self.free.iter().zip(coordinates).map(|(axis, coordinate)| axis.value(*coordinate)).collect()
     }
 
-    /// The scenario with some open keys and with other entries and settings, which take precedence.
+    /// The entries and settings take precedence.
     pub(super) fn template(
         &self,
         open: &[&Axis],
@@ -227,7 +208,6 @@ impl Problem {
             line(format!("\n[constraints.{name}]\ncertified = true"));
         }
         let SearchSettings { candidates, generations, seed, front } = self.search;
-        // Writing to a string cannot fail.
         let _ = write!(
             text,
             "\n[training]\npatients = {}\nseeds = {}\nseed = {}\n\n[validation]\npatients = {}\nseeds = {}\n\n[search]\n\

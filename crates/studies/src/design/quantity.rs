@@ -1,60 +1,45 @@
-//! The quantities that a design optimises or limits, and their aggregation over the runs.
-
 use crate::sweep::{Column, LoopOfCase};
 use trocar_base::quantiles::quantile_of;
 use trocar_metrics::{Declaration, EventMetrics, Metric, Metrics, RuptureMetrics, Scope, Unit};
 use trocar_scenario::nearest_of;
 use trocar_stability::MAX_GAIN_MARGIN;
 
-/// The ruptures of a candidate relative to the ruptures without augmentation.
+/// Ruptures of a candidate relative to those without augmentation.
 pub(super) const REACHED: &str = "reached_share";
 
 const REACHED_MEANING: &str = "Number of ruptures, relative to the number in the same runs without augmentation: a needle \
                                that stops before a layer does not rupture it.";
 
-/// Metrics of the loop that need a certificate or a run of their own for each candidate.
+/// Each needs a certificate or a run for every candidate.
 const TOO_SLOW: [&str; 3] = ["is_decay_certified", "certified_dwell_s", "is_stable_simulated"];
 
 #[derive(Debug, Clone)]
 enum Measure {
-    /// One value of the run or of the loop.
+    /// Value of the run or of the loop.
     One(Column),
-    /// One value of every rupture.
     Ruptures(&'static Metric<fn(&RuptureMetrics) -> Option<f64>>),
-    /// One value of every event.
     Events(&'static Metric<fn(&EventMetrics) -> Option<f64>>),
-    /// The ruptures, with those without augmentation.
     Reached,
 }
 
-/// A quantity of a candidate's runs: any metric of a sweep, a metric of every rupture or event, or [`REACHED`].
 #[derive(Debug, Clone)]
 pub struct Quantity {
-    /// The name used in files, for example `rupture_excess_advance_m`.
+    /// Name in files, for example `rupture_excess_advance_m`.
     pub name: String,
-    /// The label in tables.
     pub label: String,
-    /// The meaning, in one sentence.
     pub meaning: &'static str,
-    /// The unit.
     pub unit: Unit,
     measure: Measure,
 }
 
-/// Why a name is not a quantity.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum NoQuantity {
-    /// There is no metric with this name; the most similar one.
+    /// The most similar name.
     Unknown(Option<String>),
-    /// The metric is not available to a design, for this reason.
     Refused(&'static str),
 }
 
 impl Quantity {
-    /// Finds a quantity by its name.
-    ///
-    /// # Errors
-    /// [`NoQuantity`].
     pub fn named(name: &str) -> Result<Self, NoQuantity> {
         if name == REACHED {
             return Ok(Self {
@@ -100,7 +85,7 @@ impl Quantity {
         Ok(Self { name, label, meaning, unit, measure: Measure::One(column) })
     }
 
-    /// The names of all quantities; ruptures and events have the number 1.
+    /// Ruptures and events have the number 1.
     pub fn names() -> impl Iterator<Item = String> {
         let of_each = RuptureMetrics::METRICS
             .iter()
@@ -112,27 +97,24 @@ impl Quantity {
         of_each.chain(std::iter::once(REACHED.to_owned())).chain(of_one.filter(slow))
     }
 
-    /// True if the value is that of the linear loop, which the seeds do not affect.
+    /// True for a value of the linear loop, which the seeds do not affect.
     #[must_use]
     pub fn is_of_loop(&self) -> bool {
         matches!(&self.measure, Measure::One(column) if column.is_of_loop())
     }
 
-    /// True if the value is relative to the runs without augmentation.
     #[must_use]
     pub fn is_relative(&self) -> bool {
         matches!(self.measure, Measure::Reached)
     }
 
-    /// The value of the linear loop; `None` for other quantities. A margin without a limit counts as the largest one, so
-    /// that means and differences stay finite.
+    /// `None` for other quantities. An infinite margin counts as the largest one, so that means stay finite.
     pub(super) fn of_loop(&self, of_case: &LoopOfCase<'_>) -> Option<f64> {
         let Measure::One(column) = &self.measure else { return None };
         column.value_of_loop(of_case).map(|value| value.min(MAX_GAIN_MARGIN))
     }
 
-    /// Reads the values of a run, with the number of ruptures in the same run without augmentation, and the value of its
-    /// linear loop.
+    /// `without` counts the ruptures in the same run without augmentation.
     pub(super) fn read(&self, metrics: &Metrics, without: u64, of_loop: Option<f64>) -> Values {
         let plain = |values: Vec<f64>| Values { weight: values.len() as f64, values };
         match &self.measure {
@@ -145,25 +127,22 @@ impl Quantity {
     }
 }
 
-/// The values of a quantity in one run.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Values {
     pub(super) values: Vec<f64>,
-    /// What the sum of the values is divided by for a mean, usually their number.
+    /// Divisor of the sum for a mean, usually the number of values.
     pub(super) weight: f64,
 }
 
-/// The aggregation of a quantity over all runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Aggregate {
-    /// The mean of all values.
     Mean,
-    /// The quantile at this share, from 0 to 1.
+    /// Share from 0 to 1.
     Quantile(f64),
 }
 
 impl Aggregate {
-    /// The name before that of a quantity: `mean`, `95 % quantile`.
+    /// Text such as `mean` or `95 % quantile`.
     #[must_use]
     pub fn word(self) -> String {
         match self {
@@ -176,14 +155,12 @@ impl Aggregate {
     }
 }
 
-/// The values of a quantity in the runs of a candidate, run by run.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Samples {
-    /// All values.
     values: Vec<f64>,
-    /// For each run, the number of values up to its last one.
+    /// Index after the last value of each run.
     ends: Vec<usize>,
-    /// For each run, what the sum of its values is divided by.
+    /// Divisor of each run's sum.
     weights: Vec<f64>,
 }
 
@@ -194,7 +171,6 @@ impl Samples {
         self.weights.push(of_run.weight);
     }
 
-    /// The number of runs.
     pub(super) fn runs(&self) -> usize {
         self.ends.len()
     }
@@ -208,18 +184,17 @@ impl Samples {
         &self.values[start..self.ends[run]]
     }
 
-    /// The sum of the values of a run, and its weight.
     pub(super) fn sum(&self, run: usize) -> (f64, f64) {
         (self.of_run(run).iter().sum(), self.weights[run])
     }
 
-    /// The aggregate over all runs; `None` without values.
+    /// `None` without values.
     #[must_use]
     pub fn aggregate(&self, how: Aggregate) -> Option<f64> {
         self.aggregate_over(how, 0..self.runs())
     }
 
-    /// The aggregate over some runs, which may repeat; `None` without values.
+    /// The runs may repeat; `None` without values.
     pub(super) fn aggregate_over(&self, how: Aggregate, runs: impl IntoIterator<Item = usize>) -> Option<f64> {
         match how {
             Aggregate::Mean => {

@@ -1,28 +1,26 @@
-//! Stops candidates without a prospect of surviving their generation.
+//! Stops candidates that will not survive their generation.
 //!
-//! If all parents are feasible and none dominates another, a child survives only if it is feasible and no parent dominates
-//! it. After a first part of the patients, a child is stopped if one of them is excluded by [`MARGIN`] standard errors:
+//! If all parents are feasible and none dominates another, a child survives only if it is feasible and no parent
+//! dominates it. After a part of the patients, a child is stopped if, improved by [`MARGIN`] standard errors,
 //!
-//! - a constraint is violated: its value on the part, improved by the margin, is beyond the limit; a diverged run and a
-//!   loop that cannot be certified exclude the child at once;
-//! - a parent dominates it: in every objective, the difference to the parent on the same runs, improved by the margin, is
-//!   not in favour of the child.
+//! - it violates a constraint (a diverged run or a loop that cannot be certified excludes it at once), or
+//! - a parent is better on the same runs in every objective.
 //!
-//! The standard error is that of the patients' contributions. Quantiles are improved by the margin of the order statistic
-//! (binomial distribution), and compared with the parent's value on all patients.
+//! Quantiles have the margin of the order statistic (binomial distribution), and are compared with the parent's value
+//! on all patients.
 
 use super::evaluate::Evaluation;
 use super::goals::{Direction, Goals, Limit};
 use super::nsga::{Point, pareto_dominates};
 use super::quantity::{Aggregate, Samples};
 
-/// The margin in standard errors. Chosen here: 1 child in 700 exceeds it by chance in one direction.
+/// Standard errors. Chosen here: 1 child in 700 exceeds them by chance in one direction.
 const MARGIN: f64 = 3.0;
 
-/// Minimum number of patients in the first part for a standard error.
+/// Minimum for a standard error.
 const MIN_PATIENTS: usize = 4;
 
-/// The parents of a generation, all feasible and none dominated by another.
+/// All parents are feasible, and none dominates another.
 pub(super) struct Race<'a> {
     goals: &'a Goals,
     parents: &'a [Evaluation],
@@ -39,7 +37,6 @@ impl<'a> Race<'a> {
         is_sharp.then_some(Self { goals, parents, runs_of_patient })
     }
 
-    /// True if the child cannot be expected to survive, from its results so far.
     pub(super) fn is_hopeless(&self, child: &Evaluation) -> bool {
         let goals = self.goals;
         if child.diverged > 0.0 || goals.certified.is_some() && child.without_certificate > 0.0 {
@@ -76,7 +73,7 @@ impl<'a> Race<'a> {
         is_violated || self.parents.iter().any(is_worse)
     }
 
-    /// The cost of the aggregate on the runs so far, improved by the margin.
+    /// Cost on the runs so far, improved by the margin.
     fn improved(&self, samples: &Samples, aggregate: Aggregate, direction: Direction) -> Option<f64> {
         match aggregate {
             Aggregate::Mean => {
@@ -95,13 +92,13 @@ impl<'a> Race<'a> {
         }
     }
 
-    /// The mean and its standard error.
+    /// Mean and its standard error.
     fn mean(&self, samples: &Samples) -> Option<(f64, f64)> {
         let parts = self.contributions(samples, samples.runs())?;
         Some((parts.mean, parts.error(|patient| parts.of_patients[patient])))
     }
 
-    /// The difference of the means over the same runs, and its standard error.
+    /// Difference over the same runs, and its standard error.
     fn difference(&self, child: &Samples, parent: &Samples) -> Option<(f64, f64)> {
         let runs = child.runs();
         let (of_child, of_parent) = (self.contributions(child, runs)?, self.contributions(parent, runs)?);
@@ -109,7 +106,6 @@ impl<'a> Race<'a> {
         Some((of_child.mean - of_parent.mean, error))
     }
 
-    /// `None` without values.
     fn contributions(&self, samples: &Samples, runs: usize) -> Option<Contributions> {
         let mean = samples.aggregate_over(Aggregate::Mean, 0..runs)?;
         let weight: f64 = (0..runs).map(|run| samples.sum(run).1).sum();
@@ -126,14 +122,13 @@ impl<'a> Race<'a> {
     }
 }
 
-/// A mean, and the deviation of each patient's runs from it, as parts of the mean. They add up to 0.
+/// A mean, and each patient's deviation from it.
 struct Contributions {
     mean: f64,
     of_patients: Vec<f64>,
 }
 
 impl Contributions {
-    /// The standard error of a sum of parts of independent patients.
     fn error(&self, part: impl Fn(usize) -> f64) -> f64 {
         let patients = self.of_patients.len();
         let squares: f64 = (0..patients).map(|patient| part(patient).powi(2)).sum();

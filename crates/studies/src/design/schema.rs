@@ -1,5 +1,3 @@
-//! The JSON Schema of design files, for completion and checks in editors.
-
 use serde_json::{Value as Json, json};
 
 use super::file::DESIGN_KEYS;
@@ -7,7 +5,7 @@ use super::quantity::Quantity;
 use crate::compare::PERSONS;
 use crate::sweep::sweep_schema;
 
-/// The JSON Schema (draft 2020-12) of a design file.
+/// JSON Schema draft 2020-12.
 #[must_use]
 pub fn design_schema() -> Json {
     let about = |key: &str| DESIGN_KEYS.iter().find(|(known, _)| *known == key).map_or("", |(_, about)| *about);
@@ -84,7 +82,6 @@ pub fn design_schema() -> Json {
     })
 }
 
-/// Keeps some forms of the values of keys, and removes the number of points of a range.
 fn keep_forms(schema: &mut Json, is_kept: &dyn Fn(&Json) -> bool) {
     let Json::Object(schema) = schema else { return };
     if let Some(Json::Array(forms)) = schema.get_mut("anyOf") {

@@ -1,5 +1,3 @@
-//! The search: generations of candidates, each stored before the next.
-
 use std::collections::{BTreeMap, HashSet};
 use std::sync::atomic::AtomicBool;
 
@@ -15,36 +13,29 @@ use super::race::Race;
 use crate::sweep::{Permutation, mix};
 use trocar_base::parallel::map_unless;
 
-/// Attempts to create a child that differs from all candidates so far.
 const ATTEMPTS: usize = 8;
 
-/// The state of a search after a generation. The search continues from it with the same results.
+/// The search continues from it with the same results.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
-    /// The SHA-256 of the design, in hexadecimal digits.
     pub design_sha256: String,
-    /// Number of complete generations.
     pub generations: u64,
-    /// The survivors of the last generation, with the values of every run.
+    /// Survivors of the last generation.
     pub parents: Vec<Evaluation>,
-    /// The candidates that were evaluated on all patients, in the order of the generations, without values of runs.
+    /// Candidates evaluated on all patients, by generation, without values of runs.
     pub archive: Vec<Evaluation>,
-    /// The number of candidates in the archive after each generation.
+    /// Size of the archive after each generation.
     pub archived: Vec<usize>,
-    /// Number of runs of all candidates.
     pub runs: u64,
-    /// Number of candidates that were stopped early.
     pub stopped: u64,
-    /// Number of candidates whose values are not a valid scenario.
+    /// Candidates with an invalid scenario.
     pub refused: u64,
-    /// The reason of the first refused candidate.
     pub first_refusal: Option<String>,
-    /// The certificates that have been searched for, by the SHA-256 of all that they depend on: true if found.
+    /// True if found; keys are the SHA-256 of all that a certificate depends on.
     pub certificates: BTreeMap<String, bool>,
 }
 
 impl State {
-    /// The state before the first generation.
     #[must_use]
     pub fn new(problem: &Problem) -> Self {
         Self {
@@ -61,37 +52,32 @@ impl State {
         }
     }
 
-    /// Reads a stored state; `None` if the text is not one, or of another design.
+    /// `None` if the text is invalid, or of another design.
     #[must_use]
     pub fn stored(text: &str, problem: &Problem) -> Option<Self> {
         serde_json::from_str(text).ok().filter(|state: &Self| state.design_sha256 == problem.hash())
     }
 
-    /// The text from which [`State::stored`] reads the state.
     #[must_use]
     pub fn to_json(&self) -> String {
-        // Serialising numbers and strings does not fail.
         serde_json::to_string(self).unwrap_or_default() + "\n"
     }
 
-    /// True if all generations are complete.
     #[must_use]
     pub fn is_complete(&self, problem: &Problem) -> bool {
         self.generations >= problem.search.generations
     }
 
-    /// The points of the archive.
     #[must_use]
     pub fn points(&self, problem: &Problem) -> Vec<Point> {
         self.archive.iter().map(|evaluation| evaluation.point(&problem.goals)).collect()
     }
 }
 
-/// The search was stopped within a generation, which is lost.
+/// The stopped generation is lost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stopped;
 
-/// A search on the patients of the training.
 pub struct Search<'a> {
     problem: &'a Problem,
     training: &'a Patients,
@@ -100,23 +86,18 @@ pub struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// Creates a search.
     #[must_use]
     pub fn new(problem: &'a Problem, training: &'a Patients) -> Self {
         Self { problem, training, evaluator: training.evaluator(problem), genes: problem.genes() }
     }
 
-    /// Number of runs of a candidate that is not stopped early.
+    /// Runs of a candidate that is not stopped early.
     #[must_use]
     pub fn runs_of_candidate(&self) -> usize {
         self.training.population().runs()
     }
 
-    /// Runs the next generation. `done` receives the number of runs of each candidate. The result does not depend on the
-    /// number of threads.
-    ///
-    /// # Errors
-    /// [`Stopped`] if `stop` was set; the state is then unchanged.
+    /// The result does not depend on the number of threads. If `stop` was set, the state is unchanged.
     pub fn advance(&self, state: &mut State, stop: &AtomicBool, done: &(dyn Fn(u64) + Sync)) -> Result<(), Stopped> {
         let children = match state.generations {
             0 => self.first(),
@@ -155,7 +136,7 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// The first candidates: a Latin hypercube over the free keys.
+    /// Latin hypercube over the free keys.
     fn first(&self) -> Vec<Vec<f64>> {
         use rand::RngExt;
         let (count, seed) = (self.problem.search.candidates as u64, self.problem.search.seed);
@@ -199,7 +180,6 @@ impl<'a> Search<'a> {
         self.genes.iter().map(|_| random.random()).collect()
     }
 
-    /// The random numbers of a candidate.
     fn stream(&self, generation: u64, index: usize) -> ChaCha8Rng {
         let mut random = ChaCha8Rng::seed_from_u64(self.problem.search.seed);
         random.set_stream(generation << 32 | index as u64);
@@ -216,14 +196,12 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Maximum number of objectives and of points for the exact volume of a front.
 const MAX_OBJECTIVES: usize = 4;
 const MAX_POINTS: usize = 500;
 
 impl State {
-    /// The volume that the front after three quarters of the generations dominates, as a share of the final one. Bounded by
-    /// the worst value of each objective on the final front, plus a tenth of its range. `None` without a front with a
-    /// volume, or for too many objectives or points.
+    /// Volume that the front after three quarters of the generations dominates, as a share of the final one. `None` for
+    /// too many objectives or points.
     #[must_use]
     pub fn settled_share(&self, problem: &Problem) -> Option<f64> {
         let points = self.points(problem);
@@ -249,8 +227,7 @@ impl State {
     }
 }
 
-/// The indices of the archive's front: feasible candidates that no other one dominates, without those for which no
-/// certificate was found.
+/// Without the candidates for which no certificate was found.
 #[must_use]
 pub fn front_of(points: &[Point], refused: &HashSet<usize>) -> Vec<usize> {
     let mut points = points.to_vec();

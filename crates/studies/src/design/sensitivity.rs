@@ -1,5 +1,3 @@
-//! What the evaluations of the search say about the free keys: sensitivities, and where the front is flat.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -8,7 +6,7 @@ use super::nsga::{Gene, Point};
 use super::problem::Problem;
 use trocar_base::quantiles::{rank_correlation, standard_ranks};
 
-/// A candidate is as good as another if no objective differs by more than this share of its range on the front.
+/// Maximum difference of equally good candidates in an objective, as a share of its range on the front.
 pub const EQUAL: f64 = 0.05;
 
 /// The influence of a free key on an objective over the feasible candidates.
@@ -21,7 +19,6 @@ pub struct Sensitivity {
     pub share: Option<f64>,
 }
 
-/// The influence of a free key on each objective.
 #[must_use]
 pub fn sensitivities(problem: &Problem, archive: &[Evaluation]) -> Vec<Vec<Sensitivity>> {
     let feasible: Vec<(&Evaluation, Point)> = archive
@@ -63,9 +60,7 @@ fn correlation_ratio(choices: &[u64], count: u64, values: &[f64]) -> Option<f64>
     Some((0..count).map(between).sum::<f64>() / ranks.len().max(1) as f64)
 }
 
-/// The indices of the feasible candidates that are as good as one of them ([`EQUAL`]).
-///
-/// `front` gives the ranges of the objectives.
+/// Feasible candidates that are as good as one of them. `front` gives the ranges of the objectives.
 #[must_use]
 pub fn as_good_as(points: &[Point], front: &[usize], index: usize) -> Vec<usize> {
     let range = |objective: usize| {

@@ -1,5 +1,3 @@
-//! The stages of a design: search, certificates, other patients.
-
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::certify::{Certification, Front};
@@ -11,44 +9,31 @@ use super::search::{Search, State, Stopped};
 use super::validation::Validation;
 use crate::run::RunError;
 
-/// A stage of a design.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
-    /// A generation of the search, from 1. The units are runs.
+    /// Number from 1. The units are runs.
     Generation(u64),
-    /// The search for certificates, without a known end. The units are designs.
+    /// The end is unknown. The units are designs.
     Certificates,
-    /// The runs on other patients.
     OtherPatients,
 }
 
-/// Shows the progress of a design and keeps its state.
 pub trait Follower: Sync {
-    /// The error of a state that cannot be kept.
     type Error;
 
-    /// A stage begins, or is at `done` of `all` units; 0 of `all` if their number is unknown.
+    /// `all` is 0 if the number of units is unknown.
     fn at(&self, stage: Stage, done: u64, all: u64);
 
-    /// So many more units are done.
     fn advance(&self, units: u64);
 
-    /// Stores the state. It is called after every generation and after every search for certificates; the design can
-    /// continue from the stored state.
-    ///
-    /// # Errors
-    /// Any; it ends the design.
+    /// Called after every generation and every search for certificates. An error ends the design.
     fn keep(&self, state: &State) -> Result<(), Self::Error>;
 }
 
-/// Why a design ended without a result.
 #[derive(Debug)]
 pub enum DesignError<E> {
-    /// A scenario is invalid for a patient, or its run failed.
     Run(RunError),
-    /// It was stopped in this stage.
     Stopped(Stage),
-    /// The state could not be kept.
     Keep(E),
 }
 
@@ -58,7 +43,6 @@ impl<E> From<RunError> for DesignError<E> {
     }
 }
 
-/// A complete design.
 #[derive(Debug)]
 pub struct Design {
     training: Patients,
@@ -68,10 +52,7 @@ pub struct Design {
 }
 
 impl Design {
-    /// Continues a design from a state to its end.
-    ///
-    /// # Errors
-    /// [`DesignError`]; `state` is then that of the last complete generation or certificates.
+    /// After an error, `state` is that of the last complete generation or certificates.
     pub fn of<F: Follower>(
         problem: &Problem,
         state: &mut State,
@@ -88,7 +69,6 @@ impl Design {
         Ok(Self { training, fresh, front, validation })
     }
 
-    /// The study that shows it.
     #[must_use]
     pub fn study<'a>(&'a self, problem: &'a Problem, state: &'a State) -> DesignStudy<'a> {
         DesignStudy {
@@ -142,7 +122,7 @@ impl<F: Follower> Stages<'_, F> {
             if self.stop.load(Ordering::Relaxed) {
                 return Err(DesignError::Stopped(Stage::Certificates));
             }
-            // One certificate per thread, then the state is stored: an interruption loses these certificates only.
+            // The state is stored after one certificate per thread: an interruption loses these only.
             let at_once = rayon::current_num_threads();
             certification.certify(state, &front.shown, at_once, &|| self.follower.advance(1))?;
             self.follower.keep(state).map_err(DesignError::Keep)?;

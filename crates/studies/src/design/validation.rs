@@ -1,5 +1,3 @@
-//! Judges the designs on other patients with other noise, beside the shipped strategies.
-
 use std::sync::atomic::AtomicBool;
 
 use super::bootstrap::{Estimate, Resamples, difference, estimate};
@@ -12,67 +10,52 @@ use super::search::{State, Stopped};
 use crate::compare::{STRATEGIES, Strategy};
 use trocar_base::parallel::{map, map_unless};
 
-/// Separates the random numbers of the resamples from others with the same seed.
+/// Separates these random numbers from others with the same seed.
 const RESAMPLING: u64 = 0x626f_6f74;
 
-/// Values of the quantities with their intervals; `None` if undefined.
 pub type Estimates = Vec<Option<Estimate>>;
 
-/// A design on the front.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Designed {
-    /// Its name: its number on the front.
     pub name: String,
-    /// The candidate, as evaluated in the search.
+    /// Evaluation in the search.
     pub candidate: Evaluation,
-    /// The values in the search, with intervals over its patients.
+    /// Values on the patients of the search.
     pub training: Estimates,
-    /// The values on other patients.
+    /// Values on other patients.
     pub validation: Estimates,
-    /// Share of diverged runs on other patients.
+    /// Share of the runs on other patients.
     pub diverged: f64,
-    /// True if it is the knee of the front.
     pub is_knee: bool,
 }
 
 /// A shipped strategy on the same other patients.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shipped {
-    /// Its name.
     pub name: &'static str,
-    /// The values.
     pub validation: Estimates,
-    /// Share of diverged runs.
     pub diverged: f64,
     /// True if no constraint on a quantity is violated.
     pub is_feasible: bool,
-    /// The value of the knee minus that of the strategy, for each objective, over paired resamples.
+    /// Knee minus strategy, for each objective, over paired resamples.
     pub differences: Estimates,
 }
 
-/// The designs and the shipped strategies on other patients.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Validation {
-    /// The designs, in the order of the first objective.
     pub designs: Vec<Designed>,
-    /// The strategies.
     pub shipped: Vec<Shipped>,
-    /// The strategies that cannot be combined with the scenario, each with the reason.
+    /// Strategies that cannot be combined with the scenario, with the reason.
     pub left_out: Vec<(&'static str, String)>,
 }
 
 impl Validation {
-    /// Number of runs for so many designs: theirs on both groups of patients, and those of the shipped strategies on the
-    /// other patients.
+    /// Designs run on both groups of patients, shipped strategies on the other patients only.
     #[must_use]
     pub fn runs((training, fresh): (&Patients, &Patients), designs: usize) -> usize {
         designs * training.population().runs() + (designs + STRATEGIES.len()) * fresh.population().runs()
     }
 
-    /// Evaluates designs of the archive. `done` receives the number of runs of each.
-    ///
-    /// # Errors
-    /// [`Stopped`] if `stop` was set.
     pub fn of(
         problem: &Problem,
         (training, fresh): (&Patients, &Patients),
@@ -111,7 +94,7 @@ impl Validation {
         let (on_fresh, on_training) = of_designs.split_at(shown.len());
         let resamples = |population: &Population| Resamples::of(population.clusters(), problem.seed ^ RESAMPLING);
         let (of_fresh, of_training) = (resamples(fresh.population()), resamples(training.population()));
-        // A design that is no valid scenario for one of the other patients has no values.
+        // A design that is invalid for one of the other patients has no values.
         let resampled = |evaluation: &Evaluation, resamples: &Resamples| -> Resampled {
             let of = |(index, (_, how)): (usize, (_, Aggregate))| match evaluation.samples.get(index) {
                 Some(samples) => resamples.values(samples, how),
@@ -167,5 +150,4 @@ fn evaluate_strategy(problem: &Problem, fresh: &Patients, strategy: &Strategy) -
     }
 }
 
-/// For each quantity, its value and those of the resamples.
 type Resampled = Vec<(Option<f64>, Vec<Option<f64>>)>;

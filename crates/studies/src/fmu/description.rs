@@ -1,5 +1,3 @@
-//! The description of a unit, `modelDescription.xml`.
-
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
@@ -12,7 +10,7 @@ fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// The exponents of kg, m and s of a unit such as `N·s/m`, as attributes of the standard.
+/// Exponents of kg, m and s of a unit such as `N·s/m`.
 fn base_units(unit: &str) -> String {
     let (mut kg, mut m, mut s) = (0, 0, 0);
     let mut sign = 1;
@@ -59,7 +57,6 @@ impl Scalar {
 
 fn type_attributes(variable: &Variable) -> String {
     let mut text = String::new();
-    // Writing to a string cannot fail.
     if let Some(unit) = &variable.unit
         && matches!(variable.kind, Type::Real(_))
     {
@@ -146,13 +143,12 @@ fn units(variables: &[Variable]) -> String {
     let units: BTreeSet<&str> = variables.iter().filter_map(|variable| variable.unit.as_deref()).chain(["s"]).collect();
     let mut text = String::from("<UnitDefinitions>\n");
     for unit in units {
-        // Writing to a string cannot fail.
         let _ = writeln!(text, "<Unit name=\"{}\"><BaseUnit{}/></Unit>", escaped(unit), base_units(unit));
     }
     text + "</UnitDefinitions>\n"
 }
 
-/// The description of a unit, with the token that its library checks.
+/// The library of the unit checks `token`.
 #[must_use]
 pub fn describe(model: Model, version: Version, scenario: &Scenario, variables: &[Variable], token: &str) -> String {
     let identifier = model.identifier();
@@ -194,7 +190,6 @@ pub fn describe(model: Model, version: Version, scenario: &Scenario, variables: 
     text += &types(version, variables);
     let tick_s = scenario.grid.tick_s();
     let stop_s = scenario.grid.ticks() as f64 * tick_s;
-    // Writing to a string cannot fail.
     let _ = writeln!(text, "<DefaultExperiment startTime=\"0.0\" stopTime=\"{stop_s:?}\" stepSize=\"{tick_s:?}\"/>");
     text += "<ModelVariables>\n";
     if version == Version::Three {

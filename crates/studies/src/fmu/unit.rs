@@ -1,5 +1,3 @@
-//! The files of a unit.
-
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -11,7 +9,7 @@ use super::description::describe;
 use super::variables::Model;
 use trocar_scenario::{Scenario, ScenarioError, Source, Values};
 
-/// The identity of a unit, computed by its description and its library from the scenario.
+/// Description and library compute the token from the scenario.
 #[must_use]
 pub fn token(model: Model, scenario: &str) -> String {
     let hash = Sha256::new().chain_update(model.identifier()).chain_update([0]).chain_update(scenario).finalize();
@@ -20,27 +18,21 @@ pub fn token(model: Model, scenario: &str) -> String {
         if [4, 6, 8, 10].contains(&place) {
             text.push('-');
         }
-        // Writing to a string cannot fail.
         let _ = write!(text, "{byte:02x}");
     }
     text + "}"
 }
 
-/// The error of a unit's files.
 #[derive(Debug, Error)]
 pub enum UnitError {
-    /// The scenario cannot be loaded, or does not describe a rig.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
-    /// A file of the scenario cannot be read.
     #[error("{}: {source}", path.display())]
     File {
-        /// Path of the file.
+        /// A file of the scenario.
         path: PathBuf,
-        /// The error of the file system.
         source: std::io::Error,
     },
-    /// The scenario's settings are out of range for a rig.
     #[error("{0} on a rig; export the simulation instead, without --rig")]
     Rig(#[from] trocar_core::error::InvalidValue),
 }
@@ -53,19 +45,15 @@ const PAGE: &str = "<!DOCTYPE html><html lang=\"en\"><meta charset=\"utf-8\"><ti
     whole number of ticks. Parameters are the keys of scenarios, with their values as defaults. What is derived from a changed \
     parameter, and is not changed itself, follows it.\n";
 
-/// The files of a unit with their paths in its archive, without the licences.
+/// The licences are not included.
 #[derive(Debug)]
 pub struct Unit {
-    /// Path and content.
+    /// Path in the archive, and content.
     pub files: Vec<(String, Vec<u8>)>,
 }
 
 impl Unit {
-    /// Creates the unit of a scenario with `section.key=value` settings; `library` is the content of the library for
-    /// this machine.
-    ///
-    /// # Errors
-    /// [`UnitError`] for a scenario or a file that cannot be loaded, or settings that a rig does not support.
+    /// `library` is the content of the library for this machine.
     pub fn new(
         source: &Source,
         settings: &[String],
@@ -75,10 +63,7 @@ impl Unit {
         Self::of_changed(source, &[settings], which, library)
     }
 
-    /// Like [`Unit::new`], with lists of settings that apply one after another.
-    ///
-    /// # Errors
-    /// As [`Unit::new`].
+    /// The lists of settings apply one after another.
     pub fn of_changed(
         source: &Source,
         settings: &[&[String]],

@@ -1,73 +1,54 @@
-//! The variables of a unit: the inputs and outputs of its model, and a parameter for each setting.
-
 use std::borrow::Cow;
 
 use trocar_core::rig;
 use trocar_engine::engine::TRACE_COLUMNS;
 use trocar_scenario::{KEYS, Key, KeyAt, Kind, Scenario, Value, unit_of};
 
-/// The model of a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Model {
-    /// The controller of a rig: samples in, commands and alarm out.
+    /// Samples in, commands and alarm out.
     Rig,
-    /// The whole simulation: the person's position in; positions, forces and mode out.
+    /// The person's position in; positions, forces and mode out.
     Simulation,
-    /// The tissue alone: position and velocity of the needle in, force out.
+    /// Position and velocity of the needle in, force out.
     Tissue,
 }
 
-/// The role of a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Causality {
-    /// Set before the first step.
     Parameter,
-    /// Set before each step.
     Input,
-    /// Read after each step.
     Output,
 }
 
-/// The type of a variable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Type {
-    /// A number, with its minimum and maximum if known.
+    /// Minimum and maximum.
     Real(Option<(f64, f64)>),
-    /// A whole number, with its minimum.
+    /// Minimum.
     Integer(u64),
-    /// True or false.
     Boolean,
     /// The index of a word in a list.
     Choice(&'static [&'static str]),
 }
 
-/// A value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Scalar {
-    /// A number.
     Real(f64),
-    /// A whole number, or the index of a word.
+    /// Whole number, or index of a word.
     Integer(i64),
-    /// True or false.
     Boolean(bool),
 }
 
-/// A variable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variable {
-    /// Name; for a parameter, the key of the setting.
+    /// Key of the setting for a parameter.
     pub name: Cow<'static, str>,
-    /// Reference in the calls of the standard.
     pub reference: u32,
-    /// Role.
     pub causality: Causality,
-    /// Type.
     pub kind: Type,
-    /// Unit.
     pub unit: Option<String>,
-    /// Meaning.
     pub meaning: &'static str,
-    /// Value before the first step.
     pub start: Scalar,
 }
 
@@ -97,7 +78,7 @@ const RIG_INPUTS: [Declared; 5] = [
     ("sample.stop", Type::Boolean, "Stops: the force decays and the reference holds; false again ends the stop."),
 ];
 
-/// Place of the stop among the inputs of a rig.
+/// Index among the inputs of a rig.
 pub const STOP: usize = 4;
 
 const RIG_OUTPUTS: [Declared; 19] = [
@@ -130,7 +111,7 @@ const RIG_OUTPUTS: [Declared; 19] = [
     ),
 ];
 
-/// Returns the outputs of a rig in the order of its variables.
+/// Ordered like a rig's variables.
 #[must_use]
 pub fn rig_outputs(command: &rig::Command) -> [Scalar; 19] {
     [
@@ -165,12 +146,12 @@ const SIMULATION_INPUTS: [Declared; 2] = [
     ),
 ];
 
-/// Place of the person's position among the inputs of a simulation.
+/// Index of the person's position among the inputs of a simulation.
 pub const POSITION: usize = 0;
-/// Place of the flag that the position leads among the inputs of a simulation.
+/// Index of the flag that the position leads the simulation.
 pub const IS_LED: usize = 1;
 
-/// The first column of the trace that is an output of a simulation.
+/// First output among the columns of the trace.
 pub const FIRST_COLUMN: usize = 1;
 
 fn simulation_outputs() -> Vec<Declared> {
@@ -189,16 +170,14 @@ const TISSUE_OUTPUTS: [Declared; 3] = [
     ("reaction.ruptured", Type::Boolean, "True if a layer ruptures in this step."),
 ];
 
-/// Returns true for a parameter of a tissue: a key of its section, or the tick.
 fn is_of_tissue(key: &Key) -> bool {
     key.path.starts_with("tissue.") || key.path == "simulation.tick_s"
 }
 
 impl Model {
-    /// All models.
     pub const ALL: [Self; 3] = [Self::Rig, Self::Simulation, Self::Tissue];
 
-    /// The file name of the scenario in the unit, which identifies the model.
+    /// The file name identifies the model.
     #[must_use]
     pub fn file(self) -> &'static str {
         match self {
@@ -208,7 +187,7 @@ impl Model {
         }
     }
 
-    /// The identifier of the model, which is also the name of its library in the unit.
+    /// Name of the model and of its library.
     #[must_use]
     pub fn identifier(self) -> &'static str {
         match self {
@@ -218,7 +197,6 @@ impl Model {
         }
     }
 
-    /// The variables of a scenario's unit: inputs, outputs, parameters.
     #[must_use]
     pub fn variables(self, scenario: &Scenario) -> Vec<Variable> {
         let (inputs, outputs) = match self {
@@ -247,8 +225,8 @@ impl Model {
         inputs.chain(outputs).chain(self.parameters(scenario)).collect()
     }
 
-    /// One parameter for each key whose value has a type of the standard: no lists, texts, files, missing values or
-    /// whole numbers beyond the 32 bits of FMI 2.0.
+    /// Only keys with a type of the standard: no lists, texts, files, missing values, or whole numbers beyond the 32
+    /// bits of FMI 2.0.
     fn parameters(self, scenario: &Scenario) -> Vec<Variable> {
         let values: Vec<(KeyAt, Option<Value>)> = match self {
             Self::Rig => scenario.rig_values().map(|(key, value)| (key.into(), value)).collect(),

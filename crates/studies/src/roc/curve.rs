@@ -1,5 +1,3 @@
-//! Probabilities, rates and delays from counts, with their intervals.
-
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
@@ -53,7 +51,6 @@ pub struct Point {
 }
 
 impl Point {
-    /// Computes the performance from counts.
     #[must_use]
     pub fn of(threshold: f64, tally: &Tally) -> Self {
         let ruptures = tally.ruptures.iter().sum();
@@ -83,7 +80,7 @@ impl Point {
         }
     }
 
-    /// False alarms per hour; 0 without a false alarm.
+    /// 0 without a false alarm.
     #[must_use]
     pub fn false_alarms_per_hour(&self) -> f64 {
         60.0 * self.false_alarms_per_minute.unwrap_or(0.0)
@@ -113,15 +110,15 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// The point at the threshold of the settings, or `None` if this threshold was not evaluated.
+    /// `None` if the threshold of the settings was not evaluated.
     #[must_use]
     pub fn at_own_threshold(&self) -> Option<&Point> {
         // `total_cmp` treats NaN as equal to itself.
         self.points.iter().find(|point| point.threshold.total_cmp(&self.own_threshold).is_eq())
     }
 
-    /// The Pareto front, by increasing number of false alarms: the most detections for at most this number, and the
-    /// shortest delay among equal detections. Omits thresholds so low that the decision never settles.
+    /// Ordered by false alarms: the most detections for at most this number, then the shortest delay. Omits thresholds
+    /// so low that the decision never settles.
     #[must_use]
     pub fn front(&self) -> Vec<&Point> {
         let mut points: Vec<&Point> = self.points.iter().collect();
@@ -137,15 +134,14 @@ impl Curve {
         front
     }
 
-    /// The point with the fewest false alarms that detects at least a share of the ruptures.
+    /// The fewest false alarms with at least this share of the ruptures.
     #[must_use]
     pub fn at_detection(&self, share: f64) -> Option<&Point> {
         let sufficient = self.points.iter().filter(|point| point.detection.is_some_and(|detection| detection >= share));
         sufficient.min_by(|a, b| a.false_alarms.cmp(&b.false_alarms).then(b.detected.cmp(&a.detected)))
     }
 
-    /// The point with the most detections at a maximum rate of false alarms per hour, or `None` if every threshold
-    /// exceeds the rate.
+    /// The most detections with at most this rate.
     #[must_use]
     pub fn at_false_alarms_per_hour(&self, rate: f64) -> Option<&Point> {
         let allowed = self.points.iter().filter(|point| point.false_alarms_per_hour() <= rate);

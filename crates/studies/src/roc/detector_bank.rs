@@ -1,13 +1,9 @@
-//! One detector at many thresholds, on the same samples.
-
 use super::lanes::{LANES, ThresholdLanes};
 use trocar_core::detector::{CusumDetector, Detector, DetectorInput, DetectorSettings};
 use trocar_core::lane::{Lane, Mask};
 
-/// A detector with several thresholds and otherwise equal settings.
-///
-/// The ratio of cap to threshold is that of the settings. Each threshold is a lane of [`Detector`], so arming, cap,
-/// reset and alarms are those of a separate detector.
+/// One detector at many thresholds. The ratio of cap to threshold is that of the settings. Each threshold is a lane of
+/// [`Detector`], so its alarms are those of a separate detector.
 #[derive(Debug, Clone)]
 pub struct DetectorBank {
     settings: DetectorSettings,
@@ -15,8 +11,8 @@ pub struct DetectorBank {
 }
 
 impl DetectorBank {
-    /// Creates a bank with `count` (at least two) thresholds from 0.01 to nearly 100 times the threshold of the
-    /// settings, evenly spaced on a logarithmic scale; one of them is that threshold.
+    /// At least two thresholds from 0.01 to nearly 100 times that of the settings, which is one of them, on a
+    /// logarithmic scale.
     #[must_use]
     pub fn around(settings: DetectorSettings, count: usize) -> Self {
         let middle = (count.max(2) / 2) as f64;
@@ -24,30 +20,27 @@ impl DetectorBank {
         Self::new(settings, (0..count.max(2)).map(|k| settings.cusum.threshold * share(k)).collect())
     }
 
-    /// Creates a bank with thresholds in the unit of the distance, each above 0.
+    /// Thresholds are above 0.
     #[must_use]
     pub fn new(settings: DetectorSettings, thresholds: Vec<f64>) -> Self {
         Self { settings, thresholds }
     }
 
-    /// The settings.
     #[must_use]
     pub fn settings(&self) -> &DetectorSettings {
         &self.settings
     }
 
-    /// The thresholds, in the unit of the distance.
     #[must_use]
     pub fn thresholds(&self) -> &[f64] {
         &self.thresholds
     }
 
-    /// The settings of the detector at the threshold with this index.
     #[must_use]
     pub fn settings_at(&self, index: usize) -> DetectorSettings {
         let threshold = self.thresholds.get(index).copied().unwrap_or(self.settings.cusum.threshold);
         let mut settings = self.settings;
-        // The default ratio is 10, which a division would not reproduce exactly.
+        // A division would not reproduce the default ratio of 10 exactly.
         let usual = settings.cusum.cap == 10.0 * settings.cusum.threshold;
         let ratio = if usual { 10.0 } else { settings.cusum.cap / settings.cusum.threshold };
         settings.cusum.threshold = threshold;
@@ -55,7 +48,7 @@ impl DetectorBank {
         settings
     }
 
-    /// Calls `alarm` with the indices of threshold and sample for every alarm, in order of time for each threshold.
+    /// `alarm` receives the indices of threshold and sample, in order of time for each threshold.
     pub fn evaluate(&self, input: &[DetectorInput<f64>], tick_s: f64, alarm: &mut dyn FnMut(usize, usize)) {
         let settings: Vec<DetectorSettings> = (0..self.thresholds.len()).map(|index| self.settings_at(index)).collect();
         for (group, settings) in settings.chunks(LANES).enumerate() {

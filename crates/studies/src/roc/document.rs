@@ -1,5 +1,3 @@
-//! The document of a study of operating characteristics.
-
 use std::collections::BTreeSet;
 
 use schemars::JsonSchema;
@@ -17,7 +15,7 @@ const STATED_DETECTION: f64 = 0.995;
 
 const STATED_FALSE_ALARMS_PER_HOUR: f64 = 1.0;
 
-/// False alarms per hour at which baselines are compared: one per minute, which a short study can resolve.
+/// One per minute, which a short study can resolve.
 const BASELINE_FALSE_ALARMS_PER_HOUR: f64 = 60.0;
 
 /// `roc.json`: detection, delay and false alarms by threshold.
@@ -35,8 +33,6 @@ pub struct RocFile<'a> {
 }
 
 impl Characteristics {
-    /// The document of a study with `seeds` seeds: each detector at its configured threshold, at the stated operating
-    /// points, and by condition.
     #[must_use]
     pub fn document(&self, seeds: u64) -> Document<'_> {
         let is_stopped = self.cases < self.cases_planned;
@@ -81,8 +77,6 @@ impl Characteristics {
         ]
     }
 
-    /// Names the detectors with the most detections in time at their configured thresholds, and of these the ones with
-    /// the fewest false alarms.
     fn best(&self) -> Option<String> {
         let detection = |point: &Point| point.detection.unwrap_or(0.0);
         let most = self.own_points().map(|(_, point)| detection(point)).max_by(f64::total_cmp)?;
@@ -332,8 +326,7 @@ fn characteristic_view(curve: &Curve) -> CharacteristicView<'_> {
     }
 }
 
-/// Why a point does not resolve the stated rate of false alarms; `None` if it does. Without a false alarm in less than
-/// three hours, the 95 % interval includes one per hour.
+/// Without a false alarm in less than three hours, the 95 % interval includes one per hour.
 fn unresolved(point: &Point) -> Option<String> {
     let is_unresolved = point.false_alarms == 0 && point.hours * STATED_FALSE_ALARMS_PER_HOUR < 3.0;
     is_unresolved.then(|| format!("not resolvable: {} observed", observed(point.hours)))

@@ -1,14 +1,11 @@
-//! Confidence intervals of counted shares and rates.
-
 use trocar_base::quantiles::bisect;
 
 const Z: f64 = 1.959_963_984_540_054;
 
-/// Maximum count with an exact interval; above, the error of the cube-root approximation is negligible.
+/// Above it, the error of the cube-root approximation is negligible.
 const MAX_EXACT: u64 = 100;
 
-/// The 95 % interval of a probability from `successes` of `trials` (Wilson, *Journal of the American Statistical
-/// Association* 22, 1927); `None` without trials.
+/// 95 % interval of a probability (Wilson, *Journal of the American Statistical Association* 22, 1927).
 #[must_use]
 pub fn wilson(successes: u64, trials: u64) -> Option<(f64, f64)> {
     if trials == 0 {
@@ -24,8 +21,7 @@ pub fn wilson(successes: u64, trials: u64) -> Option<(f64, f64)> {
     Some((low, high))
 }
 
-/// The 95 % interval of the mean of a Poisson count (Garwood, *Biometrika* 28, 1936). For a count of 0 it is one-sided,
-/// from 0 to `-ln 0.05` (rule of three).
+/// 95 % interval of a Poisson mean (Garwood, *Biometrika* 28, 1936); for 0, one-sided up to `-ln 0.05`.
 #[must_use]
 pub fn poisson(count: u64) -> (f64, f64) {
     if count == 0 {
@@ -39,7 +35,7 @@ pub fn poisson(count: u64) -> (f64, f64) {
     (low, high)
 }
 
-/// Half of a chi-square quantile with `2 shape` degrees of freedom, by the approximation of Wilson and Hilferty.
+/// Half of a chi-square quantile with `2 shape` degrees of freedom.
 fn wilson_hilferty(shape: f64, z: f64) -> f64 {
     let inner = 1.0 - 1.0 / (9.0 * shape) + z / (3.0 * shape.sqrt());
     shape * inner * inner * inner

@@ -9,7 +9,7 @@ pub(super) const LANES: usize = 8;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ThresholdLanes(pub(super) [f64; LANES]);
 
-/// A boolean for each threshold, with all bits set or none.
+/// The bits of a lane are all set or all clear.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ThresholdMask([u64; LANES]);
 

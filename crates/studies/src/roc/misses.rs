@@ -1,5 +1,3 @@
-//! The reasons why a detector misses ruptures at the threshold of its settings.
-
 use super::tally::{Labels, Tally};
 use trocar_core::detector::{CusumDetector, DetectorInput, DetectorSettings};
 use trocar_core::time::nearest_ticks;

@@ -1,11 +1,8 @@
-//! Receiver operating characteristics: detections, delays and false alarms of a detector by threshold.
+//! Receiver operating characteristics of a detector by threshold.
 //!
-//! A case is a signal whose force has white noise of one seed. The estimator runs once per case. Every detector then
-//! evaluates the residual with many thresholds, and a [`Tally`] compares the alarms with the labels. Tallies are
-//! integers, so the results do not depend on the order of the cases or the threads.
-//!
-//! An undefined value, such as the delay without a detection, is `None`. Without a false alarm the rate has an upper
-//! bound that depends on the observed time.
+//! A case is a signal whose force has white noise of one seed. The estimator runs once per case, then every detector
+//! evaluates the residual with many thresholds. A [`Tally`] has integers only, so the results do not depend on the
+//! order of the cases.
 
 mod curve;
 mod detector_bank;
@@ -34,26 +31,20 @@ use crate::run::RunError;
 use trocar_core::error::InvalidValue;
 use trocar_scenario::ScenarioError;
 
-/// The error of a study.
 #[derive(Debug, Error)]
 pub enum RocError {
-    /// A scenario or a recording is invalid.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
-    /// A setting is out of range.
     #[error(transparent)]
     Setting(#[from] InvalidValue),
-    /// A run failed.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// The signals have different detector settings, and therefore no common curve.
+    /// Signals with different detector settings have no common curve.
     #[error("{first} and {second} have different settings of the detector {detector}; evaluate them separately")]
     DifferentDetectors {
-        /// The first signal.
         first: String,
-        /// The second signal.
         second: String,
-        /// The kind of distance.
+        /// Kind of distance.
         detector: &'static str,
     },
 }

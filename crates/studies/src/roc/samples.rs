@@ -1,8 +1,5 @@
-//! Evenly spaced samples.
-
 use trocar_engine::engine::{Observer, Signals};
 
-/// Evenly spaced samples in SI units.
 #[derive(Debug, Clone, Default, PartialEq)]
 #[allow(missing_docs, reason = "the names say quantity and unit")]
 pub struct Samples {
@@ -14,7 +11,6 @@ pub struct Samples {
     pub ruptures_s: Vec<f64>,
 }
 
-/// Records the inputs of the estimator in a run.
 impl Observer<f64> for Samples {
     fn observe(&mut self, s: &Signals<f64>) {
         self.force_n.push(s.measured_force_n);

@@ -1,5 +1,3 @@
-//! The signals of a study: recordings, and scenarios that run with each seed.
-
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -15,45 +13,35 @@ use trocar_detect as detect;
 use trocar_recording::{Columns, InVivoLikeVariant, Limits, RUPTURES_S, in_vivo_like_variant_csv, read_csv};
 use trocar_scenario::{DetectionSpec, RecordingSpec, Scenario, ScenarioError};
 
-/// Random stream of the added noise, different from the stream of the synthetic recording.
+/// Different from the stream of the synthetic recording.
 const NOISE_STREAM: u64 = 0x6e_6f69_7365;
 
-/// Seed of the synthetic recordings, equal to the seed of the shipped one.
+/// Seed of the shipped recording.
 const SYNTHETIC_SEED: u64 = 1;
 
-/// A signal with its estimator and detectors.
 #[derive(Debug, Clone)]
 pub struct Signal {
-    /// Name of the signal.
     pub name: String,
-    /// Differences of a synthetic insertion from the shipped one.
+    /// Differences from the shipped insertion.
     pub variant: InVivoLikeVariant,
-    /// Source of the samples.
     pub kind: SignalKind,
-    /// The estimator.
     pub estimator: RlsSettings,
-    /// Contact position of the estimator, in m.
     pub contact_m: f64,
-    /// The detectors.
     pub detectors: Vec<DetectorSettings>,
 }
 
-/// The source of the samples of a signal.
 #[derive(Debug, Clone)]
 pub enum SignalKind {
     /// A recording with added noise.
     Recorded(Samples),
     /// A synthetic recording for each seed.
     Trials,
-    /// A closed loop with sensor noise, without augmentation, because the augmented run depends on the threshold.
+    /// The augmented run depends on the threshold, so augmentation is off.
     ClosedLoop(Box<Scenario>),
 }
 
 impl Signal {
-    /// Creates the recorded signal of a specification, evenly sampled and with a velocity, as in `trocar detect`.
-    ///
-    /// # Errors
-    /// An invalid setting.
+    /// Samples are even and have a velocity, as in `trocar detect`.
     pub fn recorded(name: String, spec: &DetectionSpec, kinds: &[DistanceKind]) -> Result<Self, RocError> {
         let detection = detect::detect(spec)?;
         let samples = Samples {
@@ -73,10 +61,6 @@ impl Signal {
         })
     }
 
-    /// Creates a variant of the synthetic insertion with the settings of a specification.
-    ///
-    /// # Errors
-    /// An invalid setting, or a variant that is not a valid recording.
     pub fn synthetic(
         spec: &DetectionSpec,
         variant: InVivoLikeVariant,
@@ -97,7 +81,6 @@ impl Signal {
         Ok(Self { variant, ..Self::recorded("in_vivo_like".into(), &synthetic, kinds)? })
     }
 
-    /// Creates the synthetic recordings of [`super::trials`] with the settings of a specification.
     #[must_use]
     pub fn trials(spec: &DetectionSpec, kinds: &[DistanceKind]) -> Self {
         Self {
@@ -110,8 +93,6 @@ impl Signal {
         }
     }
 
-    /// Creates the closed loop of a scenario, without augmentation.
-    ///
     /// # Errors
     /// A scenario with a position resolution, because the engine does not output the quantised positions.
     pub fn closed_loop(mut scenario: Scenario, kinds: &[DistanceKind]) -> Result<Self, RocError> {
@@ -190,8 +171,7 @@ impl Signal {
     }
 }
 
-/// The settings for each kind of distance: unchanged for the kind of the settings, derived from the same hypotheses for
-/// the others.
+/// Settings of other kinds are derived from the same hypotheses.
 fn detectors(configured: &DetectorSettings, kinds: &[DistanceKind]) -> Vec<DetectorSettings> {
     let of = |&kind: &DistanceKind| {
         if kind == configured.distance.kind {

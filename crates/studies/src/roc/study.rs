@@ -1,5 +1,3 @@
-//! A study: every detector at every threshold, on every signal with every noise level and seed.
-
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
@@ -17,18 +15,16 @@ use trocar_base::warning::{Code, Warning};
 use trocar_core::detector::{DetectorInput, DetectorSettings};
 use trocar_recording::InVivoLikeVariant;
 
-/// The settings of a study.
 #[derive(Debug, Clone)]
 pub struct Study {
-    /// The signals, all with the same detectors.
+    /// All signals have the same detectors.
     pub signals: Vec<Signal>,
-    /// Standard deviations of the added noise, in N.
     pub noise_std_n: Vec<f64>,
-    /// Number of seeds per condition; the first seed is 1.
+    /// Seeds per condition, from 1.
     pub seeds: u64,
-    /// Number of thresholds per detector, at least 2.
+    /// Thresholds per detector, at least 2.
     pub thresholds: usize,
-    /// Maximum delay of a detection, in s.
+    /// Maximum delay of a detection.
     pub within_s: f64,
 }
 
@@ -65,7 +61,6 @@ pub struct Characteristics {
 }
 
 impl Characteristics {
-    /// The warnings about the study.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let mut points = self.all.iter().flat_map(|curve| &curve.points).peekable();
@@ -77,8 +72,7 @@ impl Characteristics {
         vec![Warning::new(Code::NoRuptures, message).at("--rupture-s").remedy(remedy)]
     }
 
-    /// Inserts user-defined detectors before the others, each with its name, its threshold (NaN without one) and its
-    /// points. Equal names form one curve.
+    /// Name, threshold (NaN without one) and points. Equal names form one curve.
     pub fn add_user_defined(&mut self, evaluated: &[(String, f64, UserDefinedPoints)]) {
         add_curves(&mut self.all, evaluated, |points| &points.all);
         for (index, condition) in self.conditions.iter_mut().enumerate() {
@@ -121,12 +115,9 @@ struct ThreadTallies {
     alarms: Vec<Vec<usize>>,
 }
 
-/// The performance of a user-defined detector.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UserDefinedPoints {
-    /// Over all conditions.
     pub all: Point,
-    /// In each condition.
     pub conditions: Vec<Point>,
 }
 
@@ -140,18 +131,14 @@ impl UserDefinedPoints {
 }
 
 impl Study {
-    /// Range of the standard deviation of the added noise, in N.
     pub const NOISE_STDS_N: (f64, f64) = (0.0, 100.0);
 
     fn conditions(&self) -> Vec<(&Signal, f64)> {
         self.signals.iter().flat_map(|signal| self.noise_std_n.iter().map(move |&noise| (signal, noise))).collect()
     }
 
-    /// Runs user-defined detectors in the cases of [`Study::run`], one case after the other. `alarms` receives the
-    /// index of a detector, the inputs of a case and the sampling interval (s), and writes the alarm samples.
-    ///
-    /// # Errors
-    /// The errors of `alarms`, and [`RocError`] if a run fails.
+    /// Runs the cases one after the other. `alarms` receives the index of a detector, the inputs of a case and the
+    /// sampling interval (s), and writes the alarm samples.
     pub fn run_user_defined<E: From<RocError>>(
         &self,
         detectors: usize,
@@ -173,10 +160,7 @@ impl Study {
         Ok(tallies.into_iter().map(UserDefinedPoints::of).collect())
     }
 
-    /// [`Study::run_user_defined`] with the cases in parallel; `alarms` creates a new detector for each case.
-    ///
-    /// # Errors
-    /// As [`Study::run_user_defined`].
+    /// [`Study::run_user_defined`] in parallel; `alarms` creates a new detector for each case.
     pub fn run_user_defined_side_by_side<E: From<RocError> + Send>(
         &self,
         detectors: usize,
@@ -206,12 +190,8 @@ impl Study {
         Ok(tallies.into_iter().map(UserDefinedPoints::of).collect())
     }
 
-    /// Runs the study in parallel, and calls `done` after each case. Once `stop` is set, no new case starts, and the
-    /// result covers the finished ones. The results do not depend on the threads.
-    ///
-    /// # Errors
-    /// [`RocError`] for signals with different detectors, or if a run fails.
-    // Dynamic dispatch: the detectors are compiled once instead of in every crate that runs a study.
+    /// Once `stop` is set, no new case starts. The results do not depend on the threads.
+    // Dynamic dispatch, so that the detectors are compiled once.
     pub fn run(&self, stop: &AtomicBool, done: &(dyn Fn() + Sync)) -> Result<Characteristics, RocError> {
         let banks = self.detector_banks()?;
         let conditions = self.conditions();
@@ -313,7 +293,7 @@ impl Study {
     }
 }
 
-/// The curves; `point` computes the point of a threshold and of its index among all thresholds.
+/// `point` receives a threshold and its index among all thresholds.
 fn curves(banks: &[DetectorBank], point: impl Fn((f64, usize)) -> Point) -> Vec<Curve> {
     let mut index = 0;
     let mut next = || {

@@ -1,36 +1,30 @@
-//! Comparison of alarms with labels.
-
 use std::collections::BTreeMap;
 
 use super::trials::{Fall, Trial};
 use trocar_metrics::RUPTURE_WINDOW_S;
 
-/// Tolerance of the maximum delay in s, because times are sums of rounded decimals.
+/// Times are sums of rounded decimals.
 const ROUNDING_S: f64 = 1e-9;
 
-/// Integer counts of a detector's alarms, independent of the order of the cases.
+/// Integer counts, independent of the order of the cases.
 ///
 /// The first alarm within [`RUPTURE_WINDOW_S`] after a label, and before the next one, matches this rupture: a
 /// detection if in time, otherwise late. Every other alarm is false.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Number of cases.
     pub cases: u64,
-    /// Number of cases in which every rupture is detected in time, without a false alarm.
+    /// Cases with every rupture detected in time and no false alarm.
     pub clean_cases: u64,
-    /// Number of labelled ruptures, by their index in the case.
+    /// Indexed by the rupture in the case.
     pub ruptures: Vec<u64>,
-    /// Number of ruptures detected in time, by their index in the case.
+    /// Indexed by the rupture in the case.
     pub detected: Vec<u64>,
-    /// Number of ruptures detected too late.
     pub late: u64,
-    /// Number of false alarms.
     pub false_alarms: u64,
-    /// Time in ns outside the windows after labels, in which a first alarm is false; for a trial, the time in contact.
+    /// Time outside the windows after labels; for a trial, the time in contact.
     pub quiet_ns: u64,
-    /// Number of detections by delay in ns.
     pub delays_ns: BTreeMap<u64, u64>,
-    /// Number of missed ruptures by reason; only at the threshold of the settings.
+    /// Counted only at the threshold of the settings.
     pub missed: BTreeMap<String, u64>,
 }
 
@@ -45,10 +39,9 @@ pub(super) struct Labels {
 struct Label {
     time_s: f64,
     within_s: f64,
-    /// Time after the rupture in s during which further alarms are not false: a fall in several steps may cause
-    /// several.
+    /// Further alarms during the fall are not false, because it may have several steps.
     fall_s: f64,
-    /// True if the rupture counts. One that noise hides is neither missed nor detected, and its alarms are not false.
+    /// A rupture that noise hides is neither missed nor detected, and its alarms are not false.
     counts: bool,
 }
 
@@ -61,7 +54,7 @@ impl Labels {
         labels
     }
 
-    /// The labels of a trial, whose alarms may come until `within_s`, or three samples, after the end of the fall.
+    /// Alarms may come until `within_s`, or three samples, after the end of the fall.
     pub(super) fn of_trial(trial: &Trial, within_s: f64) -> Self {
         let slack_s = within_s.max(3.0 * trial.tick_s);
         let label = |fall: &Fall| Label {
@@ -94,7 +87,7 @@ impl Labels {
 }
 
 impl Tally {
-    /// Counts a case with its alarms in order of time, and returns the indices of the ruptures without an alarm.
+    /// Returns the indices of the ruptures without an alarm.
     pub(super) fn count(&mut self, alarms: &[usize], labels: &Labels) -> Vec<usize> {
         let count = labels.labels.len();
         let counting = labels.labels.iter().filter(|label| label.counts).count();
@@ -139,7 +132,6 @@ impl Tally {
         missed
     }
 
-    /// Adds another tally's counts.
     pub fn add(&mut self, other: &Self) {
         self.cases += other.cases;
         self.clean_cases += other.clean_cases;
@@ -158,7 +150,6 @@ impl Tally {
         }
     }
 
-    /// The smallest delay in s that at least a share of the detections do not exceed; `None` without a detection.
     #[must_use]
     pub fn delay_quantile_s(&self, share: f64) -> Option<f64> {
         let all: u64 = self.delays_ns.values().sum();

@@ -1,5 +1,3 @@
-//! The document of a run.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value as Json;
@@ -53,7 +51,6 @@ impl Study for RunReport<'_> {
     }
 }
 
-/// Adds the figures of a run to a document.
 pub fn add_figures<'a>(
     document: &mut Document<'a>,
     run: RunView<'a>,
@@ -102,7 +99,6 @@ pub(crate) fn windows(ruptures: &[RuptureMetrics]) -> Vec<Window> {
     ruptures.iter().take(MAX_WINDOWS).enumerate().map(window).collect()
 }
 
-/// The outcome of a run with the name of its scenario.
 #[must_use]
 pub fn outcome(run: &Run) -> String {
     format!("{}: {}", run.scenario.name, state(run))
@@ -124,7 +120,7 @@ pub(crate) fn state(run: &Run) -> String {
     }
 }
 
-/// True if a force recorded over time, which acts whatever the needle does, moves a loop that is stable by itself.
+/// True if a recorded force moves a stable loop: it acts whatever the needle does.
 fn is_pushed(run: &Run) -> bool {
     run.user_defined_parts.is_empty()
         && matches!(run.scenario.tissue, TissueSpec::Recording { .. })
@@ -192,7 +188,7 @@ impl<'a> RunFile<'a> {
 }
 
 impl RunReport<'_> {
-    /// The content of `summary.json`: every metric, the events, the seed and the version.
+    /// The content of `summary.json`.
     #[must_use]
     pub fn summary(self) -> Json {
         json_of(&RunFile::of(self.run))

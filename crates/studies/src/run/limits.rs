@@ -1,10 +1,10 @@
-//! The warnings about limits of the safety stage that acted.
+//! Warnings about limits of the safety stage that acted.
 
 use super::RunReport;
 use trocar_base::warning::{Code, Warning};
 use trocar_document::{counted, significant};
 
-/// Relative tolerance within which a command counts as at its limit. It is above the rounding of the limit.
+/// Relative, above the rounding of the limit.
 const AT_LIMIT: f64 = 1e-9;
 
 fn is_at(value: f64, limit: f64) -> bool {
@@ -12,7 +12,6 @@ fn is_at(value: f64, limit: f64) -> bool {
 }
 
 impl RunReport<'_> {
-    /// The limits that acted, from the commands of the trace.
     pub(super) fn acting_limits(self) -> Vec<Warning> {
         let run = self.run;
         let safety = &run.scenario.safety;

@@ -1,5 +1,3 @@
-//! Runs of scenarios, with their warnings and documents.
-
 mod document;
 mod limits;
 mod promise;
@@ -20,14 +18,12 @@ pub use trace_table::trace_table;
 pub use views::event_shade;
 pub use warnings::{delays_rounded, foreseen, outside_measured, seeds_without_effect};
 
-/// A run for reports: its warnings, the views of its figures, its summary and its document.
 #[derive(Debug, Clone, Copy)]
 pub struct RunReport<'a> {
     run: &'a Run,
 }
 
 impl<'a> RunReport<'a> {
-    /// The report of a run.
     #[must_use]
     pub fn of(run: &'a Run) -> Self {
         Self { run }

@@ -1,4 +1,4 @@
-//! Finds the parts of a scenario that the guarantee of its passivity scheme does not cover.
+//! Parts of a scenario that the guarantee of its passivity scheme, `E_m - E_s >= -E_0`, does not cover.
 
 use trocar_core::settings::KeySource as _;
 
@@ -8,11 +8,9 @@ use trocar_engine::teleoperation::Scheme;
 use trocar_engine::tissue::TissueSettings;
 use trocar_scenario::{Scenario, TissueSpec};
 
-/// A reason why a scheme cannot guarantee `E_m - E_s >= -E_0`: the key, the sentence, the remedy.
+/// Key, sentence, remedy.
 type Gap = (&'static str, String, &'static str);
 
-/// A warning for each part of a scenario that its scheme's guarantee does not cover.
-///
 /// The energy may nevertheless stay within the bound; a run measures it.
 #[must_use]
 pub fn promise_gaps(scenario: &Scenario) -> Vec<Warning> {
@@ -29,7 +27,7 @@ pub fn promise_gaps(scenario: &Scenario) -> Vec<Warning> {
     gaps.into_iter().flatten().map(warning).collect()
 }
 
-/// The warning that a passivity scheme bounds the energy but not the force; none without a scheme.
+/// A passivity scheme bounds the energy but not the force.
 #[must_use]
 pub fn force_bound_gap(scenario: &Scenario) -> Option<Warning> {
     (scenario.link.passivity.scheme != Scheme::None).then(|| {

@@ -1,5 +1,3 @@
-//! Reports what a run does not reach: the tissue, a layer, the end of the operator's movement.
-
 use super::{Reach, RunReport};
 use trocar_base::warning::{Code, Warning};
 use trocar_core::settings::KeySource as _;
@@ -8,15 +6,14 @@ use trocar_engine::operator::MotionSettings;
 use trocar_metrics::{ALARM_WINDOW_S, Outcome, RUPTURE_WINDOW_S};
 use trocar_scenario::{OperatorSpec, Scenario, TissueSpec};
 
-/// Maximum remaining share of a movement at the end of a run without a warning.
+/// Maximum remaining share of a movement without a warning.
 const MAX_LEFT_SHARE: f64 = 0.01;
 
 enum Unreached<'a> {
-    /// The first layer that does not rupture.
     Layer(&'a str),
-    /// The first label by time that lies after the end of the run, in s.
+    /// Time in s.
     Label(f64),
-    /// The first label by depth that the needle does not reach, in m.
+    /// Depth in m.
     Depth(f64),
 }
 

@@ -1,20 +1,16 @@
-//! The columns of a trace.
-
 use std::borrow::Cow;
 
 use trocar_detect::column_values;
 use trocar_document::{DataTable, Values};
 use trocar_engine::engine::{COLUMNS, TRUST_COLUMNS, Trace};
 
-/// The selected columns of a trace, with a row per tick: those of [`COLUMNS`], the trust in the estimate, and any extra
-/// parameter.
 #[must_use]
 pub fn trace_table(trace: &Trace, is_kept: impl Fn(&str) -> bool) -> DataTable<'_> {
     let mut table = DataTable::new("trace").topic("run").sampled();
     for (name, values) in COLUMNS.into_iter().zip(trace.columns()).filter(|(name, _)| is_kept(name)) {
         table = table.with(name, column_values(values));
     }
-    // Only if needed: it takes time, and its source columns may be missing in a part of a trace.
+    // Only if needed: it takes time, and its source columns may be missing.
     let needs_trust = TRUST_COLUMNS.iter().any(|column| is_kept(column.name));
     if let Some(trust) = needs_trust.then(|| trace.trust()).flatten() {
         let columns = TRUST_COLUMNS.iter().zip(trust.into_columns());

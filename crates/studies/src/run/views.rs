@@ -1,5 +1,3 @@
-//! The views of a run for figures.
-
 use std::borrow::Cow;
 
 use super::RunReport;
@@ -7,7 +5,7 @@ use trocar_core::augmentation::HoldSettings;
 use trocar_document::figure::Shade;
 use trocar_figures::{EnergyView, EstimationView, RunView};
 
-/// The shade of events with a hold. Its name describes the slave: only a freeze is called frozen.
+/// Only a freeze is called frozen.
 #[must_use]
 pub fn event_shade(hold: HoldSettings) -> Shade {
     match hold {
@@ -26,7 +24,6 @@ impl<'a> RunReport<'a> {
         self.run.metrics.alarms.iter().map(|alarm| alarm.time_s).collect()
     }
 
-    /// The positions and forces.
     #[must_use]
     pub fn view(self) -> RunView<'a> {
         let trace = &self.run.trace;
@@ -46,7 +43,6 @@ impl<'a> RunReport<'a> {
         }
     }
 
-    /// The estimation and the detection.
     #[must_use]
     pub fn estimation(self) -> EstimationView<'a> {
         let trace = &self.run.trace;
@@ -69,7 +65,6 @@ impl<'a> RunReport<'a> {
         }
     }
 
-    /// The energies at the ports.
     #[must_use]
     pub fn energies(self) -> EnergyView<'a> {
         let trace = &self.run.trace;

@@ -1,5 +1,3 @@
-//! The warnings about a run.
-
 use super::RunReport;
 use super::reach::motion_beyond_run;
 use trocar_base::warning::{Code, Warning};
@@ -14,13 +12,10 @@ use trocar_metrics::{Miss, MissReason, Outcome, RuptureMetrics};
 use trocar_run::{Swing, lasting_swing};
 use trocar_scenario::{OperatorSpec, Scenario, TissueSpec, idle_keys};
 
-/// Mean power between hand and master in W that no person sustains for the length of a run.
-///
-/// Trained people sustain about 100 W with one arm at a crank; a hand at a needle delivers a fraction of a watt.
+/// Mean power that no person sustains: trained people sustain about 100 W with one arm at a crank.
 const MAX_HAND_POWER_W: f64 = 100.0;
 
-/// Energy that a run may deliver to the hand without a warning, in J and as a share of the work on the tissue: the
-/// controllers' lag stores and returns some.
+/// The controllers' lag stores and returns some energy.
 const MAX_GIVEN_J: f64 = 1e-3;
 const MAX_GIVEN_SHARE: f64 = 0.1;
 
@@ -28,7 +23,7 @@ const ROUNDING_J: f64 = 1e-9;
 const ROUNDING_SHARE: f64 = 1e-9;
 
 impl<'a> RunReport<'a> {
-    /// The warnings about the run, in the order of the codes.
+    /// Ordered by code.
     #[must_use]
     pub fn warnings(self) -> Vec<Warning> {
         let mut all: Vec<Warning> = self.missed_ruptures().collect();
@@ -52,7 +47,7 @@ impl<'a> RunReport<'a> {
         self.run.user_defined_parts.contains(&role)
     }
 
-    /// True for a rupture missed because of an unmatched alarm, which has a separate warning.
+    /// The unmatched alarm has a separate warning.
     fn is_of_stray_alarm(self, miss: &Miss) -> bool {
         let MissReason::AlarmOfAnother { alarm_s } = miss.reason else { return false };
         let half_tick_s = 0.5 * self.run.scenario.grid.tick_s();
@@ -155,7 +150,7 @@ impl RunReport<'_> {
     }
 }
 
-/// The warnings about a scenario that need no run: its motion, its delays and its replayed samples.
+/// Warnings that need no run.
 #[must_use]
 pub fn foreseen(scenario: &Scenario) -> Vec<Warning> {
     let mut all: Vec<Warning> = motion_beyond_run(scenario).into_iter().collect();
@@ -192,13 +187,12 @@ fn delay_beyond_run(scenario: &Scenario) -> Option<Warning> {
     )
 }
 
-/// Warns of delays that are rounded up to whole ticks.
 #[must_use]
 pub fn delays_rounded(scenario: &Scenario) -> Vec<Warning> {
     let tick_s = scenario.grid.tick_s();
     let acting = [scenario.forward, scenario.backward].map(|delay| delay.whole as f64 + delay.share);
     let of = |(key, delay_s): (&'static str, f64), ticks: f64| {
-        // A difference below a billionth of a tick is a rounding error of the division.
+        // A smaller difference is a rounding error of the division.
         (ticks - delay_s / tick_s > 1e-9 * ticks.max(1.0)).then(|| {
             let why = if scenario.timing == ControlTiming::Sampled {
                 "sampled controllers read samples at their ticks"
@@ -224,7 +218,6 @@ pub fn delays_rounded(scenario: &Scenario) -> Vec<Warning> {
     each.into_iter().flatten().collect()
 }
 
-/// Warns of properties of the tissue outside the measured range.
 #[must_use]
 pub fn outside_measured(scenario: &Scenario) -> Vec<Warning> {
     let found = scenario.tissue.settings().map_or(vec![], TissueSettings::outside_measured);
@@ -236,7 +229,6 @@ pub fn outside_measured(scenario: &Scenario) -> Vec<Warning> {
     found.iter().map(warning).collect()
 }
 
-/// Warns of several seeds for scenarios without random numbers.
 #[must_use]
 pub fn seeds_without_effect<'a>(scenarios: impl IntoIterator<Item = &'a Scenario>, seeds: u64) -> Vec<Warning> {
     let copies = scenarios.into_iter().filter(|scenario| seeds > 1 && !scenario.has_random_numbers());

@@ -1,5 +1,3 @@
-//! The file `certificate.json`.
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -38,7 +36,7 @@ pub(super) struct Certificates {
 }
 
 impl CertificateFile {
-    /// The file of an analysis; `None` without a certificate.
+    /// `None` without a certificate.
     pub(super) fn of(switching: &Switching) -> Option<Self> {
         let certificates = Certificates {
             shortest_dwell: switching.certificate.clone(),

@@ -1,26 +1,23 @@
-//! The values of each parameter of an event for which the certificate states that every motion decays.
+//! Values of an event's parameters up to which every motion is certified to decay.
 
 use trocar_core::augmentation::{AugmentationSettings, ForceLawSettings, Reengage};
 use trocar_stability::{Peaks, StabilityError, SwitchingSettings};
 
-/// The ratio of the certified value to the uncertified one at which a search ends.
+/// Ratio of the certified to the uncertified value at which a search ends.
 const MAX_RATIO: f64 = 1.05;
 
-/// The ratio of consecutive values before the search is bracketed.
 const STEP: f64 = 2.0;
 
-/// The limit of a parameter of an event, with all else unchanged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EventLimit {
-    /// The scenario key.
     pub key: &'static str,
-    /// The value in the scenario, in the unit of the key.
+    /// Unit of the key.
     pub value: f64,
-    /// True if larger values are more difficult to certify, so `certified` is the largest value found.
+    /// True if larger values are more difficult to certify.
     pub is_largest: bool,
-    /// The value that is certified, while one that differs by at most 5 % is not. `None` if no tried value is certified.
+    /// Certified, while a value that differs by at most 5 % is not.
     pub certified: Option<f64>,
-    /// True if the search ended at its end, which is certified too.
+    /// True if the end of the search is certified.
     pub is_beyond_search: bool,
 }
 
@@ -28,7 +25,7 @@ struct Parameter {
     key: &'static str,
     value: f64,
     is_largest: bool,
-    /// The end of the search that is easy to certify, and the end that is difficult.
+    /// The end that is easy to certify comes first.
     ends: (f64, f64),
     set: fn(&mut AugmentationSettings, f64),
 }
@@ -108,10 +105,6 @@ fn parameters(settings: &SwitchingSettings) -> Vec<Parameter> {
 }
 
 impl EventLimit {
-    /// Searches for the limits, from the functions of the scenario's certificate if it has one.
-    ///
-    /// # Errors
-    /// [`StabilityError`].
     pub fn of_each(settings: &SwitchingSettings, peaks: Option<&Peaks>) -> Result<Vec<Self>, StabilityError> {
         parameters(settings).iter().map(|parameter| Self::of(settings, peaks, parameter)).collect()
     }

@@ -4,15 +4,14 @@ use trocar_core::augmentation::{RampSettings, RampUntilLoadSettings, Reengage};
 use trocar_scenario::{Scenario, ScenarioError, Source};
 use trocar_stability::Switching;
 
-/// Depth of the resting needle, in m.
 const DEPTH_M: f64 = 0.01;
 
 const DISPLACEMENT_M: f64 = 1e-3;
 
-/// The offset as a fraction of the distance that a ramp closes in a tick: it closes in one tick, as in the analysis.
+/// As a fraction of the distance that a ramp closes in a tick: the offset closes in one tick, as in the analysis.
 const SMALL: f64 = 0.1;
 
-/// Number of events of a periodic sequence, and maximum length of the run, in s.
+/// Events of a periodic sequence.
 const EVENTS: usize = 12;
 const LONGEST_S: f64 = 60.0;
 
@@ -24,7 +23,7 @@ struct Demonstration {
     held_ticks: u64,
 }
 
-/// The sequence on one stiffness that grows fastest or decays slowest.
+/// The sequence that grows fastest or decays slowest.
 fn demonstration(switching: &Switching) -> Demonstration {
     let phases = switching.phases;
     let (softest, stiffest) = switching.settings.stiffness_n_per_m;
@@ -45,12 +44,8 @@ fn demonstration(switching: &Switching) -> Demonstration {
     }
 }
 
-/// Changes the scenario of a source and settings to run the worst sequence of events. The needle rests in a spring and
-/// a damper with the force reading zeroed. The hand starts a little away from its desired position, and alarms occur
-/// only at the times of the sequence.
-///
-/// # Errors
-/// As [`Scenario::load`].
+/// The needle rests in a spring and a damper with the force reading zeroed. The hand starts near its desired position,
+/// and alarms occur only at the times of the sequence.
 pub fn worst_events(source: &Source, settings: &[String], switching: &Switching) -> Result<Scenario, ScenarioError> {
     let Demonstration { stiffness_n_per_m, starts, held_ticks } = demonstration(switching);
     let phases = switching.phases;
@@ -74,7 +69,7 @@ pub fn worst_events(source: &Source, settings: &[String], switching: &Switching)
         "operator.kind=ramp".to_owned(),
         format!("operator.start_m={displacement_m:?}"),
         "operator.end_m=0.0".to_owned(),
-        // The desired position is reached in the first tick.
+        // Reached in the first tick.
         format!("operator.speed_m_per_s={:?}", 2.0 * displacement_m / tick_s),
         "operator.tremor_amplitude_m=0.0".to_owned(),
         "operator.stretch_short_gain_n_s_per_m=0.0".to_owned(),

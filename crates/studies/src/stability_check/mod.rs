@@ -1,7 +1,5 @@
-//! Comparison of the linear verdicts with the engine.
-//!
-//! A run begins at rest on a spring and a damper that the needle cannot leave, with the parts that the linear loop models.
-//! Nothing moves until the hand moves by a micrometre and back. The needle's late motion is compared with its earlier
+//! Comparison of the linear verdicts with the engine. A run begins at rest on a spring and a damper that the needle
+//! cannot leave. The hand moves by a micrometre and back, and the needle's late motion is compared with its earlier
 //! motion.
 
 mod certificate;
@@ -38,50 +36,43 @@ use trocar_base::parallel::try_map;
 use trocar_scenario::Scenario;
 use trocar_stability::{LinearLoop, Parameter, StabilityError, StabilityMap, is_near_boundary};
 
-/// Relative distance to the boundary, in either parameter, within which a verdict does not count.
+/// Relative distance to the boundary within which a verdict does not count.
 pub const BAND: f64 = 0.005;
 
-/// The error of a comparison.
 #[derive(Debug, Error)]
 pub enum CheckError {
-    /// The loop cannot be analysed.
     #[error(transparent)]
     Stability(#[from] StabilityError),
-    /// The scenario cannot be run.
     #[error(transparent)]
     Run(#[from] RunError),
 }
 
-/// A point at which a run does not confirm the linear verdict.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unconfirmed {
-    /// Value of the map's first parameter.
+    /// First parameter of the map.
     pub x: f64,
-    /// Value of its second parameter.
+    /// Second parameter of the map.
     pub y: f64,
-    /// True if the linear loop is stable at this point.
+    /// Verdict of the linear loop.
     pub analytic_stable: bool,
-    /// The engine's verdict.
+    /// Verdict of the engine.
     pub simulated: Verdict,
-    /// True if the boundary is nearer than [`BAND`].
+    /// True within [`BAND`] of the boundary.
     pub is_near_boundary: bool,
 }
 
-/// The engine's verdicts for a map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Check {
-    /// Verdicts row by row, in the order of the map; `None` for points skipped by a stop.
+    /// Ordered like the map; `None` for points skipped by a stop.
     pub simulated: Vec<Option<Verdict>>,
-    /// Number of simulated points that are not within [`BAND`] of the boundary.
+    /// Points that are not within [`BAND`] of the boundary.
     pub judged: usize,
-    /// The points at which the two verdicts differ.
     pub disagreements: Vec<Unconfirmed>,
-    /// The points at which the engine does not decide.
     pub undecided: Vec<Unconfirmed>,
 }
 
 impl Check {
-    /// Numbers of judged points at which both agree, at which they disagree, and at which the engine does not decide.
+    /// Numbers of agreeing, disagreeing and undecided judged points.
     #[must_use]
     pub fn counts(&self) -> [usize; 3] {
         let judged = |points: &[Unconfirmed]| points.iter().filter(|point| !point.is_near_boundary).count();
@@ -89,7 +80,6 @@ impl Check {
         [self.judged - disagreeing - undecided, disagreeing, undecided]
     }
 
-    /// Share of the judged and decided points at which both agree; `None` without such points.
     #[must_use]
     pub fn agreement(&self) -> Option<f64> {
         let [agreeing, disagreeing, _] = self.counts();
@@ -98,10 +88,7 @@ impl Check {
     }
 }
 
-/// Runs the engine at every point of a map, and calls `done` after each run, until `stop` is set.
-///
-/// # Errors
-/// [`CheckError`] if a point cannot be analysed or run.
+/// Calls `done` after each run, until `stop` is set.
 pub fn check(
     (scenario, settings): (&Scenario, &LinearLoop),
     map: &StabilityMap,

@@ -1,5 +1,3 @@
-//! One run from equilibrium, and its verdict.
-
 use std::sync::Arc;
 
 use crate::run::RunError;
@@ -15,33 +13,28 @@ use trocar_engine::tissue::{OrganMotion, Reaction, Tissue};
 use trocar_scenario::{EngineKind, OperatorSpec, Scenario};
 use trocar_stability::LinearLoop;
 
-/// Amplitude of the hand's motion in m, and its duration in s.
 const NUDGE_M: f64 = 1e-6;
 const NUDGE_S: f64 = 0.02;
 
-/// Distance from the start in m beyond which a motion counts as grown.
+/// A motion has grown beyond this distance from the start.
 const GROWN_M: f64 = 3e-3;
 
-/// Fraction of the maximum squared speed below which a motion counts as decayed.
+/// A motion has decayed below this fraction of the maximum squared speed.
 const DECAYED: f64 = 1e-18;
 
-/// Minimum length of a run in s, and its extension per second of round-trip delay.
+/// The round-trip delay extends a run.
 const SHORTEST_S: f64 = 8.0;
 const PER_DELAY: f64 = 60.0;
 
-/// The outcome of a small motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// It decays.
     Decays,
-    /// It grows.
     Grows,
-    /// It neither decays nor grows until the end, or is NaN.
+    /// Neither until the end, or NaN.
     Undecided,
 }
 
 impl Verdict {
-    /// The name used in files.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -83,7 +76,7 @@ impl Observer<f64> for SpeedObserver {
     }
 }
 
-/// `f = K x + B v` at any position: the force is 0 at the start, and the needle cannot leave.
+/// `f = K x + B v` at any position: 0 at the start, and the needle cannot leave.
 struct Spring {
     stiffness_n_per_m: f64,
     damping_n_s_per_m: f64,
@@ -96,10 +89,6 @@ impl Tissue<f64> for Spring {
     }
 }
 
-/// Runs a loop's settings in the engine, without the parts that the linear loop leaves out.
-///
-/// # Errors
-/// [`RunError`] if the plant of the settings cannot be computed.
 pub fn simulate(scenario: &Scenario, settings: &LinearLoop) -> Result<Verdict, RunError> {
     let run = linear_parts(scenario, settings)?;
     let tissue =
@@ -116,8 +105,6 @@ pub fn simulate(scenario: &Scenario, settings: &LinearLoop) -> Result<Verdict, R
     }))
 }
 
-/// The scenario with the loop's settings and a small motion of the hand, at rest at 0. Parts that the linear loop leaves
-/// out are off.
 fn linear_parts(scenario: &Scenario, settings: &LinearLoop) -> Result<Scenario, RunError> {
     let tick_s = settings.tick_s;
     let length_s = SHORTEST_S + PER_DELAY * (settings.forward_delay_s + settings.backward_delay_s);

@@ -1,4 +1,4 @@
-//! Runs random sequences of events in the engine, to compare them with the bounds of an analysis.
+//! Random sequences of events in the engine, to test the bounds of an analysis.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -13,57 +13,48 @@ use trocar_engine::tissue::{KelvinVoigtSettings, Surface, TissueSettings};
 use trocar_scenario::{OperatorSpec, Scenario, ScenarioError, Source, TissueSpec};
 use trocar_stability::Phases;
 
-/// Depth of the resting needle in m, which keeps it in contact.
+/// Keeps the resting needle in contact.
 const DEPTH_M: f64 = 0.05;
 
-/// Range of the amplitude of the tissue's motion, as exponents of 10 in m: from far below to far above the distance that a
-/// ramp closes in a tick.
+/// Exponents of 10 in m, from far below to far above the distance that a ramp closes in a tick.
 const AMPLITUDE_EXPONENT: (f64, f64) = (-6.0, -2.0);
 
-/// Range of the period of the tissue's motion in s.
 const PERIOD_S: (f64, f64) = (0.05, 2.0);
 
-/// Damping of the tissue in N·s/m.
 const DAMPING_N_S_PER_M: f64 = 5.0;
 
-/// Maximum ticks between alarms. The supervisor ignores alarms that are too early.
+/// The supervisor ignores alarms that are too early.
 const SPACINGS: [u64; 3] = [5, 50, 250];
 
 /// A needle at rest in a tissue that begins to move, with events, on one stiffness.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EventRun {
-    /// `K` in N/m.
+    /// `K`.
     pub stiffness_n_per_m: f64,
-    /// Distance by which the tissue moves away from the needle and back, in m.
+    /// Motion of the tissue away from the needle and back.
     pub amplitude_m: f64,
-    /// Period of this motion in s.
     pub period_s: f64,
-    /// Number of frozen ticks of each event.
+    /// Frozen ticks per event.
     pub held_ticks: u64,
-    /// Ticks of the alarms, ascending.
+    /// Ticks, ascending.
     pub alarms: Vec<u64>,
-    /// Number of ticks of the run.
     pub ticks: u64,
 }
 
-/// The record of an engine run.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct EventRecord {
-    /// Maximum distance of the slave from the resting position, in m.
+    /// Maximum distance from the resting position.
     pub slave_m: f64,
-    /// Number of events.
     pub events: u64,
-    /// Position of the slave at the beginning of each event, in m.
+    /// Position of the slave at the beginning of each event.
     pub at_events_m: Vec<f64>,
     is_augmented: bool,
 }
 
-/// The maxima over many runs, per newton of the force that the tissue's motion adds.
+/// Maxima per newton of the force that the tissue's motion adds.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Farthest {
-    /// Distance of the needle from its resting position, in m/N.
     pub needle_m_per_n: f64,
-    /// Number of events of all runs.
     pub events: u64,
 }
 
@@ -79,10 +70,7 @@ impl Observer<f64> for EventRecord {
     }
 }
 
-/// Loads a scenario without noise, in which only prescribed events occur.
-///
-/// # Errors
-/// As [`Scenario::load`].
+/// Noise is off; only prescribed events occur.
 pub fn without_alarms(source: &Source, settings: &[String]) -> Result<Scenario, ScenarioError> {
     let quiet = ["sensor.force_noise_std_n=0.0", "detector.threshold=1e6", "augmentation.exit_quiet_s=0.0"];
     let all: Vec<String> = settings.iter().cloned().chain(quiet.map(str::to_owned)).collect();
@@ -90,7 +78,6 @@ pub fn without_alarms(source: &Source, settings: &[String]) -> Result<Scenario, 
 }
 
 impl EventRun {
-    /// Draws a random run: the stiffness from a range, and an allowed length of the freeze.
     #[must_use]
     pub fn drawn(seed: u64, index: u64, stiffness_n_per_m: (f64, f64), phases: Phases, ticks: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -109,16 +96,13 @@ impl EventRun {
         Self { stiffness_n_per_m, amplitude_m, period_s, held_ticks, alarms, ticks }
     }
 
-    /// The largest force in N that the motion adds to that of the spring and the damper: `K A + B A π / T`.
+    /// Largest additional force: `K A + B A π / T`.
     #[must_use]
     pub fn additional_force_n(&self) -> f64 {
         self.amplitude_m * (self.stiffness_n_per_m + DAMPING_N_S_PER_M * std::f64::consts::PI / self.period_s)
     }
 
-    /// Runs it in the engine: the needle rests in a spring and a damper of 5 N·s/m, which move as by a heartbeat.
-    ///
-    /// # Errors
-    /// [`RunError`].
+    /// The needle rests in a spring and a damper of 5 N·s/m, which move as by a heartbeat.
     pub fn run(&self, base: &Scenario) -> Result<EventRecord, RunError> {
         let tick_s = base.grid.tick_s();
         let mut run = base.clone();
@@ -143,10 +127,6 @@ impl EventRun {
     }
 }
 
-/// Runs random sequences of events, in parallel.
-///
-/// # Errors
-/// [`CheckError`] if a run fails.
 pub fn random_sequences(
     base: &Scenario,
     (stiffness_n_per_m, phases): ((f64, f64), Phases),

@@ -1,33 +1,28 @@
-//! What the certificate of events states about a scenario.
-
 use super::StabilityStudy;
 use trocar_stability::Peaks;
 
-/// A bound of the motion is useful up to this multiple of the largest motion found.
+/// Multiple of the largest motion found up to which a bound is useful.
 const LOOSE: f64 = 10.0;
 
-/// The assumptions of every certificate.
 pub(super) const ASSUMPTIONS: [&str; 3] = [
     "the stiffness and the damping of the tissue stay within these ranges, and may change at every tick",
     "every other force of the tissue and the sensor is bounded, and its effect adds to that of the springs",
     "the arm is the scenario's",
 ];
 
-/// The statement of a certificate.
 #[derive(Debug, Clone, Copy)]
 pub enum Statement<'a> {
-    /// The effect of everything that has happened decays, under any sequence of events that keeps the enforced times,
-    /// and an additional tissue force moves needle and hand within bounds.
+    /// Everything decays under any sequence of events that keeps the enforced times, and an additional tissue force
+    /// moves needle and hand within bounds.
     Decays(&'a Peaks),
-    /// The motion stays within bounds, and a sustained swing within them is not excluded: the steps and the noise of the
-    /// force sensor are an additional force that does not end, of this size in N.
+    /// A sustained swing within bounds is not excluded, because the steps and the noise of the force sensor are an
+    /// additional force that does not end, of this size in N.
     Bounded(&'a Peaks, f64),
     /// Neither is certified, for this reason.
     None(&'static str),
 }
 
 impl Statement<'_> {
-    /// The word for the statement in files.
     #[must_use]
     pub fn word(&self) -> &'static str {
         match self {
@@ -38,7 +33,7 @@ impl Statement<'_> {
     }
 }
 
-/// The bounds of needle and hand in m/N; `None` if they are too loose to be useful.
+/// Bounds in m/N; `None` if they are too loose to be useful.
 pub(super) fn useful_bounds(peaks: &Peaks) -> Option<[f64; 2]> {
     let bounds = [peaks.needle_m_per_n, peaks.hand_m_per_n];
     let is_useful = |(bound, found): (&f64, &f64)| *bound <= LOOSE * found;
@@ -46,7 +41,6 @@ pub(super) fn useful_bounds(peaks: &Peaks) -> Option<[f64; 2]> {
 }
 
 impl StabilityStudy {
-    /// What the certificate states about the scenario.
     #[must_use]
     pub fn statement(&self) -> Statement<'_> {
         let switching = match &self.switching {

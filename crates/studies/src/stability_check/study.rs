@@ -1,5 +1,3 @@
-//! The stability study of a scenario.
-
 use std::sync::atomic::AtomicBool;
 
 use super::event_limits::EventLimit;
@@ -15,58 +13,39 @@ use trocar_stability::{
     Switching, SwitchingSettings, Terminations, TissueRange, ZWidth, map,
 };
 
-/// Maximum tissue stiffness of the switching analysis, in N/m.
 pub const MAX_STIFFNESS_N_PER_M: f64 = 1e6;
 
 /// Standard deviations of the sensor's noise that a bound of the motion contains.
 pub const DEVIATIONS: f64 = 4.0;
 
-/// A scenario's loop, its map over two parameters, its switching, and the comparison with the engine.
 #[derive(Debug, Clone)]
 pub struct StabilityStudy {
-    /// The scenario's name.
     pub name: String,
-    /// The verdict on the loop, and the parts that it leaves out.
     pub verdict: LoopVerdict,
-    /// The loop, at the worst stiffness of its tissue.
+    /// At the worst stiffness of the tissue.
     pub analysis: Analysis,
-    /// The map.
     pub map: StabilityMap,
-    /// The switching analysis, or the reason why there is none.
+    /// An error is the reason why there is no analysis.
     pub switching: Result<Switching, &'static str>,
-    /// The loop with measured frequency responses, if there are any.
     pub measured: Option<MeasuredLoop>,
-    /// The Z-width, if computed.
     pub z_width: Option<ZWidth>,
-    /// The limits over the scenario's population, if it has one.
     pub population: Option<Population>,
-    /// The absolute stability with bounded hands and tissues; by default any passive hand, and the tissues of the
-    /// switching analysis.
+    /// By default any passive hand, and the tissues of the switching analysis.
     pub bounded: Bounded,
-    /// The absolute stability over a parameter, if computed.
     pub absolute: Option<AbsoluteOver>,
-    /// The comparison of the map with the engine, if run.
     pub check: Option<Check>,
-    /// The response of the loop over frequency and time.
     pub response: LoopResponse,
-    /// The poles over a parameter, if computed.
     pub locus: Option<Locus>,
-    /// Errors of the force sensor in N, within which the reading stays: half a step, and [`DEVIATIONS`] of the noise.
+    /// Half a step, and [`DEVIATIONS`] of the noise.
     pub sensor_force_n: f64,
-    /// The limits of the parameters of an event; empty unless computed, or if the switching is not analysed.
+    /// Empty unless computed.
     pub event_limits: Vec<EventLimit>,
-    /// The scenario that runs the worst sequence of events, if requested.
     pub worst_events: Option<Scenario>,
-    /// The warnings about rounded delays.
     rounded: Vec<Warning>,
 }
 
 impl StabilityStudy {
-    /// Analyses a scenario, its map over two axes, and its switching with any tissue stiffness (N/m) in the range
-    /// `sector`, which must satisfy [`is_tissue`] (default: the scenario's).
-    ///
-    /// # Errors
-    /// [`CheckError`].
+    /// `sector` is a range of stiffness (N/m) that satisfies [`is_tissue`]; the default is the scenario's.
     pub fn of(scenario: &Scenario, (x, y): (Axis, Axis), sector: Option<(f64, f64)>) -> Result<Self, CheckError> {
         let settings = linear_loop(scenario)?;
         let sector = sector.unwrap_or_else(|| settings.tissue.sector_n_per_m());
@@ -111,28 +90,17 @@ impl StabilityStudy {
         })
     }
 
-    /// Analyses the loop with measured frequency responses of its sides.
-    ///
-    /// # Errors
-    /// [`CheckError`].
     pub fn compute_measured(&mut self, sides: &MeasuredSides) -> Result<(), CheckError> {
         self.measured = Some(MeasuredLoop::of(&self.analysis.settings, sides)?);
         Ok(())
     }
 
-    /// Computes the Z-width over the values of an axis of [`Parameter::Damping`].
-    ///
-    /// # Errors
-    /// [`CheckError`].
+    /// The axis is [`Parameter::Damping`].
     pub fn compute_z_width(&mut self, axis: &Axis) -> Result<(), CheckError> {
         self.z_width = Some(ZWidth::of(&self.analysis.settings, axis)?);
         Ok(())
     }
 
-    /// Computes the absolute stability with these hands and tissues, and over an axis if given.
-    ///
-    /// # Errors
-    /// [`CheckError`].
     pub fn compute_absolute(&mut self, terminations: &Terminations, axis: Option<&Axis>) -> Result<(), CheckError> {
         let settings = &self.analysis.settings;
         self.bounded = Bounded::of(settings, terminations)?;
@@ -140,10 +108,7 @@ impl StabilityStudy {
         Ok(())
     }
 
-    /// Computes the limits of the parameters of an event. Takes minutes.
-    ///
-    /// # Errors
-    /// [`CheckError`].
+    /// Takes minutes.
     pub fn compute_event_limits(&mut self) -> Result<(), CheckError> {
         if let Ok(Switching { settings, peaks, .. }) = &self.switching {
             self.event_limits = EventLimit::of_each(settings, peaks.as_ref())?;
@@ -151,20 +116,12 @@ impl StabilityStudy {
         Ok(())
     }
 
-    /// Computes the poles of the closed loop over the values of an axis.
-    ///
-    /// # Errors
-    /// [`CheckError`].
     pub fn compute_locus(&mut self, axis: &Axis) -> Result<(), CheckError> {
         self.locus = Some(Locus::of(&self.analysis.settings, axis)?);
         Ok(())
     }
 
-    /// Creates the scenario that runs the worst sequence of events, from the source and settings of this study. Does
-    /// nothing without an analysis of the switching.
-    ///
-    /// # Errors
-    /// As [`Scenario::load`].
+    /// Does nothing without an analysis of the switching.
     pub fn make_worst_events(&mut self, source: &Source, settings: &[String]) -> Result<(), ScenarioError> {
         self.worst_events =
             self.switching.as_ref().ok().map(|switching| worst_events(source, settings, switching)).transpose()?;
@@ -177,8 +134,7 @@ impl StabilityStudy {
         &self.analysis.settings.tissue
     }
 
-    /// True if the tissue is always a spring and a damper within the certificate's ranges with an additional force;
-    /// `None` if the switching is not analysed.
+    /// True if the tissue is always a spring and a damper within the certificate's ranges with an additional force.
     #[must_use]
     pub fn covers_tissue(&self) -> Option<bool> {
         let (low, high) = self.switching.as_ref().ok()?.settings.stiffness_n_per_m;
@@ -186,15 +142,14 @@ impl StabilityStudy {
         Some(!self.tissue().is_of_run() && low <= softest && stiffest <= high)
     }
 
-    /// True if [`statement`](Self::statement) is that every motion decays or stays bounded. `None` if the switching is not
-    /// analysed, if the analysis leaves out a part, or if the range of stiffness does not cover the tissue.
+    /// True if every motion decays or stays bounded. `None` if the analysis leaves out a part or does not cover the
+    /// tissue.
     #[must_use]
     pub fn is_certified(&self) -> Option<bool> {
         let is_stated = !matches!(self.statement(), Statement::None(_));
         (self.verdict.left_out.is_empty() && self.covers_tissue()?).then_some(is_stated)
     }
 
-    /// The warnings about the analysis.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let left_out = self.verdict.left_out.iter().map(|part| {
@@ -229,10 +184,7 @@ impl StabilityStudy {
         self.rounded.iter().cloned().chain(left_out).chain(uncovered).collect()
     }
 
-    /// Runs the engine at every point of the map, and calls `done` after each run, until `stop` is set.
-    ///
-    /// # Errors
-    /// [`CheckError`].
+    /// Calls `done` after each point of the map, until `stop` is set.
     pub fn simulate(
         &mut self,
         scenario: &Scenario,
@@ -244,7 +196,7 @@ impl StabilityStudy {
     }
 }
 
-/// True if the switching can be analysed for these stiffnesses in N/m: ascending, from 0 to [`MAX_STIFFNESS_N_PER_M`].
+/// Ascending, from 0 to [`MAX_STIFFNESS_N_PER_M`].
 #[must_use]
 pub fn is_tissue((low, high): (f64, f64)) -> bool {
     0.0 <= low && low <= high && high <= MAX_STIFFNESS_N_PER_M

@@ -8,17 +8,14 @@ use trocar_engine::tissue::Springs;
 use trocar_scenario::{OVERSHOOT, Scenario};
 use trocar_stability::{LinearLoop, TissueRange, TissueSource};
 
-/// Advance over which a slope is measured, in m.
+/// Minimum advance for a slope.
 const ADVANCE_M: f64 = 5e-5;
 
-/// Excluded time after a rupture in s, in which the force of the ruptured layer falls.
+/// Excluded, because the force of the ruptured layer falls.
 const RUPTURE_S: f64 = 0.1;
 
-/// The springs and dampers that the needle meets. The scenario is run once if its parameters do not determine them: for
-/// the tissue of a unit, and for one that stiffens with depth under a live hand.
-///
-/// # Errors
-/// [`RunError`].
+/// Runs the scenario for the tissue of a unit, and for one that stiffens with depth under a live hand: their parameters
+/// do not determine the springs and dampers.
 pub fn tissue_range(scenario: &Scenario) -> Result<TissueRange, RunError> {
     if let Some(range) = TissueRange::of_parameters(scenario) {
         return Ok(range);
@@ -41,10 +38,6 @@ pub fn tissue_range(scenario: &Scenario) -> Result<TissueRange, RunError> {
     })
 }
 
-/// The linear loop of a scenario, with the tissue that its needle encounters.
-///
-/// # Errors
-/// [`CheckError`].
 pub fn linear_loop(scenario: &Scenario) -> Result<LinearLoop, CheckError> {
     Ok(LinearLoop::of(scenario, tissue_range(scenario)?)?)
 }
@@ -53,7 +46,7 @@ struct SlopeObserver {
     contact_m: f64,
     /// Depth and force at the beginning of the present slope.
     from: Option<(f64, f64)>,
-    /// The first tick after a rupture that is evaluated again.
+    /// First evaluated tick after a rupture.
     until: u64,
     rupture_ticks: u64,
     largest_n_per_m: f64,

@@ -1,5 +1,3 @@
-//! The verdict on the linear loop of a scenario, and the parts that it leaves out.
-
 use super::document::LoopPart;
 use super::tissue_of_run::linear_loop;
 use super::{CheckError, document};
@@ -10,42 +8,30 @@ use trocar_stability::{
     VaryingDelays, assumed_passive, inputs, largest_stable, left_out_with, loop_limits,
 };
 
-/// The verdict on the linear loop of a scenario, for all user interfaces.
 #[derive(Debug, Clone)]
 pub struct LoopVerdict {
-    /// The loop, at the worst spring and damper of its tissue.
+    /// At the worst spring and damper of the tissue.
     pub settings: LinearLoop,
-    /// The dominant mode of that loop.
     pub mode: Mode,
-    /// Margins of the loop.
     pub margins: Margins,
-    /// The verdict at every spring and damper of the tissue, and out of contact.
+    /// At every spring and damper of the tissue, and out of contact.
     pub range: RangeVerdict,
-    /// The parts of the scenario with which the stability is unknown.
+    /// Parts with unknown effect on the stability.
     pub left_out: Vec<LeftOut>,
-    /// The parts that the loop does not model because they only dissipate energy.
+    /// Parts that only dissipate energy.
     pub assumed_passive: Vec<LeftOut>,
-    /// The parts that act on the loop as inputs.
     pub inputs: Vec<LeftOut>,
-    /// The limits of motors and force sensor that the loop never reaches.
+    /// Limits of motors and force sensor that the loop never reaches.
     pub unreached: Vec<LoopLimit>,
-    /// Delays that vary from tick to tick; `None` if they are constant or unbounded.
+    /// `None` if the delays are constant or unbounded.
     pub delays: Option<VaryingDelays>,
 }
 
 impl LoopVerdict {
-    /// Judges a scenario.
-    ///
-    /// # Errors
-    /// [`CheckError`].
     pub fn of(scenario: &Scenario) -> Result<Self, CheckError> {
         Self::with_loop(scenario, linear_loop(scenario)?)
     }
 
-    /// Judges a scenario whose loop is known.
-    ///
-    /// # Errors
-    /// [`CheckError`].
     pub fn with_loop(scenario: &Scenario, settings: LinearLoop) -> Result<Self, CheckError> {
         let closed = ClosedLoop::new(&settings)?;
         let delays = VaryingDelays::of(scenario, &settings)?;
@@ -63,24 +49,19 @@ impl LoopVerdict {
         })
     }
 
-    /// True if the loop is stable at every spring and damper of its tissue and out of contact, for every order of varying
-    /// delays; `None` if the analysis leaves out a part.
+    /// At every spring and damper and out of contact, for every order of varying delays; `None` if the analysis leaves
+    /// out a part.
     #[must_use]
     pub fn is_stable(&self) -> Option<bool> {
         self.left_out.is_empty().then_some(self.range.is_stable)
     }
 
-    /// The verdict in one sentence, with the tissue for which it holds.
     #[must_use]
     pub fn sentence(&self) -> String {
         document::verdict::sentence(self)
     }
 
-    /// For a loop that is not stable, a continuation of "the loop is" with the largest stable force scale; `None` for any
-    /// other verdict.
-    ///
-    /// # Errors
-    /// [`StabilityError`].
+    /// Continues "the loop is" with the largest stable force scale, for an unstable loop.
     pub fn instability(&self) -> Result<Option<String>, StabilityError> {
         if self.is_stable() != Some(false) {
             return Ok(None);
@@ -90,8 +71,7 @@ impl LoopVerdict {
         Ok(Some(document::verdict::instability(self, &limit)))
     }
 
-    /// The verdict as JSON, with its tissue and the omitted parts: the first part of `stability.json`, also for the
-    /// page and Python.
+    /// First part of `stability.json`.
     #[must_use]
     pub fn json(&self) -> serde_json::Value {
         json_of(&LoopPart::of(self))

@@ -1,5 +1,3 @@
-//! The verification of a file `certificate.json` for a scenario.
-
 use thiserror::Error;
 
 use super::certificate::{CertificateFile, Certificates};
@@ -8,47 +6,32 @@ use trocar_document::significant;
 use trocar_scenario::Scenario;
 use trocar_stability::{Certificate, Choice, LinearLoop, StabilityError, SwitchingSettings, TissueRange};
 
-/// The error of a verification.
 #[derive(Debug, Error)]
 pub enum VerificationError {
-    /// The text is not a certificate file.
     #[error("not a certificate file: {0}")]
     Form(String),
-    /// The file was made for another scenario.
     #[error("{0}; give the scenario and the --set of the analysis that wrote the file")]
     OtherScenario(String),
-    /// The scenario has no certificates.
     #[error("the scenario has no certificates: {0}")]
     Excluded(&'static str),
-    /// A certificate does not hold.
     #[error("certificate {name}: {reason}")]
     Unverified {
-        /// Name of the certificate.
         name: &'static str,
         /// The part that does not hold.
         reason: String,
     },
-    /// The scenario cannot be analysed.
     #[error(transparent)]
     Scenario(#[from] StabilityError),
 }
 
-/// A verified certificate.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Verified {
-    /// Name of the certificate in the file.
     pub name: &'static str,
-    /// Number of verified conditions.
     pub conditions: u64,
-    /// The verified claim in one sentence.
     pub claim: String,
 }
 
-/// Verifies the text of a file `certificate.json` for a scenario. Rebuilds maps and inequalities from the scenario, for
-/// the range of the tissue that the file states, and takes only the functions from the file.
-///
-/// # Errors
-/// [`VerificationError`].
+/// Maps and inequalities are rebuilt from the scenario; only the functions are from the file.
 pub fn verify(text: &str, scenario: &Scenario) -> Result<Vec<Verified>, VerificationError> {
     let file: CertificateFile =
         serde_json::from_str(text).map_err(|error| VerificationError::Form(error.to_string()))?;

@@ -1,5 +1,3 @@
-//! The answers of a sweep about the metrics in focus, in sentences.
-
 use super::{Findings, Influence, Influences, LevelMean, Spread, Summary, number as number_of};
 use trocar_document::{plain, show};
 use trocar_figures::InfluenceBar;
@@ -11,11 +9,11 @@ const MAX_METRICS: usize = 4;
 /// Minimum share of the variance of a decisive axis.
 const MIN_SHARE: f64 = 0.1;
 
-/// Maximum difference of a metric between cases, relative to its largest magnitude, to count as hardly changing.
+/// Relative to the metric's largest magnitude.
 const SMALL_CHANGE: f64 = 0.01;
 
-/// A sentence for each of the first varying metrics in focus: the axis with the largest influence, and its values with
-/// the smallest and largest mean of the metric.
+/// For the first varying metrics in focus: the axis with the largest influence, and its values with the smallest and
+/// largest mean.
 pub(super) fn sentences(findings: &Findings) -> Vec<String> {
     let varies = |of: &&Influences| !findings.summaries[of.column].is_unchanged(findings.cases);
     let sentence = |of: &Influences| of_metric(&findings.summaries[of.column], of);

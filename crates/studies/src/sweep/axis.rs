@@ -1,27 +1,18 @@
-//! One key of a scenario and its values in a sweep.
-
 use trocar_base::quantiles::{normal_quantile, normal_share};
 use trocar_scenario::{KeyAt, Kind, Place, Value};
 
-/// The values of an axis.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Levels {
-    /// A list of values, in this order.
     List(Vec<Value>),
-    /// The numbers between two ends.
     Range {
-        /// First number.
         from: f64,
-        /// Last number.
         to: f64,
-        /// True if the scale is logarithmic.
         log: bool,
-        /// Number of values including the ends; `None` if the design determines it.
+        /// Number with the ends; `None` if the design determines it.
         points: Option<u64>,
     },
-    /// A log-normal distribution, truncated at three standard deviations of the logarithm.
+    /// Truncated at three standard deviations of the logarithm.
     LogNormal {
-        /// The median.
         median: f64,
         /// About 68 % of the values are between `median / spread` and `median · spread`; above 1.
         spread: f64,
@@ -30,19 +21,15 @@ pub enum Levels {
 
 const MAX_DEVIATIONS: f64 = 3.0;
 
-/// A key that a sweep varies, with its values.
 #[derive(Debug, Clone)]
 pub struct Axis {
-    /// The key.
     pub key: KeyAt,
-    /// The values.
     pub levels: Levels,
-    /// Place of the values in the sweep file.
     pub place: Place,
 }
 
 impl Axis {
-    /// The number of values; `None` for a range without points.
+    /// `None` for a range without points.
     #[must_use]
     pub fn count(&self) -> Option<u64> {
         match &self.levels {
@@ -52,7 +39,7 @@ impl Axis {
         }
     }
 
-    /// The value at a unit coordinate, from 0 to below 1: a level, or an interpolation between the ends.
+    /// A level, or an interpolation between the ends, at a coordinate from 0 to below 1.
     #[must_use]
     pub fn value(&self, coordinate: f64) -> Value {
         let level = |count: u64| ((coordinate * count as f64) as u64).min(count.saturating_sub(1));
@@ -82,13 +69,12 @@ impl Axis {
         }
     }
 
-    /// The first value.
     #[must_use]
     pub fn first(&self) -> Value {
         self.value(0.0)
     }
 
-    /// The unit coordinates of the values that bound all others: all values of a list, both ends of a range.
+    /// Unit coordinates of all values of a list, or of both ends of a range.
     #[must_use]
     pub fn ends(&self) -> Vec<f64> {
         match &self.levels {
@@ -97,20 +83,18 @@ impl Axis {
         }
     }
 
-    /// The levels as numbers; empty for a range without points, and for words.
+    /// Empty for a range without points, and for words.
     #[must_use]
     pub fn numbers(&self) -> Vec<f64> {
         let count = self.count().unwrap_or(0);
         (0..count).filter_map(|k| number(&self.value((k as f64 + 0.5) / count as f64))).collect()
     }
 
-    /// True if the values are numbers.
     #[must_use]
     pub fn is_numeric(&self) -> bool {
         matches!(self.key.kind, Kind::Number(_) | Kind::Whole(_) | Kind::Sign)
     }
 
-    /// True if the scale is logarithmic.
     #[must_use]
     pub fn is_log(&self) -> bool {
         matches!(self.levels, Levels::Range { log: true, .. } | Levels::LogNormal { .. })
@@ -123,7 +107,7 @@ impl Axis {
         }
     }
 
-    /// Formats the values as in a sweep file.
+    /// Values as in a sweep file.
     #[must_use]
     pub fn to_toml(&self) -> String {
         match &self.levels {
@@ -147,7 +131,6 @@ fn between(from: f64, to: f64, log: bool, coordinate: f64) -> f64 {
     value.clamp(from.min(to), from.max(to))
 }
 
-/// Converts a value to a number; `None` for other values.
 #[must_use]
 pub fn number(value: &Value) -> Option<f64> {
     match value {

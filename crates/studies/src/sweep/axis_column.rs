@@ -1,24 +1,18 @@
-//! The values of an axis in many cases.
-
 use super::axis::Axis;
 use trocar_document::Values;
 use trocar_scenario::{Kind, Value};
 
-/// The values of an axis, one per case, in the type of its key.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AxisColumn {
-    /// Numbers, including signs.
+    /// Numbers and signs.
     Number(Vec<f64>),
-    /// Whole numbers.
     Whole(Vec<i64>),
-    /// Booleans.
     Flag(Vec<bool>),
-    /// Other values: words unchanged, lists in TOML.
+    /// Words unchanged, lists in TOML.
     Text(Vec<String>),
 }
 
 impl AxisColumn {
-    /// Creates an empty column for an axis.
     #[must_use]
     pub fn of(axis: &Axis) -> Self {
         match axis.key.kind {
@@ -29,7 +23,7 @@ impl AxisColumn {
         }
     }
 
-    /// Appends a value of the axis. Values of another type, which cannot occur, are ignored.
+    /// Ignores values of another type, which cannot occur.
     pub fn push(&mut self, value: &Value) {
         match (self, value) {
             (Self::Number(column), Value::Number(number)) => column.push(*number),

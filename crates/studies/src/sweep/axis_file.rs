@@ -1,28 +1,19 @@
-//! Ranges, lists and distributions of keys in a section of a file.
-
 use super::axis::{Axis, Levels, number};
 use super::design::{MAX_CASES, SamplingScheme};
 use super::file_values::{flag, must, whole};
 use trocar_scenario::{Entry, KeyAt, Kind, ScenarioError, Value, find_key, nearest_key};
 
-/// A section whose keys are keys of the scenario, with the words of its error messages.
+/// Words of the error messages about a section.
 #[derive(Debug)]
 pub(crate) struct Section {
-    /// The name of the section.
     pub(crate) name: &'static str,
-    /// What a key of it is.
     pub(crate) role: &'static str,
-    /// The forms that its values can have.
     pub(crate) forms: &'static str,
-    /// The keys of a range.
     pub(crate) words: &'static str,
-    /// How to give seeds.
     pub(crate) seeds: &'static str,
-    /// The remedy for a range with points outside a grid.
     pub(crate) without_points: &'static str,
 }
 
-/// The axes of a sweep.
 pub(super) const AXES: Section = Section {
     name: "axes",
     role: "an axis",
@@ -44,10 +35,6 @@ struct RangeEntries<'a> {
     spread: Option<&'a Entry>,
 }
 
-/// Reads the axes of a section. The entries are sorted by their place.
-///
-/// # Errors
-/// [`ScenarioError`] with place and remedy.
 pub(crate) fn axes_of(
     entries: &[Entry],
     scheme: SamplingScheme,
@@ -65,7 +52,7 @@ pub(crate) fn axes_of(
         let of_range = path.rsplit_once('.').filter(|(parent, _)| find_key(parent).is_some());
         let Some((parent, word)) = of_range else {
             let error = ScenarioError::new(format!("there is no key {path}")).at(Some(entry.key_place.clone()));
-            // The suggestion for a misspelt key of a range needs the path without the range's keyword.
+            // The suggestion for a misspelt key needs the path without the range's keyword.
             let stem = path.rsplit_once('.').filter(|(_, word)| AXIS_WORDS.contains(word));
             let near = nearest_key(stem.map_or(path, |(stem, _)| stem));
             return Err(match near {

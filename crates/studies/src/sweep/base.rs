@@ -1,12 +1,9 @@
-//! The scenario that a file varies, and what differs between its cases.
-
 use super::axis::Axis;
 use super::correlation::Correlation;
 use super::file::SweepFile;
 use trocar_scenario::{Entry, Place, Scenario, ScenarioError, Source, entries};
 
-/// Checks that every axis of a section has an effect, in the first case or because another axis varies the keys on which
-/// it depends.
+/// An axis has an effect in the first case, or because another axis varies the keys on which it depends.
 pub(crate) fn check_acting(
     axes: &[Axis],
     others: &[Axis],
@@ -31,7 +28,6 @@ pub(crate) fn check_acting(
     Err(ScenarioError::new(message).at(Some(axis.place.clone())).remedy(remedy))
 }
 
-/// The population of a sweep file: the scenario with the place of its name, the fixed keys, and what differs.
 pub(crate) struct SweptPopulation {
     pub(crate) base: (Source, Place),
     pub(crate) set: Vec<Entry>,
@@ -40,10 +36,6 @@ pub(crate) struct SweptPopulation {
 }
 
 impl SweptPopulation {
-    /// Reads a sweep file.
-    ///
-    /// # Errors
-    /// [`ScenarioError`] with place and remedy.
     pub(crate) fn of(source: &Source) -> Result<Self, ScenarioError> {
         let file = SweepFile::of(entries(source)?, false)?;
         let base = base_of(&file, source)?;
@@ -59,10 +51,6 @@ pub(super) fn base_of(file: &SweepFile, source: &Source) -> Result<(Source, Plac
     scenario_of(base, source)
 }
 
-/// The scenario that an entry of a file names, with the place of the name.
-///
-/// # Errors
-/// [`ScenarioError`] if the entry is not the path of a file that can be read.
 pub(crate) fn scenario_of(entry: &Entry, source: &Source) -> Result<(Source, Place), ScenarioError> {
     let place = entry.value_place.clone();
     let Some(path) = entry.value.as_str().filter(|path| !path.is_empty()) else {

@@ -1,4 +1,4 @@
-//! The canonical text of a sweep or a design: all inputs, so that equal texts mean equal results.
+//! The text of all inputs: equal texts mean equal results.
 
 use std::fmt::Write as _;
 
@@ -10,10 +10,9 @@ use super::design::Design;
 use trocar_base::hexadecimal::hexadecimal;
 use trocar_scenario::{OperatorSpec, Scenario, TissueSpec};
 
-/// The resolved scenario and the hash of the signals that it reads, as sections of a canonical text.
+/// `signals` is the hash of the signals that the scenario reads.
 pub(crate) fn resolved_toml(scenario: &Scenario, signals: Sha256) -> String {
     let mut text = String::new();
-    // Writing to a string cannot fail.
     let _ = write!(
         text,
         "\n[resolved]\ntrocar_version = \"{}\"\nsignals_sha256 = \"{}\"\n",

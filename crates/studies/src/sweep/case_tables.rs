@@ -1,5 +1,3 @@
-//! The cases of a sweep as columns: number, values of the axes, seed, outcome, metrics.
-
 use std::borrow::Cow;
 use std::io;
 
@@ -7,13 +5,9 @@ use super::{AxisColumn, Design, Outcome, Rows, SweepError};
 use trocar_document::{DataTable, Values};
 use trocar_scenario::Value;
 
-/// Maximum number of rows of a table, which is held in memory.
+/// A table is held in memory.
 const MAX_ROWS: usize = 1 << 16;
 
-/// Passes the cases on in tables of consecutive rows with the same columns. `hash` identifies the sweep.
-///
-/// # Errors
-/// The errors of the rows, and [`SweepError::Io`] if `each` fails.
 pub fn case_tables(
     design: &Design,
     hash: &str,

@@ -1,5 +1,3 @@
-//! The metrics that a sweep can store for each case.
-
 use super::stability::LoopOfCase;
 use trocar_metrics::{Declaration, Metric, Metrics, RunMetric, Scope, Unit};
 use trocar_scenario::nearest_of;
@@ -12,16 +10,13 @@ enum Measure {
     Loop(&'static LoopMetric),
 }
 
-/// A metric that a sweep stores: its name in files, its unit, and its source.
 #[derive(Debug, Clone)]
 pub struct Column {
-    /// Name, for example `rupture_1_detection_delay_s`.
+    /// For example `rupture_1_detection_delay_s`.
     pub name: String,
-    /// Label, for example `rupture 1: detection delay`.
+    /// For example `rupture 1: detection delay`.
     pub label: String,
-    /// Meaning, in one sentence.
     pub meaning: &'static str,
-    /// Unit.
     pub unit: Unit,
     measure: Measure,
 }
@@ -54,7 +49,7 @@ impl Column {
         Self { name, label, meaning: declaration.meaning, unit: declaration.unit, measure }
     }
 
-    /// Finds a column by the current or former name of its metric.
+    /// Accepts current and former names.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         let of_loop = || LoopOfCase::METRICS.iter().find(|metric| metric.declaration.key(1) == name);
@@ -62,42 +57,37 @@ impl Column {
         of_run.or_else(|| of_loop().map(Measure::Loop)).map(Self::new)
     }
 
-    /// The default columns.
     #[must_use]
     pub fn defaults() -> Vec<Self> {
         DEFAULTS.iter().filter_map(|name| Self::named(name)).collect()
     }
 
-    /// The declarations of all metrics that a sweep can store.
     pub fn declarations() -> impl Iterator<Item = &'static Declaration> {
         let of_loop = LoopOfCase::METRICS.iter().map(|metric| &metric.declaration);
         RunMetric::all().map(|metric| metric.declaration()).chain(of_loop)
     }
 
-    /// All names; ruptures and events have the number 1.
     pub fn names() -> impl Iterator<Item = String> {
         Self::declarations().map(|declaration| declaration.key(1))
     }
 
-    /// The most similar name, if any.
     #[must_use]
     pub fn nearest(name: &str) -> Option<String> {
         nearest_of(name, Self::names())
     }
 
-    /// True if the value needs the closed loop of the case.
     #[must_use]
     pub fn is_of_loop(&self) -> bool {
         matches!(self.measure, Measure::Loop(_))
     }
 
-    /// True if the value needs the energies at the ports, which are computed from the trace of a run.
+    /// The energies at the ports are computed from the trace of a run.
     #[must_use]
     pub fn is_of_ports(&self) -> bool {
         matches!(self.measure, Measure::Run(metric) if metric.declaration().scope == Scope::Port)
     }
 
-    /// The value in SI units; `None` if undefined or not finite. A margin of the loop without a limit is infinite.
+    /// SI units; `None` if undefined or not finite, except an infinite margin of the loop.
     #[must_use]
     pub fn value(&self, metrics: &Metrics, of_case: Option<&LoopOfCase<'_>>) -> Option<f64> {
         let value = match self.measure {
@@ -107,14 +97,13 @@ impl Column {
         value.filter(|value| value.is_finite())
     }
 
-    /// The value of a metric of the loop; `None` for other metrics, or if undefined. A margin without a limit is infinite.
+    /// `None` for other metrics. A margin can be infinite.
     #[must_use]
     pub fn value_of_loop(&self, of_case: &LoopOfCase<'_>) -> Option<f64> {
         let Measure::Loop(metric) = self.measure else { return None };
         (metric.read)(of_case).filter(|value| value.is_finite() || *value == f64::INFINITY)
     }
 
-    /// True if the values are whole numbers.
     #[must_use]
     pub fn is_count(&self) -> bool {
         self.unit == Unit::Count

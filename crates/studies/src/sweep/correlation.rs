@@ -1,24 +1,20 @@
-//! Correlated axes.
-
 use trocar_base::quantiles::{normal_quantile, normal_share};
 
-/// A group of axes with equal pairwise correlation.
+/// Axes with equal pairwise correlation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Correlation {
-    /// Name.
     pub name: String,
-    /// Indices of the axes.
     pub axes: Vec<usize>,
-    /// The correlation of the normal numbers from which the values of the axes are derived.
+    /// Correlation of the normal numbers from which the values are derived.
     pub coefficient: f64,
 }
 
-/// Correlates the unit coordinates of some axes (a Gaussian copula): converted to normal numbers, mixed with the
-/// Cholesky factor of their correlation matrix, and converted back, each remains uniformly distributed.
+/// A Gaussian copula: normal numbers are mixed with the Cholesky factor of their correlation, and each coordinate
+/// remains uniformly distributed.
 #[derive(Debug, Clone)]
 pub(super) struct Mixer {
     axes: Vec<usize>,
-    /// Rows of the lower triangle.
+    /// Lower triangle by rows.
     factor: Vec<Vec<f64>>,
 }
 

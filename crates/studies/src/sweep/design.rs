@@ -11,51 +11,45 @@ use super::permutation::{Permutation, mix};
 use super::sobol::Sobol;
 use trocar_scenario::Value;
 
-/// The selection of points on the axes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SamplingScheme {
-    /// Every combination of the levels; the last axis varies fastest.
+    /// The last axis varies fastest.
     Grid,
-    /// Independent random points.
     Random {
-        /// Number of points.
         points: u64,
         /// Seed of the random numbers.
         seed: u64,
     },
-    /// A Latin hypercube: each of `points` equal parts of every axis contains one point at a random position.
+    /// Each of `points` equal parts of every axis contains one point at a random position.
     LatinHypercube {
-        /// Number of points.
         points: u64,
         /// Seed of the random numbers.
         seed: u64,
     },
-    /// The first points of Sobol's sequence, with a random digital shift.
+    /// The points are shifted digitally by a random number.
     Sobol {
-        /// Number of points; a power of two is the most even.
+        /// A power of two is the most even.
         points: u64,
-        /// Seed of the shift.
         seed: u64,
     },
-    /// Given points: every axis lists the same number of values, and the k-th values of all axes are a point.
+    /// The k-th values of all axes are a point.
     List {
-        /// Number of points.
+        /// Number of values of each axis.
         points: u64,
     },
 }
 
 impl SamplingScheme {
-    /// The names used in sweep files.
+    /// Names in sweep files.
     pub const WORDS: [&'static str; 5] = ["grid", "random", "latin-hypercube", "sobol", "list"];
 
-    /// Every scheme with this number of points and seed, in the order of [`SamplingScheme::WORDS`].
+    /// Ordered like [`SamplingScheme::WORDS`].
     #[must_use]
     pub fn all(points: u64, seed: u64) -> [Self; 5] {
         let (random, hypercube) = (Self::Random { points, seed }, Self::LatinHypercube { points, seed });
         [Self::Grid, random, hypercube, Self::Sobol { points, seed }, Self::List { points }]
     }
 
-    /// The name used in sweep files.
     #[must_use]
     pub fn word(&self) -> &'static str {
         match self {
@@ -67,7 +61,6 @@ impl SamplingScheme {
         }
     }
 
-    /// The number of points and the random seed; `None` for a grid and for given points.
     #[must_use]
     pub fn points_and_seed(&self) -> Option<(u64, u64)> {
         match *self {
@@ -79,38 +72,31 @@ impl SamplingScheme {
     }
 }
 
-/// The settings of a sweep, without its scenario.
 #[derive(Debug, Clone)]
 pub struct Design {
-    /// Name of the folder.
     pub name: String,
-    /// The question that the sweep answers.
     pub question: Option<String>,
-    /// The varied keys, in the order of the sweep file.
+    /// Ordered as in the sweep file.
     pub axes: Vec<Axis>,
-    /// The groups of correlated axes.
     pub correlations: Vec<Correlation>,
-    /// The selection of points on the axes.
     pub scheme: SamplingScheme,
-    /// Number of noise seeds per point.
+    /// Noise seeds per point.
     pub seeds: u64,
-    /// First noise seed.
     pub first_seed: u64,
-    /// The noise seeds, `seeds` in number, if they are not consecutive.
+    /// Seeds that are not consecutive.
     pub listed_seeds: Option<Vec<u64>>,
-    /// The metrics that are stored for each case.
     pub columns: Vec<Column>,
-    /// Indices in `columns` of the metrics with figures and an analysis of influences.
+    /// Indices in `columns`.
     pub focus: Vec<usize>,
-    /// True if the rows are also written as CSV, in addition to Parquet.
+    /// True to write CSV in addition to Parquet.
     pub csv: bool,
 }
 
-/// Maximum number of cases of a sweep, which a double represents exactly.
+/// A double represents them exactly.
 pub const MAX_CASES: u64 = 1 << 50;
 
 impl Design {
-    /// The number of points, each with [`Design::seeds`] cases; `None` for more than [`MAX_CASES`] cases.
+    /// `None` for more than [`MAX_CASES`] cases.
     #[must_use]
     pub fn points(&self) -> Option<u64> {
         let points = match self.scheme {
@@ -126,20 +112,18 @@ impl Design {
         Some(points)
     }
 
-    /// The number of cases.
     #[must_use]
     pub fn cases(&self) -> u64 {
         self.points().unwrap_or(0) * self.seeds
     }
 
-    /// The seed of a case. Consecutive cases are one point with different seeds.
+    /// Consecutive cases are one point with different seeds.
     #[must_use]
     pub fn seed(&self, case: u64) -> u64 {
         let at = case % self.seeds;
         self.listed_seeds.as_ref().map_or(self.first_seed.wrapping_add(at), |seeds| seeds[at as usize])
     }
 
-    /// The computation of the unit coordinates.
     #[must_use]
     pub fn coordinates(&self) -> UnitCoordinates<'_> {
         let (points, seed) = self.scheme.points_and_seed().unwrap_or((1, 0));
@@ -163,7 +147,6 @@ impl Design {
     }
 }
 
-/// Computes the unit coordinates of a case on its axes.
 #[derive(Debug, Clone)]
 pub struct UnitCoordinates<'a> {
     design: &'a Design,
@@ -176,7 +159,7 @@ pub struct UnitCoordinates<'a> {
 }
 
 impl UnitCoordinates<'_> {
-    /// Writes the unit coordinate on each axis, from 0 to below 1.
+    /// Each coordinate is from 0 to below 1.
     pub fn of(&self, case: u64, coordinates: &mut Vec<f64>) {
         let point = case / self.design.seeds;
         coordinates.clear();
@@ -212,7 +195,6 @@ impl UnitCoordinates<'_> {
         self.mixers.iter().for_each(|mixer| mixer.mix(coordinates));
     }
 
-    /// Writes the value on each axis.
     pub fn values(&self, case: u64, coordinates: &mut Vec<f64>, values: &mut Vec<Value>) {
         self.of(case, coordinates);
         values.clear();

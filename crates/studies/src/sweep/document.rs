@@ -1,5 +1,3 @@
-//! The document of a complete sweep.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value as Json;
@@ -16,16 +14,11 @@ use trocar_figures::{self as figures, AxisView, FigureError, HeatView, Influence
 use trocar_metrics::Unit;
 use trocar_scenario::unit_of;
 
-/// A complete sweep.
 #[derive(Debug, Clone, Copy)]
 pub struct SweepReport<'a> {
-    /// The design of the sweep.
     pub design: &'a Design,
-    /// Hash of the inputs.
     pub hash: &'a str,
-    /// The findings.
     pub findings: &'a Findings,
-    /// The cases to draw, for a report.
     pub cases: Option<&'a DrawnCases>,
 }
 

@@ -1,5 +1,3 @@
-//! The cases of a sweep that its report draws.
-
 use super::{Axis, Column, Design, Levels, Rows, SweepError};
 use trocar_document::{Figure, readable};
 use trocar_figures::{self as figures, CasesView};
@@ -9,10 +7,9 @@ const MAX_CASES: u64 = 2_000;
 
 const MAX_CHARTS: usize = 16;
 
-/// Number of classes for medians over an axis without levels, or with too many.
+/// Classes for medians over an axis without levels, or with too many.
 const CLASSES: usize = 20;
 
-/// The values of the axes and the metrics in focus, for the drawn cases.
 #[derive(Clone, Debug)]
 pub struct DrawnCases {
     axes: Vec<Vec<f64>>,
@@ -21,11 +18,7 @@ pub struct DrawnCases {
 }
 
 impl DrawnCases {
-    /// Reads the drawn cases, one from each of equal parts. Its position varies between parts, because a regular step
-    /// could skip a level of an axis.
-    ///
-    /// # Errors
-    /// The errors of the rows.
+    /// The position within each of equal parts varies, because a regular step could skip a level of an axis.
     pub fn of(design: &Design, rows: &Rows) -> Result<Self, SweepError> {
         let all = design.cases();
         let parts = all.min(MAX_CASES);
@@ -80,7 +73,7 @@ impl DrawnCases {
     }
 }
 
-/// The position of a value on its axis: the number, or the index of a word in the list, from 1.
+/// The number, or the index of a word in the list, from 1.
 fn place(axis: &Axis, value: &Value) -> f64 {
     match (value, &axis.levels) {
         (Value::Number(number), _) => *number,
@@ -114,8 +107,7 @@ fn chart(column: &Column, axis: &Axis, values: &[f64], metrics: &[f64]) -> Figur
     })
 }
 
-/// The median of each class at its middle case. `cases` are sorted by x. Few distinct values of x are classes of their
-/// own.
+/// Few distinct values of x are classes of their own.
 fn medians(cases: &[(f64, f64)], log: bool) -> Vec<(f64, f64)> {
     let mut medians = vec![];
     let Some((&(low, _), &(high, _))) = cases.first().zip(cases.last()) else { return medians };

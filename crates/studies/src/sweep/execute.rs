@@ -1,5 +1,3 @@
-//! Executes a sweep or a part of it.
-
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::PoisonError;
@@ -16,39 +14,33 @@ use crate::run::RunError;
 use trocar_engine::sensor::NoiseBank;
 use trocar_run::ports;
 
-/// Maximum number of noise samples in the caches of all threads, 64 MB.
+/// 64 MB over all threads.
 const MAX_NUMBERS_KEPT: usize = 8 << 20;
 
-/// The settings of an execution, which do not change the results.
+/// Settings that do not change the results.
 #[derive(Debug, Clone, Copy)]
 pub struct Execution {
-    /// Number of threads, at least 1.
     pub threads: usize,
-    /// True if cases that differ only in the detector's threshold share runs; otherwise each case runs separately.
+    /// True if cases that differ only in the detector's threshold share runs.
     pub shares_runs: bool,
 }
 
-/// Progress reports and interruption of a sweep.
 pub struct Progress<'a> {
     /// Once set, no new pack starts; packs in progress are completed and stored.
     pub stop: &'a AtomicBool,
-    /// Called once with the number of cases that were complete before.
+    /// Number of cases that were complete before.
     pub begun: &'a dyn Fn(u64),
-    /// Called with the number of newly completed cases.
+    /// Number of newly completed cases.
     pub done: &'a (dyn Fn(u64) + Sync),
 }
 
-/// Runs the missing packs of a part, in any order, and returns the total number of complete cases.
-///
-/// # Errors
-/// [`SweepError`] of the failed case with the lowest number, or if a part cannot be read or written.
+/// Returns the number of complete cases. An error is that of the failed case with the lowest number.
 pub fn execute(plan: &Plan, part: &Part, how: Execution, progress: &Progress<'_>) -> Result<u64, SweepError> {
     let Execution { threads, shares_runs } = how;
     let before = part.cases_done()?;
     (progress.begun)(before);
     let Progress { stop, done: report, .. } = *progress;
     let packs = part.layout().packs.clone();
-    // Additional threads would be idle.
     let threads = threads.clamp(1, usize::try_from(packs.end - packs.start).unwrap_or(usize::MAX).max(1));
     let (next, done, failed) = (AtomicU64::new(packs.start), AtomicU64::new(before), AtomicBool::new(false));
     let first_error: Mutex<Option<SweepError>> = Mutex::new(None);
@@ -63,8 +55,7 @@ pub fn execute(plan: &Plan, part: &Part, how: Execution, progress: &Progress<'_>
     let layout = part.layout();
     let cases = layout.cases_of(packs.start).start..layout.cases_of(packs.end).start;
     let shared = if shares_runs { SharedRuns::of(plan, cases) } else { None };
-    // A thread takes whole groups of cases that share runs, so no other thread runs the same cases; at most a share, so
-    // every thread has work.
+    // A thread takes whole groups of cases that share runs, but at most a share, so every thread has work.
     let fair_share = (packs.end - packs.start) / (4 * threads as u64);
     let packs_per_turn = shared.as_ref().map_or(1, |shared| shared.span().div_ceil(PACK_CASES).min(fair_share).max(1));
     let work = || {
@@ -76,7 +67,6 @@ pub fn execute(plan: &Plan, part: &Part, how: Execution, progress: &Progress<'_>
                 packs_of_turn = first.min(packs.end)..(first + packs_per_turn).min(packs.end);
             }
             let Some(pack) = packs_of_turn.next() else { break };
-            // Without complete cases, no slot needs a check.
             let mut run = |is_done: bool| if is_done { Ok(0) } else { worker.run(pack) };
             match if before > 0 { part.has(pack).and_then(&mut run) } else { run(false) } {
                 Ok(cases) => {

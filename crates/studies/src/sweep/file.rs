@@ -1,5 +1,3 @@
-//! Sweep files.
-
 use std::collections::HashSet;
 
 use super::axis::{Axis, Levels};
@@ -11,7 +9,6 @@ use super::file_values::{flag, line, must, name, texts, whole, within};
 use super::sobol::MAX_DIMENSIONS;
 use trocar_scenario::{Entry, ScenarioError, find_key, nearest_of};
 
-/// The keys of a sweep file, with their meanings.
 pub const SWEEP_KEYS: [(&str, &str); 14] = [
     ("name", "Name of the sweep's folder; default: the file name without extension."),
     ("question", "The question that the sweep answers, for its report."),
@@ -52,7 +49,7 @@ pub(super) struct SweepFile {
     pub(super) columns: Vec<Column>,
     pub(super) focus: Vec<usize>,
     pub(super) csv: bool,
-    /// Former names of metrics in the file, each with its current name.
+    /// Former and current names of metrics.
     pub(super) former_names: Vec<(String, String)>,
 }
 
@@ -66,7 +63,7 @@ impl SweepFile {
         entries.retain(|entry| !(matches!(entry.path.as_str(), "axes" | "set" | "design") && is_bare(entry)));
         // A key is the same with and without quotes, as in axes."scaling.force".
         entries.iter_mut().for_each(|entry| entry.path.retain(|letter| letter != '"'));
-        // Sorted by position: the order of the axes determines the order of the cases.
+        // The order of the axes determines the order of the cases.
         entries.sort_by_key(|entry| entry.key_place.span.start);
         let (axes, entries): (Vec<_>, Vec<_>) = entries.into_iter().partition(|entry| entry.path.starts_with("axes."));
         let (set, entries): (Vec<_>, Vec<_>) = entries.into_iter().partition(|entry| entry.path.starts_with("set."));
@@ -185,7 +182,7 @@ fn grid<'a>(find: &impl Fn(&str) -> Option<&'a Entry>) -> Result<SamplingScheme,
     }
 }
 
-/// Sets the number of points for given points; other schemes are unchanged.
+/// Other schemes are unchanged.
 fn with_listed_points(scheme: SamplingScheme, axes: &[Axis]) -> Result<SamplingScheme, ScenarioError> {
     let SamplingScheme::List { .. } = scheme else { return Ok(scheme) };
     let points = axes.first().and_then(Axis::count).unwrap_or(1);

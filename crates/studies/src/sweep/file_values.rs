@@ -1,14 +1,12 @@
-//! Values of entries in sweep files and design files, with the error messages of wrong ones.
+//! Values in sweep files and design files, with their error messages.
 
 use trocar_scenario::{Entry, Place, ScenarioError, harmless_name};
 
-/// The error of a value.
 pub(crate) fn must(entry: &Entry, what: &str) -> ScenarioError {
     ScenarioError::new(format!("{} is {}, must be {what}", entry.path, entry.written))
         .at(Some(entry.value_place.clone()))
 }
 
-/// Reads a whole number of a range.
 pub(crate) fn whole(entry: &Entry, min: u64, max: u64) -> Result<u64, ScenarioError> {
     let value = entry.value.as_integer().and_then(|value| u64::try_from(value).ok());
     value
@@ -16,25 +14,21 @@ pub(crate) fn whole(entry: &Entry, min: u64, max: u64) -> Result<u64, ScenarioEr
         .ok_or_else(|| must(entry, &format!("a whole number from {min} to {max}")))
 }
 
-/// Reads true or false.
 pub(crate) fn flag(entry: &Entry) -> Result<bool, ScenarioError> {
     entry.value.as_bool().ok_or_else(|| must(entry, "true or false"))
 }
 
-/// Reads a name of a folder.
 pub(crate) fn name(entry: &Entry) -> Result<String, ScenarioError> {
     let is_harmless = |name: &&str| harmless_name(name) == **name;
     let name = entry.value.as_str().filter(is_harmless);
     name.map(str::to_owned).ok_or_else(|| must(entry, "a string of letters, digits, '-' and '_', which names a folder"))
 }
 
-/// Reads a text of one line.
 pub(crate) fn line(entry: &Entry) -> Result<String, ScenarioError> {
     let is_line = |text: &&str| !text.trim().is_empty() && !text.contains(char::is_control);
     entry.value.as_str().filter(is_line).map(str::to_owned).ok_or_else(|| must(entry, "a text of one line"))
 }
 
-/// Reads a list of names.
 pub(crate) fn texts(entry: &Entry) -> Result<Vec<&str>, ScenarioError> {
     let texts =
         entry.value.as_array().and_then(|list| list.iter().map(toml::Value::as_str).collect::<Option<Vec<_>>>());

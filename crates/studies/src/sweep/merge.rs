@@ -26,23 +26,18 @@ pub struct Manifest {
     pub is_complete: bool,
 }
 
-/// The file names of a part's folder.
+/// Files of a part's folder.
 pub const MANIFEST: &str = "manifest.json";
-/// See [`MANIFEST`].
 pub const SWEEP: &str = "sweep.toml";
-/// See [`MANIFEST`].
 pub const CASES: &str = "cases.part";
 
-/// A whole sweep, joined from parts.
 #[derive(Debug)]
 pub struct Joined {
-    /// The design.
     pub design: Design,
     /// All inputs of the sweep.
     pub canonical: String,
     /// SHA-256 of the inputs.
     pub hash: String,
-    /// The results.
     pub rows: Rows,
 }
 
@@ -60,10 +55,7 @@ fn read(path: &Path) -> Result<String, SweepError> {
     std::fs::read_to_string(path).or_else(|error| parts_error(format!("{} cannot be read: {error}", path.display())))
 }
 
-/// Joins the parts in folders, after verifying that they belong to one sweep and contain every case once.
-///
-/// # Errors
-/// [`SweepError::Parts`] otherwise, with the folder or the cases, and the remedy.
+/// Verifies that the parts belong to one sweep and contain every case once.
 pub fn join(folders: &[PathBuf]) -> Result<Joined, SweepError> {
     let mut found = folders.iter().map(|folder| read_part(folder)).collect::<Result<Vec<_>, _>>()?;
     found.retain(|part| !part.packs.is_empty());

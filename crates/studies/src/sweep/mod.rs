@@ -1,10 +1,9 @@
-//! Sweeps: many runs of a scenario with varied keys and many noise seeds.
+//! Many runs of a scenario with varied keys and noise seeds.
 //!
 //! A sweep file ([`Plan`]) gives the values of keys and their combination ([`Design`]). Case `i` is computed from `i`
-//! alone, so its result is the same in a separate run, a pack or a shard and on any number of threads, and no data
-//! structure grows with the number of cases. A [`Part`] stores the results: a file with a slot for each pack of eight
-//! cases, written when the pack is complete. An interrupted sweep continues from there. Parts from different shards are
-//! joined by reading them in sequence.
+//! alone, so its result is the same in a separate run, a pack or a shard and on any number of threads, and the memory
+//! does not grow with the number of cases. An interrupted sweep continues from the stored packs of its [`Part`]. Parts
+//! of different shards are joined by reading them in sequence.
 
 mod answer;
 mod axis;

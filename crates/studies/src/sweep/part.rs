@@ -1,8 +1,6 @@
-//! The file with the results of the cases until all are complete.
-//!
-//! Every pack of eight cases has a slot, at an offset that follows from its number, and is written when it completes,
-//! so an interruption loses only the packs in progress. A slot begins with a checksum over its content, its number and
-//! the sweep's hash. A torn, empty or foreign slot is computed again.
+//! The stored results of the cases. Every pack has a slot at an offset that follows from its number, with a checksum
+//! over its content, its number and the sweep's hash. A torn, empty or foreign slot is computed again, so an
+//! interruption loses only the packs in progress.
 
 use std::fs::{File, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -12,24 +10,19 @@ use std::sync::{Mutex, PoisonError};
 
 use super::error::SweepError;
 
-/// Number of consecutive cases that run together.
 pub const PACK_CASES: u64 = 8;
 
 const BLOCK_PACKS: u64 = 1024;
 
-/// The outcome of a case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
-    /// All ticks were computed.
     Completed,
-    /// A position exceeded its bounds.
     Diverged,
-    /// The numerical integration failed.
     Failed,
 }
 
 impl Outcome {
-    /// Converts the outcome of a run; a sweep does not detect sustained oscillations.
+    /// A sweep does not detect sustained oscillations.
     #[must_use]
     pub fn of(outcome: trocar_metrics::Outcome) -> Self {
         match outcome {
@@ -38,7 +31,6 @@ impl Outcome {
         }
     }
 
-    /// The name used in files.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -65,28 +57,24 @@ impl Outcome {
     }
 }
 
-/// The layout of a part.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
-    /// Identifies the sweep of a slot.
     pub key: u64,
-    /// Number of values per case.
+    /// Values per case.
     pub columns: usize,
-    /// Number of cases of the whole sweep.
+    /// Cases of the whole sweep.
     pub cases: u64,
-    /// The packs of this part.
     pub packs: Range<u64>,
 }
 
 impl Layout {
-    /// The cases of a pack; the last pack may have fewer than eight.
+    /// The last pack may have fewer than eight.
     #[must_use]
     pub fn cases_of(&self, pack: u64) -> Range<u64> {
         let first = pack * PACK_CASES;
         first.min(self.cases)..(first + PACK_CASES).min(self.cases)
     }
 
-    /// The number of cases of the part.
     #[must_use]
     pub fn part_cases(&self) -> u64 {
         self.cases.min(self.packs.end * PACK_CASES) - self.cases.min(self.packs.start * PACK_CASES)
@@ -119,25 +107,22 @@ impl Layout {
     }
 }
 
-/// The rows of a pack during its computation.
 #[derive(Debug, Default)]
 pub struct PackRows(Vec<u64>);
 
 impl PackRows {
-    /// Removes all rows.
     pub fn clear(&mut self) {
         self.0.clear();
         self.0.push(0);
     }
 
-    /// Appends a case with its values; `None` is stored as NaN.
+    /// `None` is stored as NaN.
     pub fn push(&mut self, outcome: Outcome, values: impl Iterator<Item = Option<f64>>) {
         self.0.push(outcome.code().to_bits());
         self.0.extend(values.map(|value| value.unwrap_or(f64::NAN).to_bits()));
     }
 }
 
-/// A part of a sweep on disk.
 #[derive(Debug)]
 pub struct Part {
     path: PathBuf,
@@ -147,9 +132,6 @@ pub struct Part {
 
 impl Part {
     /// Opens or creates a part, and locks it until it is dropped.
-    ///
-    /// # Errors
-    /// [`SweepError::Io`]; [`SweepError::Busy`] if another process has locked it.
     pub fn open(path: &Path, layout: Layout) -> Result<Self, SweepError> {
         let file = File::options().read(true).write(true).create(true).truncate(false).open(path);
         let part = Self::with(path, layout, file)?;
@@ -161,10 +143,6 @@ impl Part {
         }
     }
 
-    /// Opens an existing part for reading.
-    ///
-    /// # Errors
-    /// [`SweepError::Io`].
     pub fn open_existing(path: &Path, layout: Layout) -> Result<Self, SweepError> {
         Self::with(path, layout, File::open(path))
     }
@@ -177,13 +155,11 @@ impl Part {
         }
     }
 
-    /// The layout.
     #[must_use]
     pub fn layout(&self) -> &Layout {
         &self.layout
     }
 
-    /// The path of the file.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
@@ -193,10 +169,7 @@ impl Part {
         SweepError::Io { path: self.path.clone(), source }
     }
 
-    /// Writes a pack.
-    ///
-    /// # Errors
-    /// [`SweepError::Io`], for example on a full disk; the pack then counts as missing.
+    /// After an error, for example a full disk, the pack counts as missing.
     pub fn write(&self, pack: u64, rows: &mut PackRows) -> Result<(), SweepError> {
         if let Some((sum, words)) = rows.0.split_first_mut() {
             *sum = self.layout.checksum(pack, words);
@@ -210,10 +183,6 @@ impl Part {
         write().map_err(|error| self.failed(error))
     }
 
-    /// True if the slot of a pack is intact.
-    ///
-    /// # Errors
-    /// [`SweepError::Io`].
     pub fn has(&self, pack: u64) -> Result<bool, SweepError> {
         let mut slots = vec![];
         self.read(pack..pack + 1, &mut slots)?;
@@ -251,10 +220,6 @@ impl Part {
         Ok(())
     }
 
-    /// Counts the complete cases.
-    ///
-    /// # Errors
-    /// [`SweepError::Io`].
     pub fn cases_done(&self) -> Result<u64, SweepError> {
         let mut done = 0;
         self.scan(|pack, slot| {
@@ -266,15 +231,12 @@ impl Part {
     }
 }
 
-/// The parts of a whole sweep, in order.
+/// Ordered parts of a whole sweep.
 #[derive(Debug)]
 pub struct Rows(pub Vec<Part>);
 
 impl Rows {
-    /// Calls `each` for each case in order, with its outcome and its values; undefined values are NaN.
-    ///
-    /// # Errors
-    /// [`SweepError::Io`] of a part, [`SweepError::Parts`] for a missing pack, or the error of `each`.
+    /// Undefined values are NaN.
     pub fn each(&self, mut each: impl FnMut(u64, Outcome, &[f64]) -> Result<(), SweepError>) -> Result<(), SweepError> {
         let mut values = vec![];
         for part in &self.0 {

@@ -1,9 +1,6 @@
-//! A pseudo-random permutation in constant memory.
-
-/// A pseudo-random permutation of `0..length`, computed element by element.
-///
-/// A balanced Feistel network over the next even number of bits, iterated until the result is below the length (Black
-/// and Rogaway, *Ciphers with Arbitrary Finite Domains*, CT-RSA 2002): at most four steps on average.
+/// A pseudo-random permutation of `0..length` in constant memory: a balanced Feistel network over the next even number
+/// of bits, iterated until the result is below the length (Black and Rogaway, *Ciphers with Arbitrary Finite Domains*,
+/// CT-RSA 2002).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Permutation {
     length: u64,
@@ -11,18 +8,17 @@ pub struct Permutation {
     half_bits: u32,
 }
 
-/// Number of rounds: four suffice for a pseudo-random result, and two more cost little.
+/// Four rounds suffice, and two more cost little.
 const ROUNDS: u64 = 6;
 
 impl Permutation {
-    /// Creates the permutation of `0..length` for a key.
     #[must_use]
     pub fn new(length: u64, key: u64) -> Self {
         let bits = u64::BITS - length.saturating_sub(1).leading_zeros();
         Self { length, key, half_bits: bits.div_ceil(2).max(1) }
     }
 
-    /// The image of `index`, which must be below the length.
+    /// `index` must be below the length.
     #[must_use]
     pub fn at(&self, index: u64) -> u64 {
         let mut at = index;
@@ -45,7 +41,7 @@ impl Permutation {
     }
 }
 
-/// The finaliser of SplitMix64 (Steele, Lea and Flood, *Fast splittable pseudorandom number generators*, OOPSLA 2014).
+/// SplitMix64's finaliser (Steele, Lea and Flood, OOPSLA 2014).
 #[must_use]
 pub fn mix(value: u64) -> u64 {
     let mut z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);

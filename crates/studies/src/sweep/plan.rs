@@ -1,5 +1,3 @@
-//! A validated sweep: its design and its scenario, with a hash that identifies it.
-
 use sha2::{Digest, Sha256};
 
 use super::axis::Axis;
@@ -15,42 +13,32 @@ use trocar_scenario::{
     CaseFactory, Kind, Place, Scenario, ScenarioError, Source, Template, Value, entries, harmless_name, is_axis,
 };
 
-/// A validated sweep.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    /// The design.
     pub design: Design,
-    /// Former names of metrics in the file, each with its current name.
+    /// Former and current names of metrics.
     pub former_names: Vec<(String, String)>,
     template: Template,
     canonical: String,
 }
 
-/// Maximum number of axes whose corners are all checked in advance; further axes' ends are checked one by one.
+/// The ends of further axes are checked one by one.
 const MAX_CORNER_AXES: usize = 7;
 
-/// True if a file is a sweep file: a table with axes.
 #[must_use]
 pub fn is_sweep(source: &Source) -> bool {
     entries(source).is_ok_and(|entries| entries.iter().any(is_axis))
 }
 
 impl Plan {
-    /// Loads a sweep file and its scenario, overridden by `section.key=value` settings, and checks the corners of its
-    /// axes.
-    ///
-    /// # Errors
-    /// [`ScenarioError`] with place and remedy if one of them is invalid.
+    /// Checks the corners of the axes. `settings` are `section.key=value` texts that override the file.
     pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
         let file = SweepFile::of(entries(source)?, false)?;
         let (varied, place) = base_of(&file, source)?;
         Self::of(file, source, (&varied, Some(place)), settings)
     }
 
-    /// [`Plan::load`] for a sweep file without a base, with a given scenario.
-    ///
-    /// # Errors
-    /// As [`Plan::load`]; also for a file that names a base.
+    /// The sweep file names no base.
     pub fn over(source: &Source, base: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
         let file = SweepFile::of(entries(source)?, false)?;
         if let Some(entry) = &file.base {
@@ -85,31 +73,30 @@ impl Plan {
         Ok(plan)
     }
 
-    /// All inputs of the sweep: every choice, the resolved scenario and the version. Equal texts mean equal sweeps.
+    /// All inputs of the sweep. Equal texts mean equal sweeps.
     #[must_use]
     pub fn canonical(&self) -> &str {
         &self.canonical
     }
 
-    /// The SHA-256 of [`Plan::canonical`], in hexadecimal digits.
+    /// The SHA-256 of [`Plan::canonical`], hexadecimal.
     #[must_use]
     pub fn hash(&self) -> String {
         sha256(self.canonical.as_bytes())
     }
 
-    /// True if the scenario or an axis sets a key: no other key determines its value.
+    /// True if no other key determines the value.
     #[must_use]
     pub fn gives(&self, path: &str) -> bool {
         self.template.gives(path)
     }
 
-    /// The layout of a shard's part.
     #[must_use]
     pub fn layout(&self, shard: Shard) -> Layout {
         layout(&self.design, &self.canonical, shard.range(self.design.cases().div_ceil(PACK_CASES)))
     }
 
-    /// Creates a builder of the scenarios of cases; each thread needs one.
+    /// Each thread needs one.
     #[must_use]
     pub fn maker(&self) -> CaseMaker<'_> {
         let (coordinates, values) = (vec![], vec![]);
@@ -122,17 +109,13 @@ impl Plan {
         }
     }
 
-    /// The resolved scenario of a case.
-    ///
-    /// # Errors
-    /// As [`Scenario::load`].
     pub fn scenario(&self, case: u64) -> Result<Scenario, ScenarioError> {
         let (mut coordinates, mut values) = (vec![], vec![]);
         self.design.coordinates().values(case, &mut coordinates, &mut values);
         self.template.whole(&values, self.design.seed(case))
     }
 
-    /// Resolves and builds scenarios at the ends of the axes, to report invalid values in advance.
+    /// Reports invalid values in advance.
     fn check_corners(&self) -> Result<(), ScenarioError> {
         let axes = &self.design.axes;
         let mut factory = self.template.factory();
@@ -211,10 +194,7 @@ fn design(file: SweepFile, stem: String, first_seed: u64) -> Design {
     }
 }
 
-/// Reads the design from a stored canonical text.
-///
-/// # Errors
-/// [`ScenarioError`] for another text.
+/// The source is a stored canonical text.
 pub fn stored_design(source: &Source) -> Result<Design, ScenarioError> {
     Ok(design(SweepFile::of(entries(source)?, true)?, harmless_name(&source.stem()), 1))
 }
@@ -224,7 +204,7 @@ fn describe(design: &Design, values: &[Value]) -> String {
     axes.map(|(axis, value)| format!("{} = {}", axis.key.path, value.to_toml())).collect::<Vec<_>>().join(", ")
 }
 
-/// The lines of two canonical texts that only one of them contains, by section.
+/// Lines that only one of the texts contains, by section.
 #[must_use]
 pub fn difference(stored: &str, current: &str) -> String {
     let lines = |text: &str| {
@@ -252,7 +232,6 @@ pub fn difference(stored: &str, current: &str) -> String {
     text
 }
 
-/// Builds the scenarios of cases.
 #[derive(Debug, Clone)]
 pub struct CaseMaker<'a> {
     design: &'a Design,
@@ -263,17 +242,12 @@ pub struct CaseMaker<'a> {
 }
 
 impl CaseMaker<'_> {
-    /// Builds the scenario of a case.
-    ///
-    /// # Errors
-    /// [`SweepError::Case`] for a combination of values that is invalid in a scenario file.
     pub fn scenario(&mut self, case: u64) -> Result<Scenario, SweepError> {
         self.sampler.values(case, &mut self.coordinates, &mut self.values);
         let scenario = self.factory.build(&self.values, self.design.seed(case));
         scenario.map_err(|error| self.refused(case, error.into()))
     }
 
-    /// The error of a case.
     #[must_use]
     pub fn refused(&self, case: u64, source: RunError) -> SweepError {
         let (mut coordinates, mut values) = (vec![], vec![]);

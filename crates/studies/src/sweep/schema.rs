@@ -1,5 +1,3 @@
-//! The JSON Schema of sweep files, for completion and checks in editors.
-
 use serde_json::{Map, Value as Json, json};
 
 use super::columns::Column;
@@ -9,7 +7,7 @@ use trocar_core::settings::{Key, Kind};
 use trocar_engine::tissue::{LAYER_KEYS, LAYER_LIST};
 use trocar_scenario::{KEYS, json_schema, number_schema};
 
-/// The JSON Schema (draft 2020-12) of a sweep file.
+/// JSON Schema draft 2020-12.
 #[must_use]
 pub fn sweep_schema() -> Json {
     let about = |key: &str| SWEEP_KEYS.iter().find(|(known, _)| *known == key).map_or("", |(_, about)| *about);

@@ -1,5 +1,3 @@
-//! One of several equal parts of a sweep.
-
 use std::ops::Range;
 use std::str::FromStr;
 
@@ -11,23 +9,20 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// The whole sweep.
     pub const WHOLE: Self = Self { index: 1, count: 1 };
 
-    /// True if the shard is the whole sweep.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.count == 1
     }
 
-    /// The shard's range of `packs` packs; consecutive shards leave no gap.
+    /// Consecutive shards leave no gap.
     #[must_use]
     pub fn range(&self, packs: u64) -> Range<u64> {
         let end = |index: u64| (u128::from(packs) * u128::from(index) / u128::from(self.count)) as u64;
         end(self.index - 1)..end(self.index)
     }
 
-    /// The name of the shard's folder in the sweep's folder.
     #[must_use]
     pub fn folder(&self) -> String {
         format!("shard-{}-of-{}", self.index, self.count)

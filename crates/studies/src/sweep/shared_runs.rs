@@ -1,7 +1,5 @@
-//! Shared runs of cases that differ only in the detector's threshold.
-//!
-//! [`run_with_equivalents`](super::equivalent_thresholds::run_with_equivalents) returns a run with the higher
-//! thresholds for which it is identical, bit for bit. Their cases need no run: a hundred thresholds need only a few.
+//! Cases that differ only in the detector's threshold share a run if it is identical for them
+//! ([`run_with_equivalents`](super::equivalent_thresholds::run_with_equivalents)).
 
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
@@ -12,7 +10,7 @@ use super::design::SamplingScheme;
 use super::part::Outcome;
 use super::plan::Plan;
 
-/// Maximum number of thresholds with stored results, over all groups; beyond it, all are removed.
+/// Beyond it, all stored results are removed.
 const MAX_KEPT: usize = 1 << 20;
 
 #[derive(Debug, Clone)]
@@ -24,7 +22,7 @@ pub(super) struct Row {
 #[derive(Debug)]
 pub(super) struct SharedRuns {
     thresholds: Vec<f64>,
-    /// Distance of two cases with consecutive thresholds.
+    /// Distance of cases with consecutive thresholds.
     stride: u64,
     cases: Range<u64>,
     known: Mutex<Known>,
@@ -39,15 +37,15 @@ struct Known {
 
 #[derive(Debug)]
 struct Group {
-    /// For each threshold, the index of its result in `rows`, if known.
+    /// Index in `rows` for each threshold.
     places: Vec<Option<u32>>,
     rows: Vec<Row>,
-    /// Number of the group's cases in the part that have not been read.
+    /// Cases of the group that have not been read.
     unread: usize,
 }
 
 impl SharedRuns {
-    /// Creates the shared runs for the cases of a part; `None` if no cases differ only in the threshold.
+    /// `None` if no cases differ only in the threshold.
     pub(super) fn of(plan: &Plan, cases: Range<u64>) -> Option<Self> {
         let design = &plan.design;
         let at = design.axes.iter().position(|axis| axis.key.path == "detector.threshold")?;
@@ -66,7 +64,7 @@ impl SharedRuns {
         self.stride * self.thresholds.len() as u64
     }
 
-    /// The first case of a case's group, and the index of the case's threshold.
+    /// First case of the group, and index of the threshold.
     fn place(&self, case: u64) -> (u64, usize) {
         let at = (case / self.stride) % self.thresholds.len() as u64;
         (case - at * self.stride, at as usize)
@@ -97,7 +95,7 @@ impl SharedRuns {
         Some(row)
     }
 
-    /// The thresholds below `cap` to track in the run of a case, which starts now.
+    /// Thresholds below `cap` to track in a case that starts now.
     pub(super) fn higher(&self, case: u64, cap: f64) -> Vec<f64> {
         let (first, at) = self.place(case);
         let mut known = self.known();

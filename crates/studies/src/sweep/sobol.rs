@@ -1,14 +1,10 @@
-//! Sobol's sequence: points that fill a cube more evenly than random points.
-
-/// Maximum number of coordinates of a point.
 pub const MAX_DIMENSIONS: usize = TABLE.len() + 1;
 
-/// Number of bits of a coordinate: a double in [0, 1) represents one more exactly.
+/// A double in [0, 1) represents one more bit exactly.
 const BITS: u32 = 52;
 
 /// Inner coefficients of the primitive polynomial and first direction numbers, from the second coordinate on: S. Joe
-/// and F. Y. Kuo, *Constructing Sobol sequences with better two-dimensional projections*, SIAM J. Sci. Comput. 30,
-/// 2635-2654 (2008), table new-joe-kuo-6.21201.
+/// and F. Y. Kuo, SIAM J. Sci. Comput. 30, 2635-2654 (2008), table new-joe-kuo-6.21201.
 const TABLE: [(u64, &[u64]); 20] = [
     (0, &[1]),
     (1, &[1, 3]),
@@ -32,18 +28,16 @@ const TABLE: [(u64, &[u64]); 20] = [
     (4, &[1, 3, 7, 13, 13, 15, 69]),
 ];
 
-/// The sequence of one coordinate.
+/// One coordinate of Sobol's sequence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sobol {
-    /// Direction numbers by bit of the index, the lowest first; the leading bit of a coordinate is bit 51.
+    /// Index 0 is the lowest bit of the index; the leading bit of a coordinate is bit 51.
     directions: [u64; BITS as usize],
 }
 
 impl Sobol {
-    /// Creates the sequence of coordinate `dimension`, which must be below [`MAX_DIMENSIONS`]; higher ones repeat the
-    /// last one.
-    ///
-    /// `m_k = 2 a_1 m_{k-1} ⊕ … ⊕ 2^{s-1} a_{s-1} m_{k-s+1} ⊕ 2^s m_{k-s} ⊕ m_{k-s}`, and `v_k = m_k / 2^k`.
+    /// `m_k = 2 a_1 m_{k-1} ⊕ … ⊕ 2^{s-1} a_{s-1} m_{k-s+1} ⊕ 2^s m_{k-s} ⊕ m_{k-s}`, and `v_k = m_k / 2^k`. Dimensions
+    /// from [`MAX_DIMENSIONS`] on repeat the last one.
     #[must_use]
     pub fn new(dimension: usize) -> Self {
         let mut directions = [0; BITS as usize];
@@ -63,11 +57,8 @@ impl Sobol {
         Self { directions }
     }
 
-    /// The coordinate of point `index`, in [0, 1), with the bits inverted that are set in the 52 lowest bits of
-    /// `shift`.
-    ///
-    /// The points are in the order of the Gray code (Antonov and Saleev, 1979). The inversion keeps the sequence even,
-    /// and moves the first point off the corner.
+    /// In [0, 1), in the order of the Gray code (Antonov and Saleev, 1979). The 52 lowest bits of `shift` invert bits,
+    /// which keeps the sequence even and moves the first point off the corner.
     #[must_use]
     pub fn coordinate(&self, index: u64, shift: u64) -> f64 {
         let mut left = index ^ (index >> 1);

@@ -1,5 +1,3 @@
-//! The stability of a case's closed loop, by analysis and by simulation of small motions.
-
 use std::cell::OnceCell;
 
 use crate::stability_check::{Verdict, linear_loop, simulate};
@@ -9,7 +7,7 @@ use trocar_stability::{
     Analysis, ClosedLoop, LinearLoop, Margins, Mode, Peaks, Switching, SwitchingSettings, VaryingDelays, left_out,
 };
 
-/// The closed loop of a case; each part is computed at its first use.
+/// Computes each part at its first use.
 #[derive(Debug)]
 pub struct LoopOfCase<'a> {
     scenario: &'a Scenario,
@@ -23,7 +21,6 @@ pub struct LoopOfCase<'a> {
 }
 
 impl<'a> LoopOfCase<'a> {
-    /// The closed loop of a case's scenario; every quantity is computed when it is first read.
     #[must_use]
     pub fn new(scenario: &'a Scenario) -> Self {
         Self {
@@ -77,7 +74,7 @@ impl<'a> LoopOfCase<'a> {
         })
     }
 
-    /// The loop with its events; `None` if the analysis leaves out a part of the scenario.
+    /// `None` if the analysis leaves out a part of the scenario.
     fn events(&self) -> Option<SwitchingSettings> {
         if self.leaves_out() {
             return None;

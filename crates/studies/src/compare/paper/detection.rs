@@ -1,4 +1,4 @@
-//! Statements about the detection: figures 8 to 13, section 4.
+//! Figures 8 to 13, section 4.
 
 use super::measures::{mean_and_variance, ruptures_s, tick};
 use super::statement::{Judgement, is_within};
@@ -7,10 +7,10 @@ use super::{NOISE_SEEDS, PAPER_VARIANCE_N2, PaperStudy, Statement, quiet_residua
 use crate::run::Run;
 use trocar_detect::calibration::Whiteness;
 
-/// A mean residual below this share of the paper's standard deviation counts as zero.
+/// Zero, as a share of the paper's standard deviation.
 const ZERO_SHARE: f64 = 0.1;
 const DISTINCT: f64 = 2.0;
-/// Time after a rupture over which the variance of a transient phase is taken, in s.
+/// Window of the variance in a transient phase.
 const PHASE_S: f64 = 0.02;
 const PASSES: f64 = 0.01;
 const DELAY_S: f64 = 0.010;
@@ -44,8 +44,7 @@ impl PaperStudy {
         self.noisy_seeds.0.iter().map(|seeds| seeds.iter().filter(|seed| is_so(seed)).count()).collect()
     }
 
-    /// A statement about the seeds of the noise, which may depend on the fall of the force: section, subject, the
-    /// paper's words, condition, reason.
+    /// The strings are section, subject, the paper's words, condition and reason.
     fn of_seeds(
         &self,
         [section, what, paper, condition, why]: [&'static str; 5],

@@ -1,5 +1,3 @@
-//! The document of the reproduction of the paper.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -82,7 +80,6 @@ impl<'a> FigureStatements<'a> {
     }
 }
 
-/// Counts the judgements, and names the contradicted statements.
 fn verdict(figures: &[PaperFigure]) -> Verdict {
     let statements = || figures.iter().flat_map(|figure| &figure.statements);
     let of = |judgement| statements().filter(move |statement| statement.judgement == judgement);

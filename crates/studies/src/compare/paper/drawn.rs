@@ -1,15 +1,13 @@
-//! The figures of the paper, drawn with its signs and time axes.
-
 use super::measures::terms;
 use super::{PAPER_VARIANCE_N2, PaperStudy, quiet_residual_n};
 use crate::run::{Run, RunReport};
 use trocar_document::Figure;
 use trocar_figures::{self as figures, EstimationView, FigureError, RunView};
 
-/// Time of the puncture in figures 4 and 5 of the paper, in s (3.2.1).
+/// Time of the puncture in figures 4 and 5 of the paper (3.2.1).
 pub(super) const PUNCTURE_S: f64 = 4.6;
 
-/// A run for figures of the paper: forces that resist insertion are negative, times are later by `shift_s`.
+/// Forces that resist insertion become negative, times later by `shift_s`.
 pub(super) fn in_the_papers_terms(run: &Run, shift_s: f64) -> Run {
     let mut run = run.clone();
     let trace = &mut run.trace;

@@ -1,4 +1,4 @@
-//! Statements about the estimated model: figures 1 and 4 to 7, and section 2.
+//! Figures 1 and 4 to 7, section 2.
 
 use super::measures::{
     Errors, Terms, jumps, largest_change_elsewhere, mean_and_variance, range, ruptures_s, terms, tick,
@@ -13,7 +13,6 @@ use trocar_engine::tissue::TissueSettings;
 const DISCONTINUITY: f64 = 3.0;
 /// Minimum ratio of a clear change to the largest one elsewhere.
 const CLEAR: f64 = 2.0;
-/// The condition for a number of the paper that depends on settings.
 const WITHIN: &str = "within a factor of 1.5 with each setting of the estimator";
 
 const INPUT: &str = "Input: this number is a parameter of the simulated tissue.";
@@ -28,15 +27,15 @@ fn range_text((low, high): (f64, f64)) -> String {
     format!("{low:.2} to {high:.2} N")
 }
 
-/// The viscous share of the true force of the first layer that a needle enters at a velocity; `None` for other tissues.
+/// Viscous share of the true force at the entry into the first layer.
 fn true_viscous_share(run: &Run, velocity: f64) -> Option<f64> {
     let Some(TissueSettings::Layers(tissue)) = run.scenario.tissue.settings() else { return None };
-    // The force of a layer is its spring force times 1 + damping v.
+    // A layer's force is its spring force times `1 + damping v`.
     let factor = tissue.layers.first()?.1.damping_s_per_m * velocity;
     Some(factor / (1.0 + factor))
 }
 
-/// A statement about an error in N, which depends on the estimator's settings: section, subject, the paper's number.
+/// The strings are section, subject and the paper's number.
 fn of_settings(
     [section, what, text]: [&'static str; 3],
     paper: f64,
@@ -360,7 +359,7 @@ impl PaperStudy {
         ]
     }
 
-    /// Root mean square of the sample-to-sample changes of the stiffness in the quiet stretches, in N/m.
+    /// Root mean square of the stiffness's changes between samples, in N/m.
     fn wandering(&self, run: &Run) -> f64 {
         let stiffness = &run.trace.stiffness_n_per_m;
         let squares = self.quiet.iter().flat_map(|stretch| {

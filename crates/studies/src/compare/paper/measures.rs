@@ -1,12 +1,8 @@
-//! Quantities of a run that are compared with the paper's statements.
-
 use super::TRANSIENT_S;
 use crate::run::Run;
 use trocar_base::moments::Moments;
 
-/// Time over which a sudden change of a parameter is measured, in s.
 pub(super) const CHANGE_S: f64 = 0.02;
-/// Time before a puncture in which depth and velocity are compared, in s.
 const BEFORE_S: f64 = 0.1;
 
 #[derive(Debug, Clone, Copy)]
@@ -28,14 +24,12 @@ impl Errors {
 }
 
 pub(super) struct Terms {
-    /// `K p`, in N.
     pub(super) elastic_n: f64,
-    /// `B v`, in N.
     pub(super) viscous_n: f64,
     pub(super) force_n: f64,
     /// The share of `B` in a correction of eq. 12 with `F = F_0`, which is along `(p, v)`: `v² / (p² + v²)`.
     pub(super) viscous_share: f64,
-    /// The cosine of the angle between depth and velocity over the last [`BEFORE_S`]; 1 if they are proportional.
+    /// Cosine of the angle between depth and velocity.
     pub(super) alignment: f64,
 }
 
@@ -79,11 +73,9 @@ pub(super) fn ruptures_s(run: &Run) -> Vec<f64> {
     run.metrics.ruptures.iter().map(|rupture| rupture.time_s).collect()
 }
 
-/// A sudden change begins within this time after a rupture, in s.
 const SUDDEN_S: f64 = 0.1;
 
-/// The changes of a column over [`CHANGE_S`] at each rupture: the last one before it, and the largest one that begins
-/// within [`SUDDEN_S`] after it.
+/// The last change over [`CHANGE_S`] before each rupture, and the largest one within [`SUDDEN_S`] after it.
 pub(super) fn jumps(run: &Run, column: &[f64]) -> Vec<(f64, f64)> {
     let ticks = tick(run, CHANGE_S);
     let change = |from: usize| column[(from + ticks).min(column.len() - 1)] - column[from];
@@ -95,8 +87,7 @@ pub(super) fn jumps(run: &Run, column: &[f64]) -> Vec<(f64, f64)> {
     ruptures_s(run).into_iter().map(of).collect()
 }
 
-/// The largest change of a column over [`CHANGE_S`] that neither begins in the [`TRANSIENT_S`] after a rupture nor
-/// contains one.
+/// The largest change over [`CHANGE_S`] outside the [`TRANSIENT_S`] after a rupture.
 pub(super) fn largest_change_elsewhere(run: &Run, column: &[f64]) -> f64 {
     let ruptures_s = ruptures_s(run);
     let ticks = tick(run, CHANGE_S);
@@ -107,7 +98,7 @@ pub(super) fn largest_change_elsewhere(run: &Run, column: &[f64]) -> f64 {
     elsewhere.map(|(_, window)| (window[ticks] - window[0]).abs()).fold(0.0, f64::max)
 }
 
-/// The smaller of a distance's peaks at the ruptures, divided by its largest value elsewhere.
+/// The smaller peak at a rupture, divided by the largest value elsewhere.
 pub(super) fn contrast(run: &Run, distance: &[f64]) -> f64 {
     let ruptures_s = ruptures_s(run);
     let mut at_ruptures = vec![0.0_f64; ruptures_s.len()];
@@ -137,7 +128,7 @@ pub(super) fn mean_and_variance(values: impl IntoIterator<Item = f64>) -> (f64, 
     (moments.mean, moments.squares / moments.count.max(1) as f64)
 }
 
-/// The largest difference between master and slave in m, in teleoperation between two times (s).
+/// In teleoperation only.
 pub(super) fn tracking_error_m(run: &Run, (from_s, to_s): (f64, f64)) -> f64 {
     let trace = &run.trace;
     let ticks = tick(run, from_s)..=tick(run, to_s);

@@ -1,5 +1,3 @@
-//! The figures of the paper with results: the runs, and the content of each figure.
-
 mod detection;
 mod document;
 mod drawn;
@@ -24,10 +22,10 @@ use trocar_detect::{Phase, PhaseRule};
 use trocar_scenario::{Scenario, ScenarioError, Source};
 use variations::{NoisySeed, OfSettings, Varied};
 
-/// The reproduced figures of the paper. Figures 2 and 3 are photographs.
+/// Figures 2 and 3 are photographs.
 pub const FIGURES: [u8; 14] = [1, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16];
 
-/// The runs and their settings, in the order of the fields of [`PaperStudy`].
+/// In the order of the fields of [`PaperStudy`].
 const RUNS: [(&str, &[&str]); 12] = [
     ("layers/direct-access", &[]),
     ("layers/direct-access", &["estimator.parameters=stiffness"]),
@@ -44,45 +42,38 @@ const RUNS: [(&str, &[&str]); 12] = [
     ("paper/classical", &["slave.damping=as-printed"]),
 ];
 
-/// Time after a rupture until the estimate has converged again, in s; not part of a quiet stretch.
+/// Time after a rupture until the estimate has converged again.
 const TRANSIENT_S: f64 = 0.5;
-/// Variance of the residual without changes in the paper, in N² (4.3).
+/// Variance of the residual without changes in the paper (4.3).
 pub const PAPER_VARIANCE_N2: f64 = 4e-4;
 
-/// A figure of the paper with its statements, or the statements that no figure shows.
 #[derive(Debug, Clone)]
 pub struct PaperFigure {
-    /// Number of the figure in the paper; `None` for the statements that no figure shows.
+    /// `None` for the statements that no figure shows.
     pub number: Option<u8>,
-    /// Description of the paper's figure.
+    /// What the paper's figure shows.
     pub shows: &'static str,
-    /// Description of the reproduced figure.
+    /// What the reproduced figure shows.
     pub ours: &'static str,
-    /// The differences and their reasons.
     pub differs: &'static str,
-    /// Statements of the paper with the results.
     pub statements: Vec<Statement>,
 }
 
 /// A part of an insertion without a sudden change.
 #[derive(Debug, Clone)]
 pub struct QuietStretch {
-    /// Start and end, in s.
     pub from_to_s: (f64, f64),
-    /// Residuals, in N.
     pub residual_n: Vec<f64>,
-    /// Tests of the residuals; `None` for a stretch that is too short.
+    /// `None` if the stretch is too short.
     pub tests: Option<Whiteness>,
 }
 
-/// The runs behind the figures.
 #[derive(Debug, Clone)]
 pub struct PaperStudy {
     direct: Run,
     direct_stiffness: Run,
     classical: Run,
     classical_stiffness: Run,
-    /// Without covariance resetting.
     no_reset: Run,
     no_dead_zone: Run,
     /// With the distance of eq. 26.
@@ -93,28 +84,25 @@ pub struct PaperStudy {
     amplified: Run,
     master_as_printed: Run,
     slave_as_printed: Run,
-    /// The classical run with the paper's noise: figures 9 and 12.
+    /// With the paper's noise: figures 9 and 12.
     noisy: Run,
     noisy_changes_n2: Vec<f64>,
     noisy_seeds: Varied<Vec<NoisySeed>>,
     falls: Varied<Run>,
     direct_settings: Varied<OfSettings>,
     classical_settings: Varied<OfSettings>,
-    /// Mean absolute errors of direct access with the default estimator, with K and B and with K alone, in N.
+    /// Mean absolute errors of direct access, with K and B and with K alone.
     direct_default_n: [f64; 2],
-    /// The factors of the working thresholds, for the squared residual and for eq. 26.
+    /// For the squared residual, and for eq. 26.
     thresholds: [Varied<Option<(f64, f64)>>; 2],
     quiet: Vec<QuietStretch>,
     drawn: [Run; 3],
 }
 
-/// The error of a study.
 #[derive(Debug, thiserror::Error)]
 pub enum PaperError {
-    /// A shipped scenario cannot be loaded.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
-    /// A run failed.
     #[error(transparent)]
     Run(#[from] RunError),
 }
@@ -124,10 +112,6 @@ fn load(name: &str, settings: &[String]) -> Result<Scenario, ScenarioError> {
 }
 
 impl PaperStudy {
-    /// Runs the shipped scenarios.
-    ///
-    /// # Errors
-    /// [`PaperError`].
     pub fn new() -> Result<Self, PaperError> {
         let of_settings = |index: usize| {
             let (name, settings) = RUNS[index];
@@ -183,7 +167,7 @@ impl PaperStudy {
         })
     }
 
-    /// Every figure of [`FIGURES`] with its statements, then the statements that no figure shows.
+    /// Every figure, then the statements that no figure shows.
     #[must_use]
     pub fn figures(&self) -> Vec<PaperFigure> {
         let figure = |number: Option<u8>| {

@@ -1,5 +1,3 @@
-//! A statement of the paper with the result and the judgement.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -17,10 +15,8 @@ pub enum Judgement {
 }
 
 impl Judgement {
-    /// All judgements.
     pub const ALL: [Self; 3] = [Self::Reproduced, Self::Contradicted, Self::NotCheckable];
 
-    /// The judgement in words.
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {
@@ -38,7 +34,7 @@ impl From<bool> for Judgement {
 }
 
 impl Judgement {
-    /// Judges a condition over variations that the paper leaves open: not checkable if only some meet it.
+    /// Not checkable if only some variations meet the condition.
     pub(super) fn over(met: impl IntoIterator<Item = bool>) -> Self {
         let met: Vec<bool> = met.into_iter().collect();
         if met.iter().all(|met| *met) {
@@ -73,7 +69,7 @@ pub struct Statement {
 }
 
 impl Statement {
-    /// A statement with a condition: section, subject, the paper's number, the condition for *reproduced*.
+    /// The strings are section, subject, the paper's number and the condition for *reproduced*.
     pub(super) fn checked(
         [section, what, paper, condition]: [&'static str; 4],
         ours: impl Into<String>,
@@ -85,7 +81,7 @@ impl Statement {
         Self { number, section, what, paper, condition, ours, judgement, why }
     }
 
-    /// A statement that cannot be checked: section, subject, the paper's number.
+    /// The strings are section, subject and the paper's number.
     pub(super) fn open(
         [section, what, paper]: [&'static str; 3],
         ours: impl Into<String>,

@@ -1,4 +1,4 @@
-//! Statements about the teleoperation: figures 14 to 16, section 5 and the appendix.
+//! Figures 14 to 16, section 5 and the appendix.
 
 use super::measures::{ruptures_s, tracking_error_m};
 use super::statement::{Judgement, is_within};
@@ -7,7 +7,6 @@ use crate::run::Run;
 use trocar_core::augmentation::ForceLawSettings;
 use trocar_metrics::{EventMetrics, Outcome, RuptureMetrics};
 
-/// Time before and after the first rupture in figures 15 and 16, in s.
 const BEFORE_S: f64 = 0.4;
 const AFTER_S: f64 = 1.6;
 
@@ -128,7 +127,7 @@ impl PaperStudy {
         ]
     }
 
-    /// The spring-back of the arm when the force at the first rupture vanishes, in mm: `F (1/k_a + 1/k_h)`.
+    /// The spring-back of the arm when the force vanishes: `F (1/k_a + 1/k_h)`.
     fn arm_release_mm(&self) -> f64 {
         let run = &self.classical;
         let arm = &run.scenario.arm;

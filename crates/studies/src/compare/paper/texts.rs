@@ -1,10 +1,7 @@
-//! The descriptions of the paper's figures, of the reproduced figures, and of their differences.
-
 const GENERATED: &str =
     "The paper's recording was never published; a generator makes one from the facts that the paper states.";
 
-/// The paper's figure, the reproduced figure and their differences; without a number, the statements that no figure
-/// shows.
+/// The paper's figure, the reproduced figure and their differences.
 pub(super) fn texts(figure: Option<u8>) -> [&'static str; 3] {
     match figure {
         Some(1) => [

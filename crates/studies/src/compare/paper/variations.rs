@@ -1,5 +1,4 @@
-//! Variations of details that the paper does not state: the settings of the estimator, the fall of the force at a
-//! rupture, thresholds.
+//! Variations of details that the paper does not state.
 
 use std::sync::Arc;
 
@@ -15,18 +14,17 @@ use trocar_scenario::{Scenario, TissueSpec};
 
 use super::super::ADDED_NOISE_STD_N;
 
-/// Factors of `F_0` and `N_0`: the scenario's values, and the corners around them.
+/// Factors of `F_0` and `N_0`: the scenario's values, and corners around them.
 const SETTINGS: [(f64, f64); 5] = [(1.0, 1.0), (1.0 / 3.0, 0.5), (1.0 / 3.0, 2.0), (3.0, 0.5), (3.0, 2.0)];
 pub(super) const SETTINGS_TEXT: &str = "with F_0 times 1/3 to 3 and N_0 times 1/2 to 2";
 
-/// Time constants of the fall at a rupture in s: the shipped recording's, half of it, and double.
+/// Time constants of the force's fall: the shipped recording's, half of it, and double.
 pub(super) const FALLS_S: [f64; 3] = [0.045, 0.0225, 0.09];
 const RECORDING_SEED: u64 = 1;
 
-/// Number of seeds of the added noise.
 pub const NOISE_SEEDS: usize = 20;
 
-/// The factors of threshold and drift are powers of the square root of two, up to this power.
+/// Largest power of √2 in the factors of threshold and drift.
 const THRESHOLD_STEPS: i32 = 10;
 
 #[derive(Debug, Clone)]
@@ -48,7 +46,7 @@ pub(super) struct OfSettings {
     pub(super) run: Run,
     pub(super) both: Errors,
     pub(super) alone: Errors,
-    /// Variance of the residual in the quiet stretches, in N², with K and B.
+    /// In the quiet stretches, with K and B.
     pub(super) quiet_variance_n2: f64,
 }
 
@@ -79,7 +77,7 @@ pub(super) fn over_settings(name: &str) -> Result<Varied<OfSettings>, PaperError
     Ok(Varied(try_map(SETTINGS.len(), of)?))
 }
 
-/// Mean absolute errors of an insertion with the default estimator, with K and B and with K alone, in N.
+/// With K and B, and with K alone.
 pub(super) fn with_default_estimator(name: &str) -> Result<[f64; 2], PaperError> {
     let base = load(name, &[])?;
     let with = |parameters: Parameters| {
@@ -153,8 +151,7 @@ pub(super) fn in_noise() -> Result<Varied<Vec<NoisySeed>>, PaperError> {
     Ok(Varied(FALLS_S.into_iter().map(of_fall).collect::<Result<_, _>>()?))
 }
 
-/// The smallest and largest factor of threshold and drift with which a distance detects both ruptures without a false
-/// alarm, for each of [`FALLS_S`].
+/// The smallest and largest factor that detect both ruptures without a false alarm, for each of [`FALLS_S`].
 pub(super) fn working_thresholds(distance: &str) -> Result<Varied<Option<(f64, f64)>>, PaperError> {
     let base = load("paper/classical", &[format!("detector.distance={distance}")])?;
     let steps = -THRESHOLD_STEPS..=THRESHOLD_STEPS;

@@ -1,20 +1,15 @@
-//! The strategies against a rupture.
-
-/// A named set of changes of a scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Strategy {
-    /// Its name.
     pub name: &'static str,
-    /// The effect, in one sentence.
     pub meaning: &'static str,
-    /// The settings, as `section.key=value`.
+    /// `section.key=value` texts.
     pub settings: &'static [&'static str],
 }
 
 const MEASURED: [&str; 2] = ["augmentation.force_law=damp", "augmentation.damp_damping_n_s_per_m=0"];
 const ENABLED: &str = "augmentation.enabled=true";
 
-/// Every strategy; the first one is the scheme without a strategy.
+/// The first one is the scheme without a strategy.
 pub const STRATEGIES: [Strategy; 16] = [
     Strategy {
         name: "none",

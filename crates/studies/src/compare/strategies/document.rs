@@ -1,5 +1,3 @@
-//! The document of a study of strategies.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 

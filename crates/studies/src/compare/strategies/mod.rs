@@ -1,5 +1,4 @@
-//! Every strategy against a rupture over patients, persons and seeds: the excess, the noticed ruptures, and the cost of
-//! a false alarm.
+//! Every strategy against a rupture over patients, persons and seeds.
 
 mod catalogue;
 mod document;
@@ -32,18 +31,15 @@ use trocar_run::run_pack_observed;
 use trocar_scenario::{CaseFactory, Scenario, ScenarioError, Source, Template};
 use trocar_stability::ClosedLoop;
 
-/// Number of random numbers in a thread's noise bank, 8 MB.
+/// 8 MB per thread.
 const KEPT_NUMBERS: usize = 1 << 20;
 
-/// The size of a study.
 #[derive(Debug, Clone)]
 pub struct StrategyOptions {
-    /// The persons.
     pub persons: Vec<&'static Person>,
-    /// Maximum number of patients: points of the sweep file, or members of a scenario's group; a scenario without a
-    /// group has one patient.
+    /// Maximum number of points of the sweep file, or of members of a group.
     pub patients: u64,
-    /// Number of seeds per patient and person.
+    /// Seeds per patient and person.
     pub seeds: u64,
 }
 
@@ -60,7 +56,6 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    /// Name in tables.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -82,8 +77,8 @@ pub struct FalseAlarmCost {
     pub excess_m: f64,
 }
 
-/// Minimum share of the ruptures reached, relative to the runs without a strategy, for a comparison: the excess after a
-/// rupture does not describe a needle that stops before the layer.
+/// Minimum share of the ruptures reached, relative to no strategy: the excess does not describe a needle that stops
+/// before the layer.
 pub(super) const REACHED_SHARE: f64 = 0.95;
 
 /// The results of a strategy over all patients, persons and seeds.
@@ -379,13 +374,11 @@ impl Tally {
 }
 
 impl StrategyRow {
-    /// True if the strategy reaches enough of the ruptures to be compared.
     #[must_use]
     pub fn reaches_the_ruptures(&self) -> bool {
         self.reached_share.is_some_and(|share| share >= REACHED_SHARE)
     }
 
-    /// True if the strategy is compared: it reaches the ruptures, and its runs settle.
     #[must_use]
     pub fn is_compared(&self) -> bool {
         self.reaches_the_ruptures() && self.verdict == Verdict::Settles
@@ -393,13 +386,8 @@ impl StrategyRow {
 }
 
 impl StrategyStudy {
-    /// Runs every strategy with every person on a scenario or on the patients of a sweep file. `done` receives the
-    /// number of runs after each patient and strategy. The results do not depend on the threads.
-    ///
-    /// False alarms are raised in separate runs, with the first seed, halfway to the patient's first rupture.
-    ///
-    /// # Errors
-    /// A [`RunError`] of a scenario that cannot be loaded or run.
+    /// The results do not depend on the threads. False alarms are raised in separate runs, with the first seed, halfway
+    /// to the patient's first rupture.
     pub fn of(
         source: &Source,
         settings: &[String],

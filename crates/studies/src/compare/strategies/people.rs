@@ -1,5 +1,4 @@
-//! The persons over which the strategies are compared: three fixed persons, and groups in which each patient has
-//! another member.
+//! Three fixed persons, and groups in which each patient has another member.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -11,37 +10,29 @@ use trocar_scenario::population::{Arms, PeopleSettings, PopulationSettings, log_
 /// Separates these random numbers from others with the same seed.
 const DOMAIN: u64 = 0x7065_6f70_6c65;
 
-/// A person or a group of people: their perception, and how the members of a group differ.
-///
 /// Everyone stops on noticing a drop of the force.
 #[derive(Debug, Clone, Copy)]
 pub struct Person {
-    /// The name.
     pub name: &'static str,
-    /// Description, in one sentence.
     pub meaning: &'static str,
-    /// Changes the scenario's `[perception]` to the settings of the person, or the medians of the group.
+    /// Sets the person's perception, or the group's medians.
     pub decide: fn(&mut PerceptionSettings),
-    /// Variation between the members of a group; `None` for one person.
+    /// `None` for one person.
     pub group: Option<Group>,
 }
 
-/// Variation between the members of a group. 68 % of them lie within a factor of the median.
+/// 68 % of the members lie within a factor of the median.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Group {
     /// Factor on the stiffness, damping and mass of the scenario's arm.
     pub arm: f64,
-    /// The distribution of grips and arms around the scaled arm.
     pub arms: PeopleSettings,
-    /// Spread of the Weber fraction.
     pub weber_spread: f64,
-    /// Spread of the criterion.
     pub criterion_spread: f64,
-    /// Spread of the mean reaction time.
     pub reaction_spread: f64,
 }
 
-/// A group of adults. The spreads are a choice of this project.
+/// The spreads are a choice of this project.
 const ADULTS: Group =
     Group { arm: 1.0, arms: PeopleSettings::DEFAULT, weber_spread: 1.3, criterion_spread: 1.2, reaction_spread: 1.15 };
 
@@ -54,9 +45,9 @@ fn practise(of: &mut PerceptionSettings) {
     of.reaction_std_s = 0.03;
 }
 
-/// Every person. The settings are chosen here, in the directions of the sources: experienced surgeons detect contact
-/// sooner than novices (Zhou et al., Surg. Endosc. 22, 2008); children of 5 to 6 years do not discriminate grip forces
-/// by a constant Weber fraction, as adults do (Murase et al., Percept. Mot. Skills 82, 1996).
+/// Chosen here, in the directions of the sources: experienced surgeons detect contact sooner than novices (Zhou et al.,
+/// Surg. Endosc. 22, 2008); children of 5 to 6 years do not discriminate grip forces by a constant Weber fraction
+/// (Murase et al., Percept. Mot. Skills 82, 1996).
 pub const PERSONS: [Person; 6] = [
     Person { name: "attentive", meaning: "The [perception] of the scenario.", decide: |_| {}, group: None },
     Person {
@@ -97,19 +88,15 @@ pub const PERSONS: [Person; 6] = [
     },
 ];
 
-/// The default persons of a comparison.
 pub const FIXED_PERSONS: [&Person; 3] = [&PERSONS[0], &PERSONS[1], &PERSONS[2]];
 
 impl Person {
-    /// Finds a person by name.
     #[must_use]
     pub fn named(name: &str) -> Option<&'static Self> {
         PERSONS.iter().find(|person| person.name == name)
     }
 
-    /// Replaces the operator of a scenario with [`PERCEIVING`] by the person, or by the patient's member of the group,
-    /// which depends on the scenario's seed and the patient's number. All groups draw the same random numbers, so they
-    /// differ only by their settings.
+    /// All groups draw the same random numbers, so they differ only by their settings.
     pub(crate) fn replace_operator(&self, scenario: &mut Scenario, patient: u64) {
         let Perception::Psychometric(perception) = &mut scenario.perception else { return };
         (self.decide)(perception);

@@ -9,10 +9,10 @@ use trocar_metrics::Pursuit;
 use trocar_run::RunObserver;
 use trocar_scenario::Scenario;
 
-/// The horizons in s; the metric "excess advance" uses 2 s.
+/// The metric "excess advance" uses 2 s.
 pub const WINDOWS_S: [f64; 4] = [0.5, 1.0, 2.0, 3.0];
 
-/// Sum and number of the excess advances of a run, for each window.
+/// Sum and number of the excess advances, for each window.
 pub(super) type OfWindows = [(f64, u64); WINDOWS_S.len()];
 
 pub(super) struct Windows<'a>(pub(super) &'a [Scenario]);

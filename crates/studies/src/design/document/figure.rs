@@ -1,5 +1,3 @@
-//! The figure of the front.
-
 use super::DesignStudy;
 use crate::design::bootstrap::Estimate;
 use crate::design::goals::{Direction, Objective};
@@ -8,7 +6,6 @@ use trocar_figures::{DesignView, FigureError, Interval, ParetoView, ShippedView,
 
 pub(super) fn front(study: &DesignStudy<'_>) -> Result<Figure<'static>, FigureError> {
     let objectives = &study.problem.goals.objectives;
-    // With one objective, its values are drawn over themselves.
     let pairs: Vec<(usize, usize)> = match objectives.len() {
         1 => vec![(0, 0)],
         2 => vec![(0, 1)],

@@ -1,5 +1,3 @@
-//! `design.json`.
-
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;

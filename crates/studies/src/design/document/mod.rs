@@ -1,5 +1,3 @@
-//! The document of a design.
-
 mod figure;
 mod json;
 mod scenarios;
@@ -15,18 +13,12 @@ use super::search::State;
 use super::validation::Validation;
 use trocar_document::{Document, Section, Shown, Study, TextFile, Unit, counted, json_of, show};
 
-/// A complete design with its validation.
 #[derive(Debug)]
 pub struct DesignStudy<'a> {
-    /// The problem.
     pub problem: &'a Problem,
-    /// The complete search.
     pub state: &'a State,
-    /// The shown designs.
     pub front: &'a Front,
-    /// The designs and the shipped strategies on other patients.
     pub validation: &'a Validation,
-    /// The other patients.
     pub fresh: &'a Patients,
     /// Number of patients of the search.
     pub patients: usize,

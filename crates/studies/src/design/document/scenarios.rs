@@ -1,5 +1,3 @@
-//! The scenarios of the designs, as files that run.
-
 use std::fmt::Write as _;
 
 use super::DesignStudy;
@@ -8,7 +6,7 @@ use crate::design::validation::Designed;
 use trocar_document::show;
 use trocar_scenario::{Source, Value};
 
-/// The names and texts of the files: one for each design, and `designed.toml` for the knee.
+/// One file for each design, and `designed.toml` for the knee.
 pub(super) fn files(study: &DesignStudy<'_>) -> Vec<(String, String)> {
     let mut files = vec![];
     for design in &study.validation.designs {
@@ -44,7 +42,6 @@ fn text(study: &DesignStudy<'_>, design: &Designed, name: &str) -> String {
         results.join(", ")
     );
     if let Source::Builtin(base) = problem.base() {
-        // Writing to a string cannot fail.
         let _ = writeln!(text, "name = {name:?}\nbase = \"builtin:{base}\"");
         let (set, _) = problem.fixed();
         let fixed = set.iter().map(|entry| (entry.path.clone(), entry.value.to_string()));
@@ -60,13 +57,12 @@ fn text(study: &DesignStudy<'_>, design: &Designed, name: &str) -> String {
     text + &whole(study, &values, name)
 }
 
-/// The keys of the persons' perception.
 fn perceiving() -> Vec<(String, String)> {
     let split = |setting: &str| setting.split_once('=').map(|(key, word)| (key.to_owned(), format!("{word:?}")));
     crate::compare::PERCEIVING.iter().filter_map(|setting| split(setting)).collect()
 }
 
-/// Writes keys as sections, in the order of their first keys. The last value of a key applies.
+/// The last value of a key applies.
 fn write_keys(text: &mut String, keys: Vec<(String, String)>) {
     let mut sections: Vec<(String, Vec<(String, String)>)> = vec![];
     for (path, value) in keys {
@@ -95,7 +91,7 @@ fn write_keys(text: &mut String, keys: Vec<(String, String)>) {
     }
 }
 
-/// A scenario with every value, for a base that is a file: the path to it depends on the folder.
+/// Every value, because the path to a base file depends on the folder.
 fn whole(study: &DesignStudy<'_>, values: &[Value], name: &str) -> String {
     let problem = study.problem;
     let open: Vec<&crate::sweep::Axis> = problem.free.iter().collect();
@@ -104,7 +100,7 @@ fn whole(study: &DesignStudy<'_>, values: &[Value], name: &str) -> String {
         problem.template(&open, vec![], &settings).and_then(|template| template.whole(values, template.first().seed));
     match scenario {
         Ok(scenario) => scenario.echo(),
-        // The candidate is a valid scenario for its patients, but not for the base scenario.
+        // The candidate is valid for its patients, but not for the base scenario.
         Err(error) => {
             let words: Vec<String> = values.iter().map(word).collect();
             format!("# {error}\n# {}\n", words.join(", "))

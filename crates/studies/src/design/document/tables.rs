@@ -1,5 +1,3 @@
-//! The tables of a design.
-
 use super::DesignStudy;
 use crate::design::bootstrap::Estimate;
 use crate::design::goals::{Direction, Limit};
@@ -13,7 +11,7 @@ use std::collections::HashSet;
 use trocar_document::{Cell, DataTable, Number, Table, plain, show};
 use trocar_scenario::Value;
 
-/// A constraint binds if its value is within this share of its limit.
+/// Maximum distance of a binding constraint's value from its limit, as a share.
 const BINDS: f64 = 0.02;
 
 fn interval(estimate: Option<Estimate>, quantity: &Quantity) -> Cell {
@@ -22,7 +20,6 @@ fn interval(estimate: Option<Estimate>, quantity: &Quantity) -> Cell {
     })
 }
 
-/// A value of a free key as text.
 pub(super) fn word(value: &Value) -> String {
     match value {
         Value::Number(number) => plain(*number),
@@ -69,7 +66,7 @@ pub(super) fn settings(study: &DesignStudy<'_>) -> Table {
     table
 }
 
-/// Counts of objectives in which the knee is better, worse, and not known to be either, with 95 % confidence.
+/// Numbers of objectives in which the knee is better and worse, with 95 % confidence.
 pub(super) fn relation(study: &DesignStudy<'_>, shipped: &Shipped) -> Option<(usize, usize)> {
     let (mut better, mut worse) = (0, 0);
     if shipped.differences.is_empty() {
@@ -197,7 +194,6 @@ pub(super) fn sensitivity(study: &DesignStudy<'_>) -> Table {
     table
 }
 
-/// The range of a key among candidates: its ends, or the choices.
 fn range(axis: &Axis, gene: Gene, coordinates: &[f64]) -> String {
     if let Gene::Choice(count) = gene {
         let chosen: HashSet<u64> = coordinates.iter().map(|coordinate| gene.choice(*coordinate)).collect();
@@ -218,7 +214,6 @@ fn range(axis: &Axis, gene: Gene, coordinates: &[f64]) -> String {
     })
 }
 
-/// The candidates that are as good as the knee.
 fn similar(study: &DesignStudy<'_>) -> Option<Vec<usize>> {
     let points = study.state.points(study.problem);
     let refused: HashSet<usize> = study.front.uncertified.iter().copied().collect();

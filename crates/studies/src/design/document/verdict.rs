@@ -1,5 +1,3 @@
-//! The answer of a design.
-
 use super::DesignStudy;
 use super::tables::relation;
 use crate::design::bootstrap::Estimate;
@@ -59,7 +57,6 @@ fn of_knee(study: &DesignStudy<'_>, knee: &Designed) -> String {
     )
 }
 
-/// The feasible shipped strategies that the knee dominates, and those that are better in an objective.
 fn comparison(study: &DesignStudy<'_>) -> Option<String> {
     let feasible = study.validation.shipped.iter().filter(|shipped| shipped.is_feasible);
     let related: Vec<(&str, (usize, usize))> =
@@ -92,7 +89,6 @@ fn comparison(study: &DesignStudy<'_>) -> Option<String> {
     Some(format!("Of the shipped strategies{of}, it is {} (95 % confidence).", parts.join("; ")))
 }
 
-/// The constraints that the knee violates on other patients.
 fn violated(study: &DesignStudy<'_>, knee: &Designed) -> Option<String> {
     let goals = &study.problem.goals;
     let of_constraints = knee.validation.get(goals.objectives.len()..).unwrap_or_default();

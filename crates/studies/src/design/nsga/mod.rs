@@ -1,12 +1,11 @@
-//! NSGA-II: an evolutionary search for a Pareto front under constraints.
+//! NSGA-II, an evolutionary search for a Pareto front under constraints (Deb et al., IEEE Trans. Evol. Comput. 6,
+//! 2002).
 //!
-//! Deb, Pratap, Agarwal and Meyarivan, *A fast and elitist multiobjective genetic algorithm: NSGA-II*, IEEE Trans. Evol.
-//! Comput. 6, 2002. A point is better than another if it is *constraint-dominant*: feasible against infeasible, less
-//! violated among infeasible points, and Pareto-dominant among feasible ones. Points of the same rank are compared by
-//! their crowding distance.
+//! A point is *constraint-dominant* over another if it is feasible against infeasible, less violated among infeasible
+//! points, or Pareto-dominant among feasible ones. Points of the same rank are compared by their crowding distance.
 //!
-//! All objectives are minimised. The caller evaluates the points, so a search can be stored after every generation and
-//! continued. Random numbers depend on the seed, the generation and the index of the child only.
+//! All objectives are minimised. Random numbers depend only on the seed, the generation and the index of the child, so
+//! a stored search continues with the same results.
 
 #[cfg(test)]
 mod tests;
@@ -16,26 +15,23 @@ mod volume;
 pub use variation::{Gene, child};
 pub use volume::hypervolume;
 
-/// A point in the space of the objectives.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point {
-    /// The objectives, which are minimised; not used for an infeasible point.
+    /// Minimised; not used for an infeasible point.
     pub objectives: Vec<f64>,
-    /// The sum of the relative violations of the constraints; 0 if the point is feasible, infinite if it is the worst.
+    /// Sum of the relative violations: 0 if feasible, infinite for the worst.
     pub violation: f64,
 }
 
-/// Rank and crowding distance of a point among others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Standing {
-    /// The rank: 0 for points that no other point dominates.
+    /// 0 for points that no other point dominates.
     pub rank: usize,
-    /// The crowding distance within the rank; infinite for a point with an extreme objective.
+    /// Infinite for a point with an extreme objective.
     pub crowding: f64,
 }
 
 impl Standing {
-    /// True if this standing is preferred: a smaller rank, or a larger distance within the rank.
     #[must_use]
     pub fn is_preferred_to(&self, other: &Self) -> bool {
         self.rank < other.rank || self.rank == other.rank && self.crowding > other.crowding
@@ -48,7 +44,6 @@ pub fn pareto_dominates(a: &[f64], b: &[f64]) -> bool {
     a.iter().zip(b).all(|(a, b)| a <= b) && a.iter().zip(b).any(|(a, b)| a < b)
 }
 
-/// True if `a` is better than `b` by constraint domination.
 #[must_use]
 pub fn dominates(a: &Point, b: &Point) -> bool {
     match (a.violation > 0.0, b.violation > 0.0) {
@@ -58,7 +53,6 @@ pub fn dominates(a: &Point, b: &Point) -> bool {
     }
 }
 
-/// Ranks points and computes their crowding distances.
 #[must_use]
 pub fn standings(points: &[Point]) -> Vec<Standing> {
     let mut standings = vec![Standing { rank: 0, crowding: 0.0 }; points.len()];
@@ -82,8 +76,7 @@ pub fn standings(points: &[Point]) -> Vec<Standing> {
     standings
 }
 
-/// The crowding distances of the points of a front: for each objective, the distance between the two neighbours as a
-/// share of the objective's range.
+/// Distance between the two neighbours as a share of the objective's range, summed over the objectives.
 fn crowding(points: &[Point], front: &[usize]) -> Vec<f64> {
     let objectives = front.iter().map(|&index| points[index].objectives.len()).min().unwrap_or(0);
     let mut distances = vec![0.0_f64; front.len()];
@@ -104,7 +97,7 @@ fn crowding(points: &[Point], front: &[usize]) -> Vec<f64> {
     distances
 }
 
-/// The indices of the `count` points that survive, the preferred ones first. Equal standings are ordered by index.
+/// Preferred points first; equal standings by index.
 #[must_use]
 pub fn survivors(points: &[Point], count: usize) -> Vec<usize> {
     let standings = standings(points);
@@ -117,7 +110,7 @@ pub fn survivors(points: &[Point], count: usize) -> Vec<usize> {
     order
 }
 
-/// The indices of the feasible points that no other feasible point dominates, ascending.
+/// Indices of the feasible points that no other one dominates, ascending.
 #[must_use]
 pub fn front(points: &[Point]) -> Vec<usize> {
     let is_feasible = |point: &&Point| point.violation <= 0.0;
@@ -128,9 +121,8 @@ pub fn front(points: &[Point]) -> Vec<usize> {
     (0..points.len()).filter(|&index| on_front(&points[index])).collect()
 }
 
-/// The indices of at most `count` points of a front, ascending: `first` if it is on the front, the extremes of every
-/// objective, then one after another the point that is farthest from all chosen ones, with every objective as a share of
-/// its range.
+/// At most `count` points, ascending: `first`, the extremes of every objective, then repeatedly the point that is
+/// farthest from all chosen ones.
 #[must_use]
 pub fn spread(points: &[Point], front: &[usize], first: Option<usize>, count: usize) -> Vec<usize> {
     let scaled = scaled(points, front);
@@ -148,7 +140,7 @@ pub fn spread(points: &[Point], front: &[usize], first: Option<usize>, count: us
     while chosen.len() < count.min(front.len()) {
         let nearest = |place: usize| chosen.iter().map(|&other| distance(place, other)).fold(f64::INFINITY, f64::min);
         let rest = (0..front.len()).filter(|place| !chosen.contains(place));
-        // The first of equal points, so that the result does not depend on rounding in the comparison.
+        // The first of equal points, so that the result does not depend on rounding.
         let farthest = rest.map(|place| (nearest(place), place)).max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
         let Some((_, place)) = farthest else { break };
         chosen.push(place);
@@ -158,8 +150,7 @@ pub fn spread(points: &[Point], front: &[usize], first: Option<usize>, count: us
     indices
 }
 
-/// The index of the knee of a front: the point with the smallest distance to the ideal point, which has the smallest
-/// value of each objective, with every objective as a share of its range on the front.
+/// The point with the smallest distance to the ideal point.
 #[must_use]
 pub fn knee(points: &[Point], front: &[usize]) -> Option<usize> {
     let distance = |scaled: &Vec<f64>| scaled.iter().map(|share| share * share).sum::<f64>();
@@ -168,7 +159,7 @@ pub fn knee(points: &[Point], front: &[usize]) -> Option<usize> {
     nearest.map(|place| front[place])
 }
 
-/// The objectives of the points of a front as shares of their ranges on it; 0 for an objective without a range.
+/// Shares of the objectives' ranges on the front; 0 for an objective without a range.
 #[must_use]
 pub fn scaled(points: &[Point], front: &[usize]) -> Vec<Vec<f64>> {
     let objectives = front.first().map_or(0, |&index| points[index].objectives.len());

@@ -1,26 +1,23 @@
-//! Crossover and mutation of numbers and choices.
-
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::Standing;
 
-/// Distribution indices of crossover and mutation, and the probability of a crossover (Deb et al. 2002, section V).
+/// Deb et al. 2002, section V.
 const CROSSOVER_INDEX: f64 = 20.0;
 const MUTATION_INDEX: f64 = 20.0;
 const CROSSOVER: f64 = 0.9;
 
-/// The kind of a gene. Its value is a coordinate from 0 to below 1.
+/// A coordinate is from 0 to below 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Gene {
-    /// A number between two ends.
     Number,
-    /// One of so many choices, each with an equal part of the coordinates.
+    /// Number of choices, each with an equal part of the coordinates.
     Choice(u64),
 }
 
 impl Gene {
-    /// The choice of a coordinate; 0 for a number.
+    /// 0 for a number.
     #[must_use]
     pub fn choice(self, coordinate: f64) -> u64 {
         match self {
@@ -30,13 +27,10 @@ impl Gene {
     }
 }
 
-/// The largest coordinate.
 const LAST: f64 = 1.0 - f64::EPSILON;
 
-/// Creates a child of two parents, each the preferred one of two random points.
-///
-/// Numbers: simulated binary crossover and polynomial mutation, both bounded. Choices: one of the parents' by an even
-/// chance, and another one by mutation. On average one gene of a child mutates.
+/// Each parent is the preferred one of two random points. Numbers use bounded simulated binary crossover and polynomial
+/// mutation; a choice is that of either parent, or another one by mutation. On average one gene mutates.
 pub fn child(genes: &[Gene], parents: &[&[f64]], standings: &[Standing], random: &mut ChaCha8Rng) -> Vec<f64> {
     let mut select = || {
         let (a, b) = (random.random_range(0..parents.len()), random.random_range(0..parents.len()));
@@ -66,7 +60,7 @@ pub fn child(genes: &[Gene], parents: &[&[f64]], standings: &[Standing], random:
     genes.iter().zip(first.iter().zip(second)).map(|(gene, (a, b))| of_gene(*gene, *a, *b).clamp(0.0, LAST)).collect()
 }
 
-/// One of the two children of the bounded simulated binary crossover (Deb and Agrawal, *Complex Systems* 9, 1995).
+/// Bounded simulated binary crossover (Deb and Agrawal, *Complex Systems* 9, 1995).
 fn crossed(a: f64, b: f64, random: &mut ChaCha8Rng) -> f64 {
     let (low, high) = (a.min(b), a.max(b));
     let (u, takes_upper): (f64, bool) = (random.random(), random.random());

@@ -1,8 +1,5 @@
-//! The hypervolume of a front.
-
-/// The volume that is dominated by the points and bounded by a reference point. Every objective is minimised.
-///
-/// By slices along the last objective: the exact volume, in a time that is exponential in the number of objectives only.
+/// The volume between minimised points and a reference point, by slices along the last objective. The time is
+/// exponential in the number of objectives only.
 #[must_use]
 pub fn hypervolume(points: &[&[f64]], reference: &[f64]) -> f64 {
     let inside: Vec<&[f64]> = points
@@ -21,7 +18,7 @@ fn volume(mut points: Vec<&[f64]>, reference: &[f64]) -> f64 {
     let last = rest.len();
     points.sort_by(|a, b| a[last].total_cmp(&b[last]));
     if let [width] = rest {
-        // Two objectives: a staircase, from the lowest step up.
+        // Two objectives form a staircase.
         let (mut area, mut least) = (0.0, *width);
         for point in points {
             if point[0] < least {

@@ -1,30 +1,20 @@
-//! The motion of the needle.
-
 use rand_chacha::ChaCha8Rng;
 
 use super::matter::{Contact, Matter};
 use super::{log_uniform, one_of, uniform};
 
-/// The motion of a trial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Hand {
-    /// A constant speed.
     Ramp,
-    /// A smooth motion from rest to rest.
     Smooth,
-    /// A fast motion.
     Stab,
-    /// A ramp with tremor.
     Tremble,
-    /// A ramp with stops.
     Stops,
-    /// Presses and releases.
     Presses,
-    /// Short taps.
     Taps,
 }
 
-/// The desired position over time: points with smooth or linear motion between them.
+/// Desired position, smooth or linear between points.
 #[derive(Debug, Clone)]
 pub(super) struct Path {
     /// Time in s and position in m, ascending in time.

@@ -1,42 +1,33 @@
-//! The matter that the needle touches.
-
 use rand_chacha::ChaCha8Rng;
 
 use super::{STEP_S, log_uniform, uniform};
 
-/// Falls closer than this, in s, are one event: a force sensor cannot distinguish two steps.
+/// Minimum distance of falls: a force sensor cannot distinguish two steps.
 const APART_S: f64 = 0.05;
 
-/// The matter that the needle touches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Matter {
-    /// One to three membranes, each of which ruptures.
+    /// One to three ruptures.
     Membranes,
-    /// Foam: a force that grows with the square of the depth, with friction.
+    /// The force grows with the square of the depth, with friction.
     Foam,
-    /// A spring and a damper.
     Spring,
-    /// A rigid stop.
     RigidStop,
-    /// Nothing.
     Nothing,
 }
 
-/// The fall of the force at a rupture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fall {
-    /// Start, in s.
     pub start_s: f64,
-    /// Duration, in s.
     pub duration_s: f64,
-    /// Fall of the force between two samples of the recording without noise, in N: smaller than the drop of the layer
-    /// if other layers load the needle meanwhile, or if the sensor is too slow for the load before the rupture.
+    /// Fall between two noise-free samples: less than the drop of the layer if other layers load the needle meanwhile,
+    /// or if the sensor is too slow.
     pub drop_n: f64,
 }
 
 impl Fall {
-    /// Merges falls that begin within [`APART_S`] of the end of the previous one, and measures their drops in
-    /// noise-free forces (N), every `tick_s` (s).
+    /// Merges falls that begin within [`APART_S`] of the previous one's end, and measures their drops in noise-free
+    /// forces.
     pub(super) fn merged(all: Vec<Self>, forces: &[f64], tick_s: f64) -> Vec<Self> {
         let mut merged: Vec<Self> = vec![];
         for fall in all {
@@ -58,7 +49,6 @@ impl Fall {
         merged
     }
 
-    /// End, in s.
     #[must_use]
     pub fn end_s(&self) -> f64 {
         self.start_s + self.duration_s
@@ -101,7 +91,7 @@ pub(super) struct Contact {
     stiffness: f64,
     damping_n_s_per_m: f64,
     friction_n: f64,
-    /// Distance over which the friction reverses, and the present part of it, in m.
+    /// Distance over which the friction reverses.
     presliding_m: f64,
     stretch_m: f64,
 }
@@ -170,7 +160,7 @@ impl Contact {
         if is_machine && self.matter != Matter::RigidStop { 1e-5 } else { 1.0 / log_uniform(random, 1000.0, 5000.0) }
     }
 
-    /// The force in N at a time (s) and a position (m), without damping and friction. Lets layers rupture.
+    /// Lets layers rupture. Damping and friction are added later.
     fn static_n(&mut self, time_s: f64, position_m: f64) -> f64 {
         let depth_m = position_m - self.surface_m;
         if depth_m <= 0.0 {
@@ -193,20 +183,20 @@ impl Contact {
         force_n
     }
 
-    /// The velocity of the needle in m/s and the force on it in N. A hand with a compliance (m/N) and a lag (s) pulls
-    /// the needle at a position (m) towards the desired position.
+    /// Velocity of the needle in m/s and force on it in N. A hand with a compliance (m/N) and a lag (s) pulls the
+    /// needle towards `wanted_m`.
     pub(super) fn step(&mut self, time_s: f64, position_m: f64, wanted_m: f64, hand: (f64, f64)) -> (f64, f64) {
         let (compliance, lag_s) = hand;
         let static_n = self.static_n(time_s, position_m);
         let damping = if position_m > self.surface_m { self.damping_n_s_per_m } else { 0.0 };
-        // The damping is implicit. Explicit damping oscillates with a compliant hand.
+        // Explicit damping would oscillate with a compliant hand.
         let velocity_m_per_s = (wanted_m - compliance * static_n - position_m) / (lag_s + compliance * damping);
         if position_m <= self.surface_m {
             self.stretch_m = 0.0;
             return (velocity_m_per_s, 0.0);
         }
         let resisting_n = static_n + damping * velocity_m_per_s;
-        // Nothing pulls at a blunt tip. Friction acts along the shaft and reverses over a distance.
+        // Nothing pulls at a blunt tip. Friction acts along the shaft.
         self.stretch_m = (self.stretch_m + velocity_m_per_s * STEP_S).clamp(-self.presliding_m, self.presliding_m);
         (velocity_m_per_s, resisting_n.max(0.0) + self.friction_n * self.stretch_m / self.presliding_m)
     }

@@ -1,10 +1,7 @@
-//! Synthetic recordings with or without ruptures, drawn from a seed, which resemble recordings of laboratories.
+//! Synthetic recordings from the ranges of recorded needle insertions and teleoperators.
 //!
-//! In a trial, a hand or a machine moves a needle with some compliance into layers, foam, springs, rigid stops or
-//! nothing. A force sensor, which may not be tared, and an encoder record it. After a rupture half of the machines
-//! ring. Rates, stiffness, noise, speeds, drops and their durations are drawn from the ranges of recorded needle
-//! insertions and teleoperators. The mechanics are integrated in steps of 0.1 ms and then sampled, so a fast fall lies
-//! between two samples of a slow sensor, as in reality.
+//! The mechanics are integrated in steps of 0.1 ms and then sampled, so a fast fall lies between two samples of a slow
+//! sensor, as in reality.
 
 mod hand;
 mod matter;
@@ -33,42 +30,29 @@ const WITHOUT_RUPTURE: f64 = 0.4;
 /// The analyst's knowledge of the contact position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ContactKnowledge {
-    /// The position of the surface.
     Known,
-    /// A position with an error of some millimetres.
+    /// The error is some millimetres.
     Wrong,
-    /// None: every sample counts as in contact.
+    /// Every sample counts as in contact.
     FromFirstSample,
 }
 
-/// A synthetic recording.
 #[derive(Debug, Clone)]
 pub struct Trial {
-    /// Seed.
     pub seed: u64,
-    /// Time between two samples, in s.
     pub tick_s: f64,
-    /// Positions in m, which increase into the tissue.
+    /// Positive into the tissue.
     pub position_m: Vec<f64>,
-    /// Forces in N, positive when they resist insertion.
+    /// Positive when resisting insertion.
     pub force_n: Vec<f64>,
-    /// Contact position for the estimator, in m.
     pub contact_m: f64,
-    /// The knowledge of the contact.
     pub knowledge: ContactKnowledge,
-    /// The falls of the force by ruptures, ascending.
     pub falls: Vec<Fall>,
-    /// Standard deviation of the noise, in N.
     pub noise_std_n: f64,
-    /// Kind of the noise.
     pub noise: Noise,
-    /// The ring-down of the machine, and the offset of its force sensor.
     pub machine: Machine,
-    /// The motion.
     pub hand: Hand,
-    /// The matter that the needle touches.
     pub matter: Matter,
-    /// Time in contact, in s.
     pub contact_s: f64,
 }
 
@@ -87,11 +71,9 @@ fn one_of<T: Copy>(random: &mut ChaCha8Rng, all: &[T]) -> T {
 }
 
 impl Trial {
-    /// The seeds of a study are above this number.
+    /// The detectors' settings were chosen on seeds below; studies use seeds above.
     pub const BEFORE_FIRST: u64 = 2_000_000;
 
-    /// The trial of a seed. [`Signal::trials`](super::Signal::trials) uses seeds above [`Trial::BEFORE_FIRST`]; the
-    /// detectors' settings were chosen on seeds below.
     #[must_use]
     pub fn new(seed: u64) -> Self {
         let random = &mut ChaCha8Rng::seed_from_u64(seed);
@@ -155,16 +137,14 @@ impl Trial {
     }
 }
 
-/// Minimum fall that a detector is expected to find, in standard deviations of the noise.
+/// Smaller falls may be missed.
 const MIN_NOISE_STDS: f64 = 6.0;
 
-/// Minimum fall that a detector is expected to find, in N.
 const MIN_DROP_N: f64 = 0.2;
 
 const ACCELERATION_M_PER_S2: f64 = 10.0;
 
 impl Trial {
-    /// True if a fall exceeds six standard deviations of the noise and 0.2 N.
     #[must_use]
     pub fn is_above_noise(&self, fall: &Fall) -> bool {
         fall.drop_n > MIN_NOISE_STDS * self.noise_std_n && fall.drop_n > MIN_DROP_N
@@ -184,7 +164,7 @@ impl Trial {
     }
 }
 
-/// Maximum change of the position that is rounding, and maximum step of the encoder, in m.
+/// Smaller changes of the position are rounding.
 const ROUNDING_M: f64 = 1e-9;
 const MAX_STEP_M: f64 = 1e-3;
 

@@ -1,31 +1,25 @@
-//! The noise of a force sensor.
-
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal, StudentT};
 
 use super::{log_uniform, uniform};
 
-/// The kind of noise of a trial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Noise {
-    /// White and normal.
     White,
-    /// Normal, correlated over 1 to 10 ms.
+    /// Correlated over 1 to 10 ms.
     Correlated,
-    /// White and normal with half of the standard deviation, rounded to steps.
+    /// Half of the standard deviation, rounded to steps.
     Quantised,
-    /// White and normal, with one outlier sample every 2 s.
+    /// One outlier every 2 s.
     Spikes,
-    /// White, Student's t with 3 degrees of freedom.
+    /// Student's t with 3 degrees of freedom.
     HeavyTailed,
-    /// White and normal, with a slow drift.
     Drift,
-    /// White and normal, with a pulse at 60 to 90 per minute.
+    /// 60 to 90 pulses per minute.
     Heartbeat,
 }
 
 impl Noise {
-    /// All kinds.
     pub const ALL: [Self; 7] =
         [Self::White, Self::Correlated, Self::Quantised, Self::Spikes, Self::HeavyTailed, Self::Drift, Self::Heartbeat];
 
@@ -61,7 +55,7 @@ impl Noise {
                 Self::HeavyTailed => heavy.map_or(0.0, |t| t.sample(random)) * std_n / 3.0_f64.sqrt(),
                 Self::Drift => std_n * normal + slow_n * libm::sin(std::f64::consts::TAU * turn(slow_hz)),
                 Self::Heartbeat => {
-                    // A pulse that rises over 60 ms and falls over 150 ms.
+                    // Rises over 60 ms and falls over 150 ms.
                     let since_s = (turn(pulse_hz) - turn(pulse_hz).floor()) / pulse_hz;
                     let half = |x: f64| 0.5 - 0.5 * libm::cos(std::f64::consts::PI * x.clamp(0.0, 1.0));
                     std_n * normal + pulse_n * half(since_s / 0.06) * (1.0 - half((since_s - 0.06) / 0.15))

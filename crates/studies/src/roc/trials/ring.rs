@@ -1,24 +1,19 @@
-//! The ring-down of the machine after a rupture, and a force sensor that was not tared.
-
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 use super::matter::Fall;
 use super::{log_uniform, uniform};
 
-/// Share of the machines that ring, and of the sensors that were not tared.
 const RINGING: f64 = 0.5;
 const UNTARED: f64 = 0.3;
 
-/// Offsets of sensors that were not tared, in N.
+/// Range for sensors that were not tared.
 const OFFSETS_N: [f64; 2] = [-12.0, 25.0];
 
-/// What a machine and its force sensor add to the force of the matter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Machine {
-    /// The ring-down after each fall, if the machine rings.
     pub ring: Option<Ring>,
-    /// The reading of the force sensor without load, in N.
+    /// Reading without load.
     pub offset_n: f64,
 }
 
@@ -27,14 +22,14 @@ pub struct Machine {
 pub struct Ring {
     /// Initial amplitude as a share of the fall, 0.05 to 0.3.
     pub share: f64,
-    /// Frequency in Hz, 10 to 60, and at most a third of the Nyquist rate.
+    /// From 10 to 60, and at most a third of the Nyquist rate.
     pub frequency_hz: f64,
-    /// Time constant of the decay in s, 0.05 to 0.5.
+    /// From 0.05 to 0.5.
     pub decay_s: f64,
 }
 
 impl Machine {
-    /// Draws the machine of a seed. Its random numbers are independent of those of the rest of the trial.
+    /// Its random numbers are independent of those of the rest of the trial.
     pub(super) fn drawn(seed: u64, tick_s: f64) -> Self {
         let random = &mut ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(1);
@@ -49,7 +44,6 @@ impl Machine {
         Self { ring: rings.then_some(ring), offset_n }
     }
 
-    /// Adds the ring-down after each of the falls, and the offset, to forces (N) every `tick_s` (s).
     pub(super) fn add(&self, falls: &[Fall], tick_s: f64, forces: &mut [f64]) {
         for (sample, force_n) in forces.iter_mut().enumerate() {
             let time_s = sample as f64 * tick_s;
@@ -62,8 +56,7 @@ impl Machine {
 }
 
 impl Ring {
-    /// The deviation at a time (s) after the end of a fall, as a share of the fall. It begins downwards, as a mass does
-    /// that has lost its load.
+    /// Share of the fall. It begins downwards, as a mass does that has lost its load.
     #[must_use]
     pub fn at(&self, since_s: f64) -> f64 {
         let phase = std::f64::consts::TAU * self.frequency_hz * since_s;

@@ -1,5 +1,3 @@
-//! Absolute stability with bounded hands and tissues.
-
 use std::fmt::Write as _;
 
 use schemars::JsonSchema;
@@ -90,7 +88,7 @@ impl BoundedPart {
     }
 }
 
-/// The absolute stability over a parameter. A needed damping of `inf` means that no damping is enough.
+/// A needed damping of `inf` means that no damping is enough.
 pub(super) fn table(absolute: &AbsoluteOver) -> DataTable<'static> {
     let points = &absolute.points;
     let bounded = || points.iter().map(|point| &point.bounded);

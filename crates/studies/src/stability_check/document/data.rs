@@ -1,5 +1,3 @@
-//! The columns of a stability study: sensitivities, map, boundary and ports.
-
 use trocar_document::{DataTable, Values};
 use trocar_lti::Complex64;
 use trocar_stability::{Analysis, Axis, PortPoint, StabilityMap};
@@ -19,7 +17,6 @@ pub(super) fn sensitivities(analysis: &Analysis) -> DataTable<'static> {
         .optional("relative_sensitivity", all.iter().map(|s| s.relative))
 }
 
-/// A row per point, with the verdict of its simulated run, if any.
 pub(super) fn map(map: &StabilityMap, check: Option<&Check>) -> DataTable<'static> {
     let points: Vec<(usize, usize)> = map_points(&map.x, &map.y).collect();
     let table = DataTable::new("stability_map")

@@ -1,5 +1,3 @@
-//! The figures of a stability study.
-
 use super::super::{StabilityStudy, Verdict};
 use trocar_document::{Document, Figure};
 use trocar_figures::{self as figures, AbsoluteView, AxisView, FigureError, HeatView, MapAxisView, MapView};

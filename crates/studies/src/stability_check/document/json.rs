@@ -1,5 +1,3 @@
-//! The file `stability.json`.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::Value as Json;
@@ -261,7 +259,7 @@ impl CheckPart {
     }
 }
 
-/// True if a condition holds at every frequency; `None` without frequencies.
+/// `None` without frequencies.
 pub(super) fn all(ports: &[PortPoint], holds: impl Fn(&PortPoint) -> bool) -> Option<bool> {
     (!ports.is_empty()).then(|| ports.iter().all(holds))
 }

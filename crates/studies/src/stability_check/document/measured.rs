@@ -1,12 +1,10 @@
-//! The loop with measured frequency responses.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use trocar_document::significant;
 use trocar_stability::{Analysis, MeasuredLoop, MeasuredVerdict, Parameter};
 
-/// The change of a phase between two rows in degrees from which it is uncertain.
+/// A larger change of phase between two rows is uncertain.
 const UNCERTAIN_DEG: f64 = 120.0;
 
 /// The loop with measured frequency responses, over the range of their tables.
@@ -58,7 +56,6 @@ impl MeasuredPart {
     }
 }
 
-/// The verdict, the limits, and what the tables leave open, in sentences.
 pub(super) fn lines(measured: &MeasuredLoop, analysis: &Analysis) -> Vec<String> {
     let part = MeasuredPart::of(measured, analysis);
     let (low, high) = part.range_hz;

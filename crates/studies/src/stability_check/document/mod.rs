@@ -1,5 +1,3 @@
-//! The document of a stability study.
-
 mod absolute;
 mod data;
 mod figures;

@@ -1,5 +1,3 @@
-//! Limits over a population.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -19,8 +17,7 @@ const FACTORS: [&str; 7] = [
     "tissue_damping_factor",
 ];
 
-/// A row per member. A limit is 0 if no value is stable, `inf` beyond the search, and empty for a delay given by the
-/// scenario.
+/// A limit is 0 if no value is stable, `inf` beyond the search, and empty for a delay given by the scenario.
 pub(super) fn members(population: &Population) -> DataTable<'static> {
     let members = &population.members;
     let factors = |draw: &Draw| {

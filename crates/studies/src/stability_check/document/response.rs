@@ -1,13 +1,10 @@
-//! Poles, zeros, loop gain, step response and root locus as columns.
-
 use std::f64::consts::TAU;
 
 use trocar_document::DataTable;
 use trocar_lti::Complex64;
 use trocar_stability::{Locus, LoopResponse};
 
-/// Adds the columns of poles or zeros: both parts, the modulus, and with `s = ln(z) / T` the frequency in Hz and the
-/// damping ratio.
+/// Adds both parts, the modulus, and with `s = ln(z) / T` the frequency in Hz and the damping ratio.
 fn with_points<'a>(table: DataTable<'a>, points: &[Complex64], tick_s: f64) -> DataTable<'a> {
     let continuous = |z: &Complex64| {
         let s = z.ln() / tick_s;
@@ -36,7 +33,6 @@ pub(super) fn poles(response: &LoopResponse) -> DataTable<'static> {
     with_points(table, &points, response.tick_s)
 }
 
-/// A loop gain over the frequency in Hz.
 pub(super) fn loop_gain(name: &'static str, gain: &[(f64, Complex64)]) -> DataTable<'static> {
     DataTable::new(name)
         .numbers("frequency_hz", gain.iter().map(|(hertz, _)| *hertz))

@@ -1,5 +1,3 @@
-//! The stability under switching.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -10,7 +8,7 @@ use trocar_document::{Cell, DataTable, Number, Table, Unit, significant};
 use trocar_stability::{Certificate, EventBound, GAP_M, LONGEST_DWELL_S, Switching, SwitchingSettings};
 
 pub(super) fn seconds(switching: &Switching, ticks: u64) -> f64 {
-    // Rounded, because a multiple of a tick of 0.001 s has rounding errors in its last digits.
+    // A multiple of a tick of 0.001 s has rounding errors in its last digits.
     (ticks as f64 * switching.settings.of_loop.tick_s * 1e12).round() / 1e12
 }
 
@@ -82,7 +80,6 @@ pub(super) fn lines(switching: &Switching) -> Vec<String> {
     lines
 }
 
-/// The statement of the certificate, with its numbers.
 pub(super) fn statement(study: &StabilityStudy) -> String {
     let statement = study.statement();
     let word = statement.word();

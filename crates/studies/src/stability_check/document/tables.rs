@@ -1,5 +1,3 @@
-//! The tables and lines of a stability study.
-
 use super::json::all;
 use crate::stability_check::{Check, EventLimit};
 use trocar_document::{Cell, Digits, Number, Shown, Table, significant};
@@ -214,7 +212,7 @@ pub(super) fn port_table(analysis: &Analysis) -> Table {
     table
 }
 
-/// States whether each port is passive at every frequency, with the other port terminated as in the scenario.
+/// The other port is terminated as in the scenario.
 pub(super) fn port_passivity(analysis: &Analysis) -> String {
     let ports = &analysis.ports;
     format!(
@@ -264,8 +262,7 @@ pub(super) fn checked_line(check: &Check, left_out: &[LeftOut]) -> String {
     format!("Simulation{without}: {counted}.")
 }
 
-/// The points at which the simulation does not confirm the analysis, and the number of further points; `None` without
-/// any.
+/// A few unconfirmed points, and the number of further ones.
 pub(super) fn unconfirmed(map: &StabilityMap, check: &Check) -> Option<(Table, Option<String>)> {
     let columns = [
         (map.x.parameter.key(), map.x.parameter.key()),

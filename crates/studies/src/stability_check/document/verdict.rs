@@ -1,5 +1,3 @@
-//! The verdict on a linear loop, as a sentence and in JSON files.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -28,7 +26,6 @@ pub(crate) fn sentence(verdict: &LoopVerdict) -> String {
     }
 }
 
-/// The verdict on the linear loop, whatever it leaves out.
 fn of_range(LoopVerdict { settings, range, .. }: &LoopVerdict) -> String {
     let Springs { stiffness_n_per_m: (low, high), drawn_back_n_per_m, damping_n_s_per_m, .. } = settings.tissue.springs;
     let stiffness = |(low, high): (f64, f64)| format!("{} to {} N/m", significant(low), significant(high));
@@ -59,7 +56,7 @@ fn of_range(LoopVerdict { settings, range, .. }: &LoopVerdict) -> String {
     }
 }
 
-/// What a loop that is not stable is, with the largest stable force scale.
+/// Adds the largest stable force scale.
 pub(crate) fn instability(verdict: &LoopVerdict, limit: &Limit) -> String {
     let when = if verdict.range.is_stable_advancing { " when the needle is drawn back" } else { "" };
     let at = significant(limit.value);
@@ -72,7 +69,7 @@ pub(crate) fn instability(verdict: &LoopVerdict, limit: &Limit) -> String {
     }
 }
 
-/// The tissue of a loop, as a continuation of "stable".
+/// Continues "stable".
 fn in_tissue(settings: &LinearLoop) -> String {
     let Springs { stiffness_n_per_m: (low, high), drawn_back_n_per_m, damping_n_s_per_m: (least, most), .. } =
         settings.tissue.springs;
@@ -279,7 +276,7 @@ impl MarginsPart {
 }
 
 impl LoopPart {
-    /// Creates the verdict without the jitter margin.
+    /// Leaves out the jitter margin.
     #[must_use]
     pub fn of(verdict: &LoopVerdict) -> Self {
         let LoopVerdict { settings, mode, margins, .. } = verdict;

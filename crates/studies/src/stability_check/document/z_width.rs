@@ -1,5 +1,3 @@
-//! The Z-width.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -11,7 +9,7 @@ fn kinds(z_width: &ZWidth) -> Vec<(&'static str, &[Walls])> {
     std::iter::once(("tissue", z_width.tissue.as_slice())).chain(virtual_walls).collect()
 }
 
-/// The maximum stiffness by damping: empty if no wall has the property, `inf` beyond the search.
+/// A stiffness is empty if no wall has the property, `inf` beyond the search.
 pub(super) fn table(z_width: &ZWidth) -> DataTable<'static> {
     let (mut wall, mut damping, mut stable, mut passive) = (vec![], vec![], vec![], vec![]);
     for (kind, walls) in kinds(z_width) {

@@ -1,21 +1,18 @@
-//! Finds higher detector thresholds with which a run is identical, bit for bit.
+//! Higher detector thresholds with which a run is identical, bit for bit.
 //!
-//! A threshold `γ` acts on the rest of a run in two ways: by its alarms, and by the level below which an augmented
-//! phase may end. As long as both are equal for a higher threshold, so are the residuals and `g`. A threshold is
-//! dropped at the first tick at which one of them may differ.
+//! A threshold `γ` acts on a run by its alarms, and as the level below which an augmented phase may end. A higher
+//! threshold `h` is dropped at the first tick at which one of them may differ.
 //!
-//! **Alarms.** At `g ≤ γ` no threshold from `γ` on raises an alarm. At `g > γ`, a higher threshold `h` differs
+//! **Alarms.** At `g ≤ γ` neither raises an alarm. At `g > γ` they differ
 //!
 //! - if `g ≤ h` and the run raises an alarm, or
-//! - if `g > h` and only one of the two detectors is armed, which matters only if the crossing would count as a
-//!   rupture.
+//! - if `g > h`, only one of the two detectors is armed, and the crossing would count as a rupture.
 //!
-//! A detector is armed after `settle_s` of contact without a crossing of its threshold. The contact is not among the
-//! signals and not needed, because it is the same for both. With `q` ticks since the last crossing and `c` ticks of
-//! contact, a detector is armed if `min(q, c) ≥ S`. Two detectors differ only if `q ≥ S` holds for one of them.
+//! With `q` ticks since the last crossing and `c` ticks of contact, a detector is armed if `min(q, c) ≥ S`. `c` is
+//! equal for both, so they differ only if `q ≥ S` holds for one of them.
 //!
-//! **Exits.** With a higher threshold, `g` is quiet at the same time or earlier. A phase that ends at the minimum hold
-//! ends at the same tick with every higher threshold. A longer phase may not, and drops all thresholds of its run.
+//! **Exits.** A phase that ends at the minimum hold ends at the same tick with every higher threshold. A longer phase
+//! may not, and drops all thresholds of its run.
 
 use std::ops::Range;
 
@@ -31,12 +28,11 @@ use trocar_scenario::Scenario;
 #[derive(Debug, Clone)]
 pub(super) struct RunWithEquivalents {
     pub(super) metrics: Metrics,
-    /// Higher thresholds with which the run is identical, bit for bit; possibly incomplete.
+    /// The list may be incomplete.
     pub(super) thresholds: Vec<f64>,
 }
 
-/// Runs scenarios, in lanes if possible. `higher` lists for each the thresholds to track, between the detector's
-/// threshold and its cap.
+/// `higher` lists for each scenario the thresholds to track, between the detector's threshold and its cap.
 pub(super) fn run_with_equivalents(
     bank: &mut NoiseBank,
     scenarios: &[Scenario],
@@ -47,7 +43,6 @@ pub(super) fn run_with_equivalents(
     runs.map(|run| run.map(|(metrics, thresholds)| RunWithEquivalents { metrics, thresholds })).collect()
 }
 
-/// [`run_with_equivalents`] without tracked thresholds, and without their cost.
 pub(super) fn run_without_equivalents(
     bank: &mut NoiseBank,
     scenarios: &[Scenario],
@@ -76,12 +71,11 @@ impl RunObserver for TrackedThresholds<'_> {
 
 #[derive(Debug, Clone)]
 struct EquivalentThresholds<L: Lane> {
-    /// `γ` of the lane's run; infinite if no threshold remains.
+    /// Infinite if no threshold remains.
     threshold: L,
-    /// Maximum number of ticks of an augmented phase that is identical with any threshold; infinite if no threshold
-    /// remains.
+    /// An augmented phase up to this length is identical with any threshold.
     max_augmented_ticks: L,
-    /// Number of ticks of the current augmented phase, including the first; 0 outside such a phase.
+    /// Number with the first one; 0 outside an augmented phase.
     augmented_ticks: L,
     runs: Vec<TrackedRun>,
 }
@@ -104,7 +98,6 @@ struct HigherThreshold {
 }
 
 impl<L: Lane> EquivalentThresholds<L> {
-    /// Creates the observer of scenarios, the first in lane 0, each with its higher thresholds.
     fn new(scenarios: &[Scenario], higher: &[Vec<f64>]) -> Self {
         let is_tracked = |lane: usize| higher.get(lane).is_some_and(|higher| !higher.is_empty());
         let tracked = |lane: usize, number: &dyn Fn(&Scenario) -> f64| {
@@ -136,7 +129,7 @@ impl<L: Lane> EquivalentThresholds<L> {
         self.runs[lane].higher.iter().map(|higher| higher.threshold)
     }
 
-    /// Processes a tick at which `g` exceeds its threshold, or the mode is not teleoperation, in any lane.
+    /// Called if `g` exceeds its threshold, or the mode is not teleoperation, in any lane.
     #[inline(always)]
     fn observe_event(&mut self, s: &SelectedSignals<L>, above: L::Mask) {
         let is_augmented = s.mode.is_augmented();

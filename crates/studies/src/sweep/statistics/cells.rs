@@ -1,41 +1,33 @@
-//! The mean of a metric over two axes, in each cell of a grid.
-
 use serde::Serialize;
 
 use crate::sweep::axis::{Axis, number};
 use crate::sweep::design::{Design, SamplingScheme};
 use trocar_base::moments::Moments;
 
-/// Number of classes of an axis without levels, and the maximum number otherwise.
+/// Number for an axis without levels, otherwise a maximum.
 const MAX_CLASSES: u64 = 40;
 
-/// One cell.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Cell {
-    /// Value of the first axis at the centre of the cell.
+    /// Value at the centre of the cell.
     pub x: f64,
-    /// Value of the second axis.
     pub y: f64,
-    /// Number of cases in the cell in which the metric is defined.
+    /// Cases in which the metric is defined.
     pub defined: u64,
-    /// Mean of the metric over these cases, if any.
     pub mean: Option<f64>,
-    /// Half-width of the 95 % confidence interval of the mean.
     pub mean_ci95_half_width: Option<f64>,
 }
 
-/// A metric over two axes.
+/// Means of a metric over two axes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HeatMap {
-    /// Index of the metric among the columns.
+    /// Index of the metric.
     pub column: usize,
-    /// Index of the horizontal axis.
     pub x_axis: usize,
-    /// Index of the vertical axis.
     pub y_axis: usize,
-    /// Number of cells per row.
+    /// Cells per row.
     pub x_count: usize,
-    /// The cells by row, both axes ascending.
+    /// Rows with both axes ascending.
     pub cells: Vec<Cell>,
 }
 
@@ -50,7 +42,7 @@ pub(super) fn class(coordinate: f64, classes: u64) -> usize {
 pub(super) struct Cells<'a> {
     design: &'a Design,
     axes: Option<[(usize, u64); 2]>,
-    /// Ordered by metric in focus, second axis and first axis.
+    /// Ordered by metric in focus, second axis, first axis.
     moments: Vec<Moments>,
 }
 

@@ -1,12 +1,9 @@
 //! The influence of each axis on a metric.
 //!
-//! There are two numbers per axis. The *first-order Sobol index* is the share of the metric's variance that the axis
-//! alone explains, `Var(E[y|x]) / Var(y)`. It is estimated by classes of the axis (Plischke, Borgonovo and Smith,
-//! *Global sensitivity measures from given data*, Eur. J. Oper. Res. 226, 2013), minus the share that random classes
-//! would explain. It covers effects of any shape, and axes of words. The *standardised rank regression coefficient*
-//! (Saltelli and Sobol', *Reliab. Eng. Syst. Saf.* 50, 1995) has a sign: the change of the metric's rank in standard
-//! deviations per standard deviation of the axis's rank, with the other axes constant. Its R² is the share of the
-//! ranks' variance that the regression explains.
+//! The *first-order Sobol index* is the share of the metric's variance that the axis alone explains, `Var(E[y|x]) /
+//! Var(y)`, estimated by classes (Plischke, Borgonovo and Smith, Eur. J. Oper. Res. 226, 2013) minus the share that
+//! random classes would explain. It covers effects of any shape, and axes of words. The *standardised rank regression
+//! coefficient* (Saltelli and Sobol', Reliab. Eng. Syst. Saf. 50, 1995) has a sign, with the other axes constant.
 
 use nalgebra::{DMatrix, DVector};
 use schemars::JsonSchema;
@@ -20,11 +17,10 @@ use trocar_base::moments::Moments;
 use trocar_base::quantiles::standard_ranks;
 use trocar_scenario::Value;
 
-/// Number of classes of an axis without levels, and the maximum number otherwise. Chosen here: of a thousand cases, a
-/// class has 50.
+/// Number for an axis without levels, otherwise a maximum. Chosen here: of a thousand cases, a class has 50.
 const MAX_CLASSES: u64 = 20;
 
-/// Maximum number of ranked cases, with a standard error of 0.01 for a coefficient of 0.
+/// Makes the standard error of a coefficient of 0 0.01.
 const MAX_RANKED: u64 = 10_000;
 
 /// The influence of one axis on a metric.
@@ -56,29 +52,26 @@ fn as_json<S: serde::Serializer>(value: &Value, serializer: S) -> Result<S::Ok, 
     value.to_toml().serialize(serializer)
 }
 
-/// The influences on a metric.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Influences {
-    /// Index of the metric among the columns.
+    /// Index of the metric.
     pub column: usize,
-    /// The influence of each axis, in descending order.
+    /// Descending.
     pub of_axes: Vec<Influence>,
-    /// R² of the rank regression.
+    /// Share of the ranks' variance that the regression explains.
     pub rank_r_squared: Option<f64>,
-    /// Number of ranked cases.
     pub ranked: u64,
 }
 
 pub(super) struct Inputs<'a> {
     design: &'a Design,
     counts: Vec<u64>,
-    /// Moments by metric in focus: overall, and by axis and class.
+    /// One per metric in focus.
     overall: Vec<Moments>,
     by_class: Vec<Vec<Vec<Moments>>>,
-    /// The ranked cases, ascending, and the number of them that have been read.
     ranked: Vec<u64>,
     read: usize,
-    /// For the ranked cases: the numbers of the axes, and the metrics in focus.
+    /// Numbers of the axes for the ranked cases.
     axes: Vec<Vec<f64>>,
     metrics: Vec<Vec<f64>>,
 }
@@ -88,7 +81,7 @@ impl<'a> Inputs<'a> {
         let counts: Vec<u64> = design.axes.iter().map(|axis| classes(axis, MAX_CLASSES)).collect();
         let by_class: Vec<Vec<Moments>> =
             counts.iter().map(|&count| vec![Moments::default(); count as usize]).collect();
-        // Randomly selected, because a regular selection would always hit the same levels of a grid.
+        // A regular selection would always hit the same levels of a grid.
         let cases = design.cases();
         let order = Permutation::new(cases, 1);
         let mut ranked: Vec<u64> = (0..cases.min(MAX_RANKED)).map(|index| order.at(index)).collect();
@@ -124,7 +117,7 @@ impl<'a> Inputs<'a> {
         }
     }
 
-    /// True if the cases in a class of one axis vary along the other axes. Given points vary along all axes at once.
+    /// Given points vary along all axes at once, so a class does not average over the other axes.
     fn has_classes(&self) -> bool {
         !matches!(self.design.scheme, SamplingScheme::List { .. })
     }
@@ -184,7 +177,7 @@ impl<'a> Inputs<'a> {
 }
 
 struct Regression {
-    /// By axis; `None` without ranks.
+    /// `None` without ranks.
     coefficients: Vec<Option<f64>>,
     r_squared: f64,
 }
@@ -213,7 +206,7 @@ fn means(axis: &Axis, classes: &[Moments]) -> Option<[LevelMean; 2]> {
     Some([of(filled().min_by(by_mean)?), of(filled().max_by(by_mean)?)])
 }
 
-/// Solves symmetric equations with 1 on the diagonal; `None` if they are singular to 1e-9.
+/// `None` for a matrix that is singular to 1e-9.
 fn solve(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     let factors = matrix.lu();
     if factors.u().diagonal().iter().any(|pivot| pivot.abs() < 1e-9) { None } else { factors.solve(right) }

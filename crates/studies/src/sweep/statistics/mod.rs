@@ -1,5 +1,3 @@
-//! Statistics of a sweep: the distribution of each metric, and the influence of each axis.
-//!
 //! The rows are read in order, several times, and only counts and sums are stored: the memory does not grow with the
 //! number of cases, and the quantiles are exact.
 
@@ -75,20 +73,15 @@ pub struct Spread {
     pub standard_deviation: f64,
 }
 
-/// The results of a sweep.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Findings {
-    /// Number of cases.
     pub cases: u64,
-    /// Number of diverged cases.
     pub diverged: u64,
-    /// Number of cases with a failed integration.
+    /// Cases with a failed integration.
     pub failed: u64,
-    /// A summary per stored metric.
     pub summaries: Vec<Summary>,
-    /// The influences on the metrics in focus.
     pub influences: Vec<Influences>,
-    /// The metrics in focus over the first two numeric axes, if there are two.
+    /// Means over the first two numeric axes.
     pub heat_maps: Vec<HeatMap>,
     /// Warnings about axes without effect.
     pub warnings: Vec<Warning>,
@@ -96,10 +89,6 @@ pub struct Findings {
 
 const QUANTILES: [f64; 7] = [0.025, 0.05, 0.25, 0.5, 0.75, 0.95, 0.975];
 
-/// Reads the rows and computes their statistics.
-///
-/// # Errors
-/// The errors of the rows.
 pub fn findings(design: &Design, rows: &Rows) -> Result<Findings, SweepError> {
     let mut moments = vec![Moments::default(); design.columns.len()];
     let (mut cases, mut diverged, mut failed) = (0, 0, 0);

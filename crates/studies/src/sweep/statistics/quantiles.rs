@@ -1,7 +1,7 @@
 //! Exact order statistics of a stream that is read several times, in constant memory.
 //!
-//! Doubles are mapped to integers in the same order. Each pass counts the next eleven bits of the values that share the
-//! known leading bits of a wanted value. Six passes find all 64 bits.
+//! Each of six passes counts the next eleven bits of the values that share the known leading bits of a wanted value.
+//! Doubles are mapped to integers in the same order.
 
 use trocar_base::quantiles::median_ranks;
 
@@ -11,7 +11,7 @@ const BUCKETS: usize = 1 << DIGITS;
 #[derive(Debug, Clone)]
 pub(super) struct OrderStatistics {
     wanted: Vec<Wanted>,
-    /// Distinct prefixes of the wanted values, ascending, each with the counts of the next bits.
+    /// Prefixes ascend; each has the counts of the next bits.
     prefixes: Vec<(u64, Vec<u64>)>,
     known: u32,
 }
@@ -24,7 +24,7 @@ struct Wanted {
     prefix: u64,
 }
 
-/// The ranks, from 0, of the order statistics for the quantiles and the median's interval.
+/// Ranks from 0 for the quantiles and the median's interval.
 pub(super) fn ranks(count: u64, shares: &[f64]) -> Vec<u64> {
     let Some(last) = count.checked_sub(1) else { return vec![] };
     let (low, high) = median_ranks(count);
@@ -38,7 +38,7 @@ pub(super) fn ranks(count: u64, shares: &[f64]) -> Vec<u64> {
     ranks
 }
 
-/// Maps a double to an integer in the same order; both zeros are equal.
+/// Keeps the order; both zeros are equal.
 fn ordered(value: f64) -> u64 {
     let bits = (value + 0.0).to_bits();
     if bits >> 63 == 1 { !bits } else { bits | 1 << 63 }
@@ -59,7 +59,7 @@ impl OrderStatistics {
         self.known >= 64
     }
 
-    /// Counts a value in the current pass; NaN and infinity are ignored.
+    /// Ignores NaN and infinity.
     pub(super) fn count(&mut self, value: f64) {
         if !value.is_finite() || self.are_known() {
             return;

@@ -1,10 +1,8 @@
-//! Metrics that are the same in every case of a sweep.
-
 use super::Summary;
 use trocar_base::warning::{Code, Warning};
 
 impl Summary {
-    /// True if there are several cases, and the metric is equal in all of them or defined in none.
+    /// True if the metric is equal in all of several cases, or defined in none.
     #[must_use]
     pub fn is_unchanged(&self, cases: u64) -> bool {
         let is_one_value = self.defined == cases && self.spread.is_some_and(|spread| spread.min == spread.max);
