@@ -135,6 +135,8 @@
 //! | 1 | `trocar-base` | [`warning`], quantiles, work on several threads |
 //! | core | `trocar-core` | [`rig`] (one step of a real controller), [`chain`] (estimator, distance, decision), [`augmentation`], [`detector`], [`estimation`], [`settings`], [`time`], [`lane`], [`error`] |
 
+#![warn(missing_docs)]
+
 pub use trocar_base::warning;
 pub use trocar_core::{augmentation, chain, detector, error, estimation, lane, rig, settings, time};
 pub use trocar_engine::{channel, engine, operator, plant, sensor, teleoperation, tissue};

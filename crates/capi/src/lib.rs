@@ -13,6 +13,7 @@
 //!     --crate-type staticlib --target thumbv7em-none-eabihf
 //! ```
 
+#![warn(missing_docs)]
 #![cfg_attr(not(feature = "std"), no_std)]
 
 mod detector;

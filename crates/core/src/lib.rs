@@ -7,6 +7,7 @@
 //! Equation numbers refer to Barbé, Bayle, de Mathelin and Gangi, *In Vivo Model Estimation and Haptic Characterization
 //! of Needle Insertions*.
 
+#![warn(missing_docs)]
 #![cfg_attr(not(test), no_std)]
 
 #[cfg(feature = "alloc")]

@@ -42,7 +42,6 @@ use trocar_scenario::{DetectionSettings, DetectionSpec};
 
 /// One value per sample.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(missing_docs, reason = "the names say quantity and unit, as in a trace")]
 pub struct Detection {
     pub interval_s: f64,
     pub time_s: Vec<f64>,

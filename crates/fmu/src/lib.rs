@@ -5,7 +5,6 @@
 //! becomes an error of the instance.
 
 #![allow(non_snake_case, reason = "the names of the standard")]
-#![allow(missing_docs, reason = "the functions are documented by the standard")]
 
 mod component;
 mod fmi2;

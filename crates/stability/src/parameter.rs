@@ -2,7 +2,6 @@
 
 /// A parameter that can be varied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[expect(missing_docs, reason = "each is the scenario key that `key` gives")]
 pub enum Parameter {
     ForceScale,
     PositionScale,

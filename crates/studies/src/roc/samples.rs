@@ -1,7 +1,6 @@
 use trocar_engine::engine::{Observer, Signals};
 
 #[derive(Debug, Clone, Default, PartialEq)]
-#[allow(missing_docs, reason = "the names say quantity and unit")]
 pub struct Samples {
     pub tick_s: f64,
     pub force_n: Vec<f64>,
