@@ -1,8 +1,7 @@
 //! The Z-width: the walls that a hand can touch through the loop, as ranges of stiffness over damping.
 //!
 //! A wall is a spring `K` and a damper `B` (Colgate and Brown 1994, *Factors affecting the Z-width of a haptic
-//! display*). It is either in the tissue, felt through the teleoperator, or virtual: computed by the master from its
-//! sampled position alone,
+//! display*). It is in the tissue, or virtual: computed by the master from its sampled position,
 //!
 //! ```text
 //! F_k = K x_k + B (x_k - x_{k-1}) / T
@@ -23,30 +22,28 @@ use trocar_engine::plant::Coupling;
 use trocar_engine::teleoperation::ControllerKind;
 use trocar_lti::{Complex64, eigenvalues};
 
-/// Range of the stiffness in N/m, number of scanned values and of bisections.
+/// Range in N/m.
 const STIFFNESS: (f64, f64) = (0.1, 1e7);
 const SCAN: usize = 60;
 const BISECTIONS: usize = 40;
 
-/// The maximum stiffness of walls with one damping, in N/m; all softer walls share the property. `None` if no wall has
-/// it, infinite if all up to 1e7 N/m do.
+/// The maximum stiffness at one damping; all softer walls share the property. `None` if no wall has it, infinite above
+/// 1e7.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Walls {
-    /// Stable with the scenario's arm.
+    /// With the scenario's arm.
     pub stable_n_per_m: Option<f64>,
-    /// Passive at the hand.
+    /// At the hand.
     pub passive_n_per_m: Option<f64>,
 }
 
-/// The Z-width of a loop.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ZWidth {
-    /// Damping of the walls in N·s/m, increasing.
     pub damping_n_s_per_m: Vec<f64>,
-    /// Walls in the tissue, for each damping. Their passivity is the two-port's, up to a quarter of the sampling rate.
+    /// Passivity is the two-port's, up to a quarter of the sampling rate.
     pub tissue: Vec<Walls>,
-    /// Virtual walls. `None` if the master's force depends on more than the sampled position: with a force integral, a
-    /// motor lag, the coupling as printed, or a controller other than position-force.
+    /// `None` if the master's force depends on more than the sampled position: with a force integral, a motor lag, the
+    /// coupling as printed, a general master, or a controller other than position-force.
     pub virtual_walls: Option<Vec<Walls>>,
 }
 
@@ -72,7 +69,7 @@ fn up_to(holds: impl Fn(f64) -> Result<bool, StabilityError>) -> Result<Option<f
     Ok(Some(below))
 }
 
-/// The matrix of the master with its arm against a virtual wall, with the last position as an additional state.
+/// The last position is an additional state.
 fn with_virtual_wall(master: &Side, tick_s: f64, stiffness: f64, damping: f64) -> DMatrix<f64> {
     let n = master.a.nrows();
     let mut position = DVector::zeros(n + 1);
@@ -89,10 +86,7 @@ fn with_virtual_wall(master: &Side, tick_s: f64, stiffness: f64, damping: f64) -
 }
 
 impl ZWidth {
-    /// Computes the Z-width over the values of an axis of [`Parameter::Damping`].
-    ///
-    /// # Errors
-    /// [`StabilityError`].
+    /// Over an axis of [`Parameter::Damping`].
     pub fn of(settings: &LinearLoop, axis: &Axis) -> Result<Self, StabilityError> {
         let damping: Vec<f64> = (0..axis.count).map(|index| axis.value(index)).collect();
         let ports = Ports::new(settings)?;

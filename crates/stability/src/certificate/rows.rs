@@ -1,4 +1,4 @@
-//! A matrix in a file: a list of rows.
+//! Serialises a matrix as a list of rows.
 
 use nalgebra::DMatrix;
 use serde::de::Error as _;

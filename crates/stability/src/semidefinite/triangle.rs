@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-/// The index of entry `(i, j)`, `i <= j`, in the triangle, column by column.
+/// `i <= j`, column by column.
 pub(in super::super) fn row(i: usize, j: usize) -> usize {
     j * (j + 1) / 2 + i
 }
