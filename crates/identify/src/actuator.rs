@@ -1,5 +1,3 @@
-//! The controller's gains and delay, from the recorded force of the actuator.
-
 use nalgebra::{Matrix3, Vector3};
 
 use crate::IdentifyError;
@@ -11,7 +9,6 @@ use crate::measured::{Measured, deviation};
 /// noise, which would bias the gains towards 0.
 const HALF_WINDOW_S: f64 = 10e-3;
 
-/// Each repetition uses the delay found before.
 const REPEATED: usize = 3;
 
 const LONGEST_DELAY_S: f64 = 0.05;
@@ -90,11 +87,11 @@ fn physical(coefficients: &Vector3<f64>) -> [f64; 3] {
 }
 
 struct Regression {
-    /// The regression assumes this delay.
+    /// Assumed by the regression.
     delay_s: f64,
     coefficients: Vector3<f64>,
     covariance: Matrix3<f64>,
-    /// Explained share of the actuator's force; 1 is a perfect fit.
+    /// Explained share of the actuator's force.
     share: f64,
 }
 
@@ -156,7 +153,7 @@ struct Smoothed {
     interval_s: f64,
     error: [Vec<f64>; 3],
     force_n: Vec<f64>,
-    /// At each end, where smoothing distorts.
+    /// Samples at each end that smoothing distorts.
     skipped: usize,
 }
 

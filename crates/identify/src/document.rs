@@ -13,7 +13,6 @@ use crate::twin;
 
 const MACHINE: &str = "slave";
 
-/// First line and base of the scenario.
 const SCENARIO_QUESTION: &str = "What does the identified slave do at the ruptures of skin and muscle?";
 const SCENARIO_BASE: &str = "layers/skin-augmented";
 

@@ -80,6 +80,7 @@ pub enum IdentifyError {
          N/m, explained share {share_percent:.1} %); check the sign and the column of --actuator, or omit it"
     )]
     Actuator {
+        /// Estimated.
         gain_n_per_m: f64,
         share_percent: f64,
     },

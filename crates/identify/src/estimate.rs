@@ -15,7 +15,7 @@ use crate::structure::{Parameter, Structure};
 use crate::whiteness::Whiteness;
 use crate::zero::FreeMotion;
 
-/// Of a slow, a usual and a fast slave.
+/// A slow, a usual and a fast slave.
 const STARTS_RAD_PER_S: [f64; 3] = [30.0, 120.0, 500.0];
 
 /// The rest of each training recording is held out to compare the structures.
@@ -26,7 +26,6 @@ const TOLERANCE_PERCENT: f64 = 0.05;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Request {
-    /// At least one.
     pub training: Vec<Measured>,
     pub predictions: Vec<Measured>,
 }
@@ -78,7 +77,7 @@ pub struct Identification {
 }
 
 impl Identification {
-    /// Value and 95 % interval by a key in files, such as `mass_kg`.
+    /// `key` as in files, such as `mass_kg`.
     #[must_use]
     pub fn parameter(&self, key: &str) -> Option<(f64, [f64; 2])> {
         let (_, bounded) = self.parameters.iter().find(|(parameter, _)| parameter.key() == key)?;
@@ -94,8 +93,7 @@ impl Identification {
 /// Steps that [`identify`] reports.
 pub const STEPS: usize = STARTS_RAD_PER_S.len() + Structure::ALL.len() + 1;
 
-/// Identifies the slave of the training recordings and predicts the others, deterministically. Calls `progress` after
-/// each of [`STEPS`] steps.
+/// Deterministic. Calls `progress` after each of [`STEPS`] steps.
 pub fn identify(request: Request, progress: impl Fn()) -> Result<Identification, IdentifyError> {
     let Request { training, predictions } = request;
     if training.is_empty() {
@@ -179,7 +177,6 @@ fn zeros(training: &[Measured], free_motion: Option<FreeMotion>, coulomb_n: f64)
 /// With a recording in free motion and a known controller, that recording alone determines mass and viscous friction:
 /// contact effects, such as the hysteresis of a foam, are not part of the machine.
 struct Stages {
-    /// Without the parameters of the sensor.
     base: Vec<Parameter>,
     free_motion: Option<FreeMotion>,
     questions: Questions,
@@ -253,8 +250,7 @@ fn base_parameters(controller: Option<&Controller>) -> Vec<Parameter> {
     base
 }
 
-/// Mass and position gain have the corner frequency. The gain is the controller's, or the largest force per largest
-/// error.
+/// The gain is the controller's, or the largest force per largest error.
 fn start(training: &[Measured], controller: Option<&Controller>, corner_rad_per_s: f64) -> Machine {
     let errors = |one: &Measured| -> Vec<f64> {
         one.master_m.iter().zip(&one.slave_m).map(|(master, slave)| master - slave).collect()
@@ -322,7 +318,6 @@ fn held_out(training: &[Measured], stages: &Stages, structure: Structure, start:
     mean_fit(fits)
 }
 
-/// `None` if empty or if one is `None`.
 pub(crate) fn mean_fit(fits: impl Iterator<Item = Option<f64>>) -> Option<f64> {
     let fits = fits.collect::<Option<Vec<f64>>>().filter(|fits| !fits.is_empty())?;
     Some(fits.iter().sum::<f64>() / fits.len() as f64)

@@ -10,13 +10,11 @@ pub(crate) struct Traces<'a> {
     /// `None` if the simulation diverges.
     pub(crate) simulated: (Option<&'a [f64]>, &'static str),
     pub(crate) further: Option<(&'a [f64], Stroke, &'static str)>,
-    /// Factor to the unit of the figure, and captions of signals and error.
     pub(crate) factor: f64,
     pub(crate) captions: [&'static str; 2],
 }
 
 impl Traces<'_> {
-    /// Signals above, error below.
     pub(crate) fn figure(&self) -> Figure<'static> {
         let Self { time_s, measured: (measured, of_measured), simulated: (simulated, of_simulated), .. } = self;
         let simulated = simulated.map_or_else(|| vec![f64::NAN; time_s.len()], <[f64]>::to_vec);

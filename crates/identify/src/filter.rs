@@ -1,4 +1,3 @@
-/// At least 1 sample.
 pub(crate) fn half(half_s: f64, interval_s: f64) -> usize {
     ((half_s / interval_s).round() as usize).max(1)
 }
@@ -41,7 +40,6 @@ pub(crate) fn cubic_slope(values: &[f64], half: usize, interval_s: f64) -> Vec<f
     (0..values.len()).map(at).collect()
 }
 
-/// After the centre of a window; three samples have a line.
 fn cubic_weights(half: usize, interval_s: f64) -> Vec<f64> {
     if half < 2 {
         return vec![0.5 / interval_s; half];

@@ -1,5 +1,3 @@
-//! Columns on a regular grid, and checks common to all recordings.
-
 use std::path::Path;
 
 use trocar_base::warning::Warning;

@@ -95,7 +95,6 @@ impl Measured {
         })
     }
 
-    /// At least 200.
     #[must_use]
     #[expect(clippy::len_without_is_empty, reason = "a recording is never empty")]
     pub fn len(&self) -> usize {
@@ -107,7 +106,6 @@ impl Measured {
         deviation(&self.slave_m)
     }
 
-    /// `100 (1 - |simulated - slave| / |slave - mean|)`, with 2-norms.
     #[must_use]
     pub fn fit_percent(&self, simulated_m: &[f64]) -> f64 {
         fit_percent(simulated_m, &self.slave_m, self.motion_m())

@@ -21,7 +21,7 @@ pub(crate) struct Model {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Unknown {
     Of(Parameter),
-    /// Of the force sensor, in the training recording with this index.
+    /// Zero of the force sensor in the training recording with this index.
     Zero(usize),
 }
 

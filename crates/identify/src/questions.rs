@@ -8,7 +8,6 @@ const LEAST_EFFECT: f64 = 1.5;
 /// Minimum motion of a reversal, relative to the range.
 const REVERSAL_SHARE: f64 = 0.05;
 
-/// Which properties the recordings can determine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Questions {
     pub(crate) has_contact: bool,
@@ -17,7 +16,6 @@ pub(crate) struct Questions {
 }
 
 impl Questions {
-    /// `model` roughly follows the recordings.
     pub(crate) fn of(recordings: &[Measured], model: &Model, has_actuator: bool) -> Self {
         Self {
             has_contact: recordings
@@ -34,7 +32,6 @@ impl Questions {
         !self.has_contact && !self.has_actuator
     }
 
-    /// As sentences.
     pub(crate) fn open(self) -> Vec<String> {
         let mut open = vec![];
         if self.only_ratios() {

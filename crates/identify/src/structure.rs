@@ -6,14 +6,13 @@ pub enum Structure {
     Plain,
     /// With a scale and an offset of the force sensor.
     Sensor,
-    /// With a scale, an offset and a lag.
+    /// Also a lag.
     LaggingSensor,
 }
 
 impl Structure {
     pub(crate) const ALL: [Self; 3] = [Self::Plain, Self::Sensor, Self::LaggingSensor];
 
-    /// In files.
     #[must_use]
     pub fn key(self) -> &'static str {
         match self {
@@ -23,7 +22,6 @@ impl Structure {
         }
     }
 
-    /// In tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -1,6 +1,5 @@
 /// A model with unknowns that recordings determine by least squares.
 pub(crate) trait System: Clone {
-    /// All unknowns and constants.
     type Model: Clone;
     type Unknown: Copy + PartialEq;
 
@@ -14,7 +13,6 @@ pub(crate) trait System: Clone {
     /// rejects the step.
     fn errors(&self, model: &Self::Model) -> Vec<f64>;
 
-    /// Number of errors of each recording.
     fn lengths(&self) -> Vec<usize>;
 
     /// Expected value and standard deviation, which scale the coordinate; `None` if the coordinate is the logarithm.

@@ -28,12 +28,10 @@ pub(crate) struct Contents<'a> {
     pub(crate) fits: Table,
     pub(crate) structures: Table,
     pub(crate) comparison: &'static str,
-    /// Of the figures, one for each recording.
     pub(crate) names: Vec<String>,
     pub(crate) file: IdentificationFile<'a>,
 }
 
-/// Without the figures, columns and further files of the recordings.
 pub(crate) fn document<'a>(contents: Contents<'_>) -> Document<'a> {
     let Contents { verdict, warnings, parameters, fits, structures, comparison, names, file } = contents;
     let mut of_parameters = Section::new("parameters", "Parameters");
@@ -170,7 +168,6 @@ pub(crate) fn file_names<'a>(recordings: impl Iterator<Item = &'a str>) -> Vec<S
     distinct(&recordings.map(stem).collect::<Vec<_>>(), &[])
 }
 
-/// In s.
 pub(crate) fn times(samples: usize, interval_s: f64) -> Vec<f64> {
     (0..samples).map(|sample| sample as f64 * interval_s).collect()
 }

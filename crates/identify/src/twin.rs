@@ -19,7 +19,7 @@ pub(crate) const KEYS: [(&str, Parameter); 5] = [
     ("derivative_gain", Parameter::VelocityGain),
 ];
 
-/// Over the 95 % intervals of the parameters of `slave.toml`; those without an interval stay.
+/// Axes are the 95 % intervals of `slave.toml`; parameters without an interval stay.
 pub(crate) fn twin(parameters: &[(Parameter, Bounded)]) -> String {
     let mut text = format!(
         "# How far do overshoot and margins depend on what the recordings leave open about the slave?\n\

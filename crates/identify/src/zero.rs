@@ -10,7 +10,7 @@ const FREE_SHARE: f64 = 1.0 / 3.0;
 /// Maximum rise of the lowest forces with the master's motion, relative to the whole recording, without contact.
 const FLAT_SHARE: f64 = 1.0 / 3.0;
 
-/// From the zero in free motion, in units of the Coulomb friction; a preload is farther.
+/// Distance from the zero in free motion, in units of the Coulomb friction; a preload is farther.
 const LARGEST_DRIFT: f64 = 2.0;
 
 /// Below it the slave may rest with any friction up to the limit.
@@ -25,7 +25,7 @@ pub(crate) struct FreeMotion {
 }
 
 impl FreeMotion {
-    /// The recording whose forces are much smaller than the others'.
+    /// `None` unless one recording has much smaller forces than the others.
     pub(crate) fn of(training: &[Measured]) -> Option<Self> {
         let spans: Vec<f64> = training.iter().map(|one| span(&one.force_n)).collect();
         let (recording, smallest) = spans.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1))?;
@@ -50,8 +50,7 @@ impl FreeMotion {
         (is_flat && is_near).then_some(zero_n)
     }
 
-    /// Of a recording outside the estimation. Without a part free of contact, averages the mean training zero and the
-    /// zero that balances the first sample.
+    /// Without a part free of contact, averages the mean training zero and the zero that balances the first sample.
     pub(crate) fn predicted(&self, measured: &Measured, machine: &Machine, trained_n: &[f64]) -> f64 {
         self.tare(measured, machine.coulomb_n).unwrap_or_else(|| {
             let mean_n = trained_n.iter().sum::<f64>() / trained_n.len() as f64;
@@ -60,10 +59,8 @@ impl FreeMotion {
     }
 }
 
-/// The zero at which the load at the first sample balances controller, friction and inertia. Friction at rest allows an
-/// interval of zeros; the one nearest to `expected_n` is returned.
-///
-/// The acceleration is the master's.
+/// The zero at which the load at the first sample balances controller, friction and inertia of the master's
+/// acceleration. Friction at rest allows an interval of zeros; the one nearest to `expected_n` is returned.
 fn balanced(measured: &Measured, machine: &Machine, expected_n: f64) -> f64 {
     let velocity = measured.start_velocity_m_per_s;
     let acceleration = measured.master_acceleration_m_per_s2[0];

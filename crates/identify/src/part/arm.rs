@@ -10,13 +10,12 @@ use crate::IdentifyError;
 use crate::filter::{cubic_slope, half, slope};
 use crate::measured::{VELOCITY_HALF_S, span};
 
-/// For the cubic slope.
 const RATE_HALF_S: f64 = 2.5e-3;
 
-/// Multiple of the arm's stiffness and damping that represents a rigid grip.
+/// Represents a rigid grip.
 const RIGID: f64 = 20.0;
 
-/// Of the spring behind the arm to the grip, for the starts.
+/// Ratio of the spring behind the arm to the grip.
 const STIFFNESS_RATIOS: [f64; 4] = [0.05, 1.0, 4.0, 20.0];
 
 /// A hand, and a hand with the forearm.
@@ -94,7 +93,6 @@ impl Structure {
         }
     }
 
-    /// In N.
     fn simulate(self, values: &[f64], signals: &Signals) -> Option<Vec<f64>> {
         let Signals { position_m, interval_s, velocity_m_per_s, .. } = signals;
         let offset_m = values[values.len() - 1];

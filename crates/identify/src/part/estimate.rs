@@ -14,19 +14,18 @@ use crate::measured::{fit_percent, span};
 use crate::problem::Problem;
 use crate::whiteness::Whiteness;
 
-/// Minimum range of a held-out part, relative to the whole recording, for comparing structures on it.
+/// Minimum relative range of a held-out part for comparing structures on it.
 const EXCITED_SHARE: f64 = 1.0 / 3.0;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct PartRequest {
-    /// At least one.
     pub training: Vec<Signals>,
     pub predictions: Vec<Signals>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct PartFit {
-    /// Of a tissue that ruptures, the part before the rupture.
+    /// The part before the rupture of a tissue.
     pub signals: Signals,
     pub role: Role,
     /// Force in N, or position in m for a master; `None` if the simulation diverges.
@@ -63,7 +62,6 @@ pub(crate) struct Compared {
 #[derive(Debug, Clone, PartialEq)]
 pub struct PartIdentification {
     pub part: Part,
-    /// Training first.
     pub fits: Vec<PartFit>,
     pub warnings: Vec<Warning>,
     /// Such as `kelvin-voigt`.
@@ -76,7 +74,6 @@ pub struct PartIdentification {
 }
 
 impl PartIdentification {
-    /// TOML with the identified part.
     #[must_use]
     pub fn scenario(&self) -> &str {
         &self.file.text
@@ -87,7 +84,6 @@ impl PartIdentification {
         mean_fit(self.fits.iter().filter(|fit| fit.role == role).map(|fit| fit.fit_percent))
     }
 
-    /// Value and 95 % interval by a key in files, such as `stiffness_n_per_m`.
     #[must_use]
     pub fn parameter(&self, key: &str) -> Option<(f64, [f64; 2])> {
         let (_, bounded) = self.parameters.iter().find(|(spec, _)| spec.key == key)?;
@@ -191,7 +187,6 @@ fn whole(part: Part, recordings: Vec<Signals>) -> Result<(Vec<Signals>, Vec<Name
     Ok((whole, ruptures))
 }
 
-/// The first held-out sample.
 fn cut(one: &Signals) -> usize {
     (FITTED_SHARE * one.len() as f64) as usize
 }
@@ -231,7 +226,6 @@ fn sum_of_squares(problem: &Problem<PartSystem<'_>>, values: &Vec<f64>) -> f64 {
     problem.system().errors(values).iter().map(|error| error * error).sum()
 }
 
-/// On the last third of each recording.
 fn held_out(part: Part, candidate: &Candidate, values: &[f64], training: &[Signals]) -> Option<f64> {
     let fits = training.iter().map(|one| {
         let (simulated, from) = ((candidate.simulate)(values, one)?, cut(one));

@@ -11,8 +11,7 @@ use crate::machine::{Load, Machine};
 use crate::measured::{Measured, span};
 use crate::questions::reversals;
 
-/// Displacement of the simulated master by the recorded forces, as a share of the motion. A free mass would drift with
-/// the smallest force error.
+/// The recorded forces displace the simulated master by this share of the motion; a free mass would drift.
 const OBSERVER_SHARE: f64 = 0.2;
 
 /// Time constant with which the simulated master returns to the measured one. Faster motions determine the mass.

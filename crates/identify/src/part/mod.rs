@@ -1,5 +1,3 @@
-//! Parts whose parameters follow from positions and forces at one place.
-
 mod arm;
 mod document;
 mod estimate;
@@ -39,7 +37,6 @@ impl Part {
         }
     }
 
-    /// The moving side, and the flag of its position.
     pub(crate) fn moving(self) -> (&'static str, &'static str) {
         match self {
             Self::Tissue => ("slave", "--slave"),
@@ -74,9 +71,7 @@ impl Part {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Spec {
-    /// In files.
     pub(crate) key: &'static str,
-    /// In tables.
     pub(crate) name: &'static str,
     /// SI; `1` for a plain number.
     pub(crate) unit: &'static str,
@@ -103,7 +98,6 @@ impl Spec {
 type Simulation = Box<dyn Fn(&[f64], &Signals) -> Option<Vec<f64>>>;
 
 struct Candidate {
-    /// In files.
     key: &'static str,
     name: &'static str,
     specs: Vec<Spec>,
@@ -114,7 +108,7 @@ struct Candidate {
     essential: Vec<&'static str>,
     /// With another estimate of the velocity; the interval includes the change of a value.
     alternative: Option<Simulation>,
-    /// By the rounding of the positions.
+    /// Factors by which the rounding of the positions reduces parameters.
     reductions: Vec<(&'static str, f64)>,
 }
 
@@ -125,7 +119,6 @@ impl Candidate {
     }
 }
 
-/// With the name of the recording.
 type NamedRupture = (String, Rupture);
 
 struct Chosen<'a> {
@@ -141,7 +134,6 @@ impl Chosen<'_> {
 }
 
 struct Conclusions {
-    /// Sentences.
     open: Vec<String>,
     file: TextFile,
 }

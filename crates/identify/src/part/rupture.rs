@@ -7,7 +7,7 @@ use crate::measured::span;
 /// Duration of a rupture.
 const FALL_S: f64 = 5e-3;
 
-/// Of the range of the force so far, or of half the whole range.
+/// Share of the force's range so far, or of half the whole range.
 const FALL_SHARE: f64 = 0.4;
 
 /// Multiple of the median change of the force in the same time, by noise or by the motion of the needle.

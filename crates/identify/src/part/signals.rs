@@ -13,9 +13,10 @@ use crate::measured::{VELOCITY_HALF_S, deviation, span};
 #[derive(Debug, Clone, PartialEq)]
 pub struct PartColumns {
     pub time: Column,
-    /// Of the needle for a tissue, otherwise of the master.
+    /// Position of the needle for a tissue, otherwise of the master.
     pub position: Column,
-    /// On the needle, positive when it resists; otherwise of the hand, positive when it pushes the master forwards.
+    /// Force on the needle, positive when it resists; otherwise of the hand, positive when it pushes the master
+    /// forwards.
     pub force: Column,
     /// Desired position in m of an arm, or force in N of a master's motor, positive when it pushes forwards.
     pub input: Option<Column>,
@@ -71,7 +72,6 @@ impl Signals {
         Ok(Self { name: recording(), interval_s, position_m, force_n, input, velocity_m_per_s, unfinished: None })
     }
 
-    /// At least 200.
     #[must_use]
     #[expect(clippy::len_without_is_empty, reason = "a recording is never empty")]
     pub fn len(&self) -> usize {

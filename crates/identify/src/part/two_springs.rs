@@ -14,7 +14,6 @@ pub(super) struct TwoSprings {
     pub(super) mass_kg: f64,
 }
 
-/// In m and m/s.
 type State = [f64; 2];
 
 pub(super) struct Motions<'a> {

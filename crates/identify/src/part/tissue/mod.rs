@@ -24,7 +24,7 @@ struct Structure {
     law: Law,
     /// The zero of the force sensor is unknown.
     has_zero: bool,
-    /// Of the shaft: a spring that slides at a force.
+    /// A spring that slides at a force.
     has_friction: bool,
     velocity: Velocity,
 }
@@ -135,7 +135,6 @@ impl Structure {
     }
 }
 
-/// The part of a recording before a rupture.
 pub(super) fn intact(recording: Signals) -> Result<(Signals, Option<Rupture>), IdentifyError> {
     let Some(rupture) = Rupture::of(&recording) else { return Ok((recording, None)) };
     let at_s = rupture.sample as f64 * recording.interval_s;

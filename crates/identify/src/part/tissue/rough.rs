@@ -28,9 +28,8 @@ pub(super) struct Rough {
     pub(super) damping_n_s_per_m: f64,
     pub(super) lag_s: f64,
     pub(super) velocity: Velocity,
-    /// By the rounding of the positions, of the damping; at most 1.
+    /// Factor of the damping by the rounding of the positions; at most 1.
     pub(super) reduction: f64,
-    /// The largest.
     pub(super) depth_m: f64,
     pub(super) span_m: f64,
     pub(super) span_n: f64,
@@ -104,7 +103,7 @@ struct Free {
 }
 
 impl Free {
-    /// Flat forces at the lowest positions; `None` if the needle is in contact there.
+    /// `None` if the needle is in contact at the lowest positions.
     fn of(positions: &[f64], forces: &[f64]) -> Option<Self> {
         let lowest_m = positions.iter().copied().fold(f64::INFINITY, f64::min);
         let end_m = lowest_m + LOWEST_SHARE * span(positions);
