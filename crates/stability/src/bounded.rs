@@ -1,19 +1,18 @@
-//! Absolute stability with bounded impedances, where Llewellyn's conditions allow every passive hand and tissue:
+//! Absolute stability with bounded impedances.
 //!
-//! - A hand between the dampers `r` and `R` (N·s/m) is any passive impedance `Z` with both dampers:
-//!   `Z_h = r + (Z ‖ (R - r))`. At each frequency these impedances fill the disc with the diameter `[r, R]` on the real
-//!   axis; for infinite `R`, the half-plane `Re Z_h >= r`.
-//! - A tissue is a spring and a damper, each in a range: `Z_e = B + K / (jω)` lies in a rectangle.
+//! - A hand between the dampers `r` and `R` (N·s/m), `Z_h = r + (Z ‖ (R - r))` with any passive `Z`, lies in the disc
+//!   with the diameter `[r, R]` on the real axis at each frequency.
+//! - A tissue with a spring and a damper in ranges, `Z_e = B + K / (jω)`, lies in a rectangle.
 //!
-//! With the two-port `H` the loop has a pole at `jω` if `Z_h = -Z_t(Z_e)`. With `N = -h11 + D Z_e`, `M = 1 + h22 Z_e`
-//! and `D = h12 h21 - h11 h22`, `-Z_t = N / M`. It lies in the disc of the hand if
+//! With `N = -h11 + D Z_e`, `M = 1 + h22 Z_e` and `D = h12 h21 - h11 h22` the loop has a pole at `jω` if
+//! `Z_h = -Z_t(Z_e) = N / M`. It lies in the disc of the hand if
 //!
 //! ```text
 //! q(Z_e) = |N|² / R - (1 + r/R) Re(N M*) + r |M|² = a |Z_e|² + 2 Re(b Z_e) + c <= 0
 //! ```
 //! On a rectangle `q` is a sum of two parabolas, so its minimum has a closed form. If it is positive at every
-//! frequency, all loops are stable if one is (zero exclusion; Haddadi and Hashtrudi-Zaad 2010, *Bounded-impedance
-//! absolute stability of bilateral teleoperation control systems*).
+//! frequency, all loops are stable if one is (zero exclusion; Haddadi and Hashtrudi-Zaad, *IEEE Trans. Haptics* 3,
+//! 2010).
 
 use super::analysis::frequencies_hz;
 use super::{Axis, ClosedLoop, Hybrid, LinearLoop, Parameter, Ports, StabilityError};
@@ -77,7 +76,7 @@ impl Quadratic {
     }
 }
 
-/// A position that drifts without a spring has a pole at 1, which does not count as growing.
+/// A position that drifts has a pole at 1, which does not count as growing.
 const GROWS: f64 = 1.0 + 1e-8;
 
 impl Terminations {

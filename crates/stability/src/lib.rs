@@ -1,15 +1,13 @@
 //! Linear stability analysis of the teleoperator, without simulation.
 //!
-//! In permanent contact with `f_e = K x_e + B v_e` the loop is linear and tick-invariant. It is stable if all
-//! eigenvalues of [`ClosedLoop::matrix`] lie inside the unit circle. The loop gain gives the same verdict:
+//! In permanent contact with `f_e = K x_e + B v_e` the loop is stable if all eigenvalues of [`ClosedLoop::matrix`] lie
+//! inside the unit circle. The loop gain gives the same verdict:
 //!
 //! ```text
 //! L(z) = z^-(d_forward + d_backward) H_master(z) H_slave(z),      the closed loop's poles are the zeros of 1 - L(z)
 //! ```
-//! The winding number of `1 - L` around 0 counts the unstable poles (Nyquist), at a cost that does not grow with the
-//! cube of the delay.
-//!
-//! [`left_out`] lists the parts with which the stability is unknown; [`Switching`] covers events.
+//! The winding number of `1 - L` around 0 counts the unstable poles (Nyquist), without the cubic cost of eigenvalues.
+//! [`left_out`] lists the parts with which the stability is unknown.
 
 mod analysis;
 mod axis_text;

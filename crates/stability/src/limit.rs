@@ -8,7 +8,6 @@ use trocar_engine::teleoperation::ControllerKind;
 const MAX_CROSSINGS: usize = 1000;
 const BESIDE: f64 = 1e-6;
 
-/// Exceeds the precision of a double.
 const BISECTIONS: usize = 80;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,13 +45,12 @@ impl Search {
 pub struct Limit {
     pub parameter: Parameter,
     pub value: f64,
-    /// Increasing ranges.
     pub stable: Vec<(f64, f64)>,
     pub search: Search,
 }
 
 impl Limit {
-    /// The upper end of the stable range of `value`, else of the last range below; infinite at the end of the search.
+    /// The end of the stable range of `value`, else of the last range below; infinite at the end of the search.
     #[must_use]
     pub fn largest(&self) -> Option<f64> {
         let (_, end) = *self.stable.iter().rev().find(|(start, _)| *start <= self.value)?;
@@ -67,7 +65,6 @@ impl Limit {
     }
 }
 
-/// Rebuilds the machines only if necessary.
 pub(super) struct StabilityTester<'a> {
     settings: &'a LinearLoop,
     machines: Machines,
@@ -96,7 +93,7 @@ impl<'a> StabilityTester<'a> {
         Ok(true)
     }
 
-    /// Between (delay) or beside (scale) the crossings of the unit circle, to find ranges that the scan steps over.
+    /// Points between or beside crossings of the unit circle find ranges that the scan steps over.
     fn between_crossings(&self, parameter: Parameter) -> Result<Vec<f64>, StabilityError> {
         let value = self.settings.get(parameter);
         let mut crossings: Vec<f64> = match parameter {

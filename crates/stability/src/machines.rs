@@ -40,7 +40,6 @@ pub(super) struct Machines {
     /// Includes the controller unless it is sampled.
     pub(super) master: MasterStep,
     pub(super) slave: SlaveStep,
-    /// For a sampled controller.
     pub(super) motors: Option<(MotorStep<MASTER_STATES>, MotorStep<SLAVE_STATES>)>,
     pub(super) late_master: Option<MasterStep>,
     pub(super) late_slave: Option<SlaveStep>,

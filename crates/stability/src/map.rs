@@ -12,7 +12,6 @@ pub enum Spacing {
 pub struct Axis {
     pub parameter: Parameter,
     pub low: f64,
-    /// Above `low`.
     pub high: f64,
     /// At least 2.
     pub count: usize,

@@ -23,7 +23,6 @@ pub struct Margins {
 }
 
 impl ClosedLoop {
-    /// Returns the smallest margins over all crossings.
     pub fn margins(&self) -> Result<Margins, StabilityError> {
         if !self.is_stable()? {
             return Ok(Margins::default());

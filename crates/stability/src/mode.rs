@@ -6,7 +6,6 @@ use trocar_lti::{Complex64, eigenvalues};
 
 const MAX_STATES: u64 = 240;
 
-/// Steps from a bisected pole, and their maximum length.
 const NEWTON_STEPS: usize = 4;
 const MAX_STEP: f64 = 1e-6;
 

@@ -47,7 +47,6 @@ pub struct Worst {
 pub struct Population {
     pub settings: PopulationSettings,
     pub members: Vec<Member>,
-    /// With a 95 % interval.
     pub stable_share: (f64, (f64, f64)),
     pub limits: Vec<LimitQuantiles>,
     /// The worst of members and corners of the range; a smaller stiffness may exist.

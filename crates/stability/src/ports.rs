@@ -11,8 +11,7 @@ pub fn is_passive_impedance(immittance: Complex64) -> bool {
     immittance.re >= -ROUNDING * immittance.norm()
 }
 
-/// The hybrid matrix at one frequency (Hannaford 1989, *A design framework for teleoperators with kinesthetic
-/// feedback*):
+/// The hybrid matrix at one frequency (Hannaford, *IEEE Trans. Robot. Autom.* 5, 1989):
 ///
 /// ```text
 /// | F_h  |   | h11  h12 | | v_h |      h11: impedance at the hand with a free needle, in N·s/m
@@ -26,10 +25,9 @@ pub struct Hybrid {
 }
 
 impl Hybrid {
-    /// `η = -cos ∠(h12 h21) + 2 Re h11 Re h22 / |h12 h21|`; infinite if `h12 h21 = 0`. The two-port is stable with
-    /// every passive hand and tissue if `η >= 1` and both real parts are at least 0 at every frequency (Llewellyn 1952,
-    /// *Some fundamental properties of transmission systems*; Adams and Hannaford 1999, *Stable haptic interaction with
-    /// virtual environments*).
+    /// `η = -cos ∠(h12 h21) + 2 Re h11 Re h22 / |h12 h21|`, infinite if `h12 h21 = 0`. The two-port is absolutely
+    /// stable if `η >= 1` and both real parts are at least 0 at every frequency (Llewellyn, *Proc. IRE* 40, 1952; Adams
+    /// and Hannaford, *IEEE Trans. Robot. Autom.* 15, 1999).
     #[must_use]
     pub fn llewellyn(&self) -> f64 {
         let [[h11, _], [_, h22]] = self.h;
@@ -153,7 +151,6 @@ impl Ports {
         let machines = &settings.link.machines;
         let scale = machines.position_scale;
 
-        // The responses of force sensor and differentiator.
         let read = force_reading(settings, s);
         let weight =
             -(-std::f64::consts::TAU * settings.link.controller.four_channel.acceleration_bandwidth_hz * tick_s)

@@ -16,7 +16,6 @@ pub struct EventBound {
     pub slave_motion_m: f64,
     pub slave_speed_m_per_s: f64,
     pub force_n: f64,
-    /// Between two ticks.
     pub force_step_n: f64,
 }
 

@@ -1,7 +1,7 @@
 //! Bounds of the loop's commands and readings, to test whether it reaches its limits.
 //!
-//! Let `h` be the response to a unit sample. If the desired position stays within `U` of a point, the output of a
-//! stable loop stays within `Σ |h_k| U`; if it is no faster than `V`, the output is no faster than `Σ |h_k| V`.
+//! Let `h` be the response to a unit sample. If the desired position stays within `U` of a point, the output stays
+//! within `Σ |h_k| U`; if it is no faster than `V`, the output is no faster than `Σ |h_k| V`.
 
 use nalgebra::{DMatrix, DVector};
 use trocar_core::settings::KeySource as _;
@@ -13,7 +13,6 @@ use trocar_scenario::{OperatorSpec, Scenario};
 const REMAINS: f64 = 1e-12;
 const MAX_SAMPLES: u32 = 200_000;
 
-/// For rounding of the sums.
 const MARGIN: f64 = 1.001;
 
 /// Over all hand motions at most as far and as fast as the scenario's.

@@ -19,7 +19,6 @@ const RESOLVED: f64 = 0.5;
 /// Largest `|ln |L||` at the ends of a segment within which `|L|` can cross 1.
 const LN_NEAR: f64 = 0.7;
 
-/// In rad.
 const MIN_WIDTH: f64 = 1e-14;
 
 const BISECTIONS: usize = 60;

@@ -11,8 +11,7 @@ const FREQUENCIES: usize = 4000;
 /// ```text
 /// b > (T / 2) / (1 - cos ωT) · Re[ (1 - exp(-jωT)) H(exp(jωT)) ]    for all 0 <= ω <= π/T
 /// ```
-/// (Colgate and Schenkel 1997, *Passivity of a class of sampled-data systems: application to haptic interfaces*). A
-/// wall `K + B (z - 1) / (T z)` gives `b > K T / 2 + |B|`.
+/// (Colgate and Schenkel, *J. Robot. Syst.* 14, 1997). A wall `K + B (z - 1) / (T z)` gives `b > K T / 2 + |B|`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampledWall {
     pub tick_s: f64,
@@ -35,7 +34,6 @@ impl SampledWall {
     }
 }
 
-/// The law is the force from the link.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampledBound {
     pub min_damping_n_s_per_m: f64,

@@ -12,7 +12,6 @@ const CELL: usize = 8;
 pub struct ShareMap {
     pub x: Axis,
     pub y: Axis,
-    /// Number of loops.
     pub of: usize,
     /// Row by row from the lowest `y`.
     pub stable: Vec<u32>,
@@ -43,7 +42,6 @@ impl ShareMap {
         Ok(Self { x, y, of: loops.len(), stable })
     }
 
-    /// With the 95 % interval.
     #[must_use]
     pub fn share(&self, column: usize, row: usize) -> (f64, (f64, f64)) {
         share_interval(self.stable[row * self.x.count + column] as usize, self.of)

@@ -20,14 +20,12 @@ pub struct PolesAndZeros {
     pub system: &'static str,
     /// In the z plane, largest modulus first.
     pub poles: Vec<Complex64>,
-    /// Finite.
     pub zeros: Vec<Complex64>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Locus {
     pub parameter: Parameter,
-    /// Values with their poles, largest modulus first.
     pub branches: Vec<(f64, Vec<Complex64>)>,
 }
 
@@ -60,7 +58,6 @@ fn zeros(a: &DMatrix<f64>, b: &DVector<f64>, c: &DVector<f64>, d: f64) -> Result
 }
 
 impl LoopSystem {
-    /// Zeros are from the first input.
     pub fn poles_and_zeros(&self, name: &'static str, output: usize) -> Result<PolesAndZeros, StabilityError> {
         let system = &self.system;
         let (b, c) = (system.b().column(0).into_owned(), system.c().row(output).transpose());

@@ -1,30 +1,28 @@
 //! Delays that vary from tick to tick within a range, in any order.
 //!
-//! The receiver holds the arrived sample that was sent last: `y_(k-d_k)`, where `d_k` is between `a` and `b` ticks and
-//! `k - d_k` never decreases. Around a constant delay of `m` ticks,
+//! The receiver holds the arrived sample that was sent last, `y_(k-d_k)`, where `a <= d_k <= b` and `k - d_k` never
+//! decreases. Around a constant delay of `m` ticks,
 //!
 //! ```text
 //! y_(k-d_k) = y_(k-m) + e_k,      e = Δ u,      u_k = y_k - y_(k-1),      ‖Δ‖ <= g = max(m - a, b - m)
 //! ```
-//! `e_k` is a sum of at most `g` of the `u`, so `|e_k|² <= g Σ |u_i|²`. Because `k - d_k` never decreases, each `u_i`
-//! is in at most `g` of these sums, so `Σ |e_k|² <= g² Σ |u_i|²` (in continuous time: Shustin and Fridman 2007, *On
-//! delay-derivative-dependent stability of systems with fast-varying delays*). Stability follows from small gain (for
-//! one delay: Kao and Lincoln 2004, *Simple stability criteria for systems with time-varying delays*). With
-//! `P = H_master H_slave` and `L = z^-(m1 + m2) P`, the `Δ` of both directions act on
+//! `e_k` is a sum of at most `g` of the `u`, and each `u_i` is in at most `g` of these sums, so
+//! `Σ |e_k|² <= g² Σ |u_i|²` (in continuous time: Shustin and Fridman, *Automatica* 43, 2007). Stability follows from
+//! small gain (for one delay: Kao and Lincoln, *Automatica* 40, 2004). With `P = H_master H_slave` and
+//! `L = z^-(m1 + m2) P`, the `Δ` of both directions act on
 //!
 //! ```text
 //! M = (1 - z^-1) / (1 - L) [ z^-m2 P   H_master ]        from (e1, e2) to (u1, u2)
 //!                          [ H_slave   z^-m1 P  ]
 //! ```
-//! The loop is stable for every order of the delays if it is stable with `m1` and `m2`, and if for one number `δ > 0`
-//! both singular values of `diag(g1, g2) diag(1, √δ)⁻¹ M diag(1, √δ)` are below 1 at every frequency. With
-//! `u = |1 - z^-1|`:
+//! The loop is stable for every order of the delays if it is stable with `m1` and `m2`, and if for one `δ > 0` both
+//! singular values of `diag(g1, g2) diag(1, √δ)⁻¹ M diag(1, √δ)` are below 1 at every frequency. With `u = |1 - z^-1|`:
 //!
 //! ```text
 //! u² (δ g1² |H_master|² + g2² |H_slave|² / δ + (g1² + g2² - g1² g2² u²) |P|²) < |1 - L|²,      g1 g2 u² |P| < |1 - L|
 //! ```
-//! (trace and determinant of its square). Bounds of the responses verify both inequalities on arcs of the unit circle
-//! and intervals of the stiffness that cover all points.
+//! (trace and determinant of its square). Bounds of the responses verify both on arcs of the unit circle and intervals
+//! of the stiffness.
 
 use std::f64::consts::PI;
 
@@ -39,12 +37,10 @@ use trocar_core::time::nearest_ticks;
 use trocar_lti::Complex64;
 use trocar_scenario::Scenario;
 
-/// For rounding.
 const SLACK: f64 = 1e-6;
 
 const MAX_BOXES: usize = 100_000;
 
-/// Stiffness intervals, each with its scaling.
 const PIECES: u32 = 4;
 
 const MAX_JITTER_TICKS: u64 = 10_000;
@@ -197,7 +193,6 @@ impl SideOfShare {
         let rest = rb.norm() * rest * (cr.norm() * change + spread * self.slopes.1);
         let of_share = cr.dot(&(self.a_slope.map(complex) * &rb)) + self.c_slope.map(complex).dot(&rb);
         let (by_angle, by_share) = (reach * cr.dot(&rb).norm(), spread * of_share.norm());
-        // Apportion the remainder between angle and share.
         let part = reach / change;
         Some(Disc { centre, by_angle: by_angle + rest * part, by_share: by_share + rest * (1.0 - part) })
     }
@@ -231,7 +226,6 @@ struct Proof {
     closed: ClosedLoop,
     master: SideOfShare,
     slave: SideOfShare,
-    /// The slave at the end of each stiffness interval.
     tops: Vec<(f64, Response)>,
 }
 
@@ -246,7 +240,6 @@ impl Proof {
         Self::of(closed, at)
     }
 
-    /// `slave` takes a share of the stiffness.
     fn of(closed: ClosedLoop, slave: impl Fn(f64) -> Result<Side, StabilityError>) -> Result<Self, StabilityError> {
         let top = |piece: u32| -> Result<_, StabilityError> {
             let share = f64::from(piece) / f64::from(PIECES);

@@ -15,7 +15,6 @@ const SPAN: f64 = 1e3;
 
 const DAMPINGS: u32 = 6;
 
-/// Relative, of the largest stable stiffness.
 const TOLERANCE: f64 = 1e-9;
 
 /// At every spring and damper of the tissue, and out of contact.
@@ -74,7 +73,6 @@ impl LinearLoop {
         Ok(worst.0)
     }
 
-    /// With its [`ClosedLoop::destabilising_change`].
     fn at_worst_stiffness(&self, damping_n_s_per_m: f64) -> Result<(Self, f64), StabilityError> {
         let stiffest = Self { damping_n_s_per_m, ..self.clone() };
         let (low, high) = (self.tissue.springs.stiffness_n_per_m.0, self.tissue.stiffest_n_per_m());
@@ -152,7 +150,6 @@ impl LinearLoop {
         })
     }
 
-    /// In N/m, at most `high`.
     fn stable_up_to(&self, machines: &Machines, high: f64) -> Result<f64, StabilityError> {
         let mut last: Option<ClosedLoop> = None;
         let mut is_stable = |stiffness_n_per_m: f64| -> Result<bool, StabilityError> {
@@ -203,7 +200,6 @@ impl LinearLoop {
 
 struct Worst {
     stiffness_n_per_m: f64,
-    /// See [`ClosedLoop::destabilising_change`].
     change: f64,
 }
 

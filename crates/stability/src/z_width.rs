@@ -1,14 +1,14 @@
 //! The Z-width: the walls that a hand can touch through the loop, as ranges of stiffness over damping.
 //!
-//! A wall is a spring `K` and a damper `B` (Colgate and Brown 1994, *Factors affecting the Z-width of a haptic
-//! display*). It is in the tissue, or virtual: computed by the master from its sampled position,
+//! A wall is a spring `K` and a damper `B` (Colgate and Brown, *ICRA* 1994), in the tissue or virtual: computed by the
+//! master from its sampled position,
 //!
 //! ```text
 //! F_k = K x_k + B (x_k - x_{k-1}) / T
 //! ```
 //! A wall is stable if the motion against it decays with the scenario's arm, and passive if it is stable with every
-//! passive hand. A virtual wall is passive if and only if `b > K T / 2 + |B|`, with `b` the damping of the master
-//! (Colgate and Schenkel 1997, *Passivity of a class of sampled-data systems*).
+//! passive hand: for a virtual wall, if and only if `b > K T / 2 + |B|`, with `b` the damping of the master (Colgate
+//! and Schenkel, *J. Robot. Syst.* 14, 1997).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -22,7 +22,6 @@ use trocar_engine::plant::Coupling;
 use trocar_engine::teleoperation::ControllerKind;
 use trocar_lti::{Complex64, eigenvalues};
 
-/// Range in N/m.
 const STIFFNESS: (f64, f64) = (0.1, 1e7);
 const SCAN: usize = 60;
 const BISECTIONS: usize = 40;
@@ -69,7 +68,6 @@ fn up_to(holds: impl Fn(f64) -> Result<bool, StabilityError>) -> Result<Option<f
     Ok(Some(below))
 }
 
-/// The last position is an additional state.
 fn with_virtual_wall(master: &Side, tick_s: f64, stiffness: f64, damping: f64) -> DMatrix<f64> {
     let n = master.a.nrows();
     let mut position = DVector::zeros(n + 1);
@@ -86,7 +84,6 @@ fn with_virtual_wall(master: &Side, tick_s: f64, stiffness: f64, damping: f64) -
 }
 
 impl ZWidth {
-    /// Over an axis of [`Parameter::Damping`].
     pub fn of(settings: &LinearLoop, axis: &Axis) -> Result<Self, StabilityError> {
         let damping: Vec<f64> = (0..axis.count).map(|index| axis.value(index)).collect();
         let ports = Ports::new(settings)?;

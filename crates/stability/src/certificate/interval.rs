@@ -1,5 +1,5 @@
-//! Interval arithmetic: each operation rounds outwards by one step of a double (Moore, *Interval Analysis*; Rump, *Acta
-//! Numerica* 2010).
+//! Interval arithmetic, rounded outwards by one step of a double (Moore, *Interval Analysis*; Rump, *Acta Numerica*
+//! 2010).
 
 use nalgebra::DMatrix;
 use std::ops::{Add, Mul, Sub};

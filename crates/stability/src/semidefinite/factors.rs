@@ -74,7 +74,6 @@ impl Factors {
         Some(Self { upper, first, rows })
     }
 
-    /// `H x`.
     pub(super) fn product(&self, x: &DVector<f64>) -> DVector<f64> {
         let (n, values) = (self.rows.len(), x.as_slice());
         let mut product = DVector::zeros(n);
@@ -91,7 +90,6 @@ impl Factors {
         product
     }
 
-    /// `H⁻¹ b`.
     pub(super) fn solve(&self, b: &DVector<f64>) -> DVector<f64> {
         let n = self.rows.len();
         let mut x = b.clone();

@@ -79,7 +79,6 @@ pub(crate) fn solve(
     for (&start, (unknown, part)) in first.iter().zip(&parts) {
         matrices[*unknown] += part.tr_mul(&(matrix_at(&solution.y, start, part.nrows()) * *part));
     }
-    // Restores exact symmetry.
     let matrices = matrices.iter().map(|matrix| (matrix + matrix.transpose()) * 0.5).collect();
     Ok((matrices, solution.y[margin]))
 }

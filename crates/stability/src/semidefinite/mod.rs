@@ -4,13 +4,12 @@
 //! maximise   bᵀy
 //! such that  S_k = Σ_i y_i A_ki  is positive semidefinite for each block k,   aᵀy = e
 //! ```
-//! The blocks have matrices `X_k` as multipliers, the equation has a number `λ`. At the optimum `S_k` and `X_k` are
-//! positive semidefinite, `S_k X_k = 0` and `b + Σ_k A_kᵀ X_k = λ a`.
+//! The multipliers are matrices `X_k` and a number `λ`. At the optimum `S_k` and `X_k` are positive semidefinite,
+//! `S_k X_k = 0` and `b + Σ_k A_kᵀ X_k = λ a`.
 //!
 //! A primal-dual interior-point method: Mehrotra's predictor and corrector along the Nesterov-Todd direction
-//! (Vandenberghe and Boyd, *SIAM Review* 38, 1996; Todd, Toh and Tütüncü, *SIAM J. Optim.* 8, 1998; Vandenberghe, *The
-//! CVXOPT linear and quadratic cone program solvers*, 2010). Available libraries would add the unmangled symbols of
-//! BLAS and LAPACK to every program that uses this crate.
+//! (Vandenberghe and Boyd, *SIAM Review* 38, 1996; Todd, Toh and Tütüncü, *SIAM J. Optim.* 8, 1998). Available
+//! libraries would add the unmangled symbols of BLAS and LAPACK to every program that uses this crate.
 
 mod block;
 mod factors;
@@ -59,7 +58,6 @@ pub(super) struct Solution {
 
 const TOLERANCE: f64 = 1e-8;
 
-/// Relative residuals for deciding on `enough`.
 const DECIDED: f64 = 1e-9;
 
 const MAX_NORM: f64 = 1e6;

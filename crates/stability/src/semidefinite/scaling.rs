@@ -41,7 +41,6 @@ impl Scaling {
         &self.g
     }
 
-    /// `Gᵀ A G`.
     pub(super) fn scaled(&self, a: &DMatrix<f64>) -> DMatrix<f64> {
         symmetric(&transposed_times(&self.g, &times(a, &self.g)))
     }

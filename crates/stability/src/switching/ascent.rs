@@ -21,7 +21,6 @@ const LONG_RUN: usize = 20;
 
 const MAX_STEPS: usize = 25;
 
-/// Added to the shortest teleoperation.
 const EXTRA_S: [f64; 2] = [0.0, 0.05];
 
 /// Any shrinking gap is a mixture of such pulses.
@@ -32,7 +31,6 @@ pub struct Cycle {
     pub held_ticks: u64,
     /// From the release until the gap closes.
     pub gap_ticks: u64,
-    /// Teleoperation after the gap closes.
     pub dwell_ticks: u64,
 }
 
@@ -41,7 +39,6 @@ pub struct Growth {
     /// Factor per event: a lower bound of the maximum.
     pub found: f64,
     pub cycle: Option<Cycle>,
-    /// Changes of the tissue during the cycle.
     pub changes: usize,
 }
 

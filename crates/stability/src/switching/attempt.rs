@@ -15,7 +15,6 @@ use crate::semidefinite::inequalities as sdp;
 /// Far above the solver's accuracy of 1e-8, so every computer finds the same dwell.
 const MIN_MARGIN: f64 = 1e-3;
 
-/// Small, because the verification decides.
 const MIN_DRIVEN_MARGIN: f64 = 2e-6;
 
 /// Shares of a range of ticks; the verification covers the whole range.

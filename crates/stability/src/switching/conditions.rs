@@ -1,13 +1,11 @@
 //! The inequalities of a certificate.
 //!
-//! Each phase has a quadratic function `V = zᵀ P z` of the states `z` that affect it. Inequalities link the phases at
-//! every vertex of the tissue's range. They are convex in the maps, so they hold even if the tissue changes from tick
-//! to tick.
+//! Each phase has a quadratic function `V = zᵀ P z`. Inequalities link the phases at every vertex of the tissue's
+//! range. They are convex in the maps, so they hold even if the tissue changes from tick to tick.
 //!
-//! The gap `g` of a ramp only shrinks: `g_k = g_0 (w_1 [k < n_1] + w_2 [k < n_2] + …)` with weights of sum 1. The
-//! motion is the same mixture of motions with pulses: gaps held for `n` ticks and then 0. The function at the next
-//! event is convex, so it suffices that it decays for every pulse: "held" on the states with the gap, "dropped" on
-//! those without.
+//! The gap `g` of a ramp only shrinks, so the motion is a mixture of motions with pulses: gaps held for `n` ticks and
+//! then 0. The function at the next event is convex, so it suffices that it decays for every pulse: "held" on the
+//! states with the gap, "dropped" on those without.
 //!
 //! ```text
 //! entering   P_S(0) after release, freeze and the last tick, < ρ P_T(d-1); for each length of the freeze
@@ -18,13 +16,12 @@
 //!            V decreases by a factor μ per tick of teleoperation
 //! ```
 //! `max(P_H, γ g²)` cannot grow while the gap is held. With at least `d` ticks of teleoperation between events, `V` at
-//! the beginning of an event is at most `ρ μ^(d-1) < 1` times its value at the previous event (dwell-time conditions
-//! after Geromel and Colaneri, *SIAM J. Control Optim.* 45, 2006; functions linear between nodes after Allerhand and
-//! Shaked, *IEEE Trans. Autom. Control* 56, 2011).
+//! an event is at most `ρ μ^(d-1) < 1` times its value at the previous one (dwell time: Geromel and Colaneri, *SIAM J.
+//! Control Optim.* 45, 2006; linear between nodes: Allerhand and Shaked, *IEEE Trans. Autom. Control* 56, 2011).
 //!
-//! A condition is linear in time between nodes, so it holds in a piece if it holds at the first and last tick. If the
-//! frozen map depends on the tissue, functions `P_F(t)` replace its powers; with `Γ` on the states that are constant
-//! while frozen, `max(P_F, Γ)` cannot grow.
+//! A condition is linear in time between nodes, so it suffices at the first and last tick of a piece. If the frozen map
+//! depends on the tissue, functions `P_F(t)` replace its powers; with `Γ` on the constant states, `max(P_F, Γ)` cannot
+//! grow.
 //!
 //! A gap that fades, `g_{k+1} = a g_k`, is an ordinary state: one branch, on `(x, φ, g)` and `(x, g)`.
 //!
@@ -40,7 +37,6 @@ use trocar_core::augmentation::cross_fade;
 
 const PER_SECOND: f64 = 10.0;
 
-/// Shares of the shortest freeze.
 const FROZEN_SHARES: [f64; 4] = [0.0, 0.1, 0.3, 1.0];
 
 #[derive(Debug, Clone)]
@@ -379,7 +375,6 @@ impl Builder<'_> {
         }
     }
 
-    /// Of `P_F(t)` and `Γ`.
     fn evolve(&mut self, roles: &Roles, (rows, level): (Space, &[Term])) {
         for vertex in self.modes.vertices() {
             for function in std::iter::once(roles.frozen[0].0).chain(roles.constants) {

@@ -56,9 +56,7 @@ pub struct Switching {
     pub at_refractory: Option<Certificate>,
     /// `None` if contact itself is not certified.
     pub covers_lost_contact: Option<bool>,
-    /// `None` if not certified.
     pub peaks: Option<Peaks>,
-    /// The worst found at the refractory time.
     pub growth: Growth,
     /// The worst on one constant stiffness, which a scenario can simulate.
     pub shown: SimulatedGrowth,
@@ -145,7 +143,6 @@ impl Switching {
         }
     }
 
-    /// `None` if no dwell up to [`LONGEST_DWELL_S`] is certified.
     pub fn certified_dwell(settings: &SwitchingSettings) -> Result<Option<u64>, StabilityError> {
         let settings = &settings.with_least_damping();
         let modes = Modes::new(settings)?;
@@ -165,7 +162,6 @@ impl Switching {
         self.certificate.as_ref().map(|found| found.choice.dwell_ticks)
     }
 
-    /// Growth per event at the refractory time.
     #[must_use]
     pub fn certified_growth(&self) -> Option<f64> {
         self.at_refractory.as_ref().map(|found| found.choice.contraction.sqrt())

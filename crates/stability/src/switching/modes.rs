@@ -74,7 +74,7 @@ struct Vertex {
     damping_n_s_per_m: f64,
 }
 
-/// The linear maps of the phases. Positions are relative to the tissue's surface and to the hand's desired position.
+/// Linear maps of the phases. Positions are relative to the tissue's surface and to the hand's desired position.
 ///
 /// ```text
 /// (x, r, φ, F*, F_t, g, w)  x: master's side, slave's side, hand positions on the way, latest first;
@@ -82,16 +82,13 @@ struct Vertex {
 ///                           force at the alarm, g the gap: x_ref = hand + g;
 ///                           w the tissue force in addition to K p + B v, an input
 /// ```
-/// Supervisor and slave use the arrived hand position; mode and force reach the master after the backward delay. The
-/// master's states are taken when the slave's samples arrive, so both sides switch at the same time and the whole delay
-/// lies between hand and slave.
-///
-/// A map starts before the tick's force: an event at tick `k` uses `x`, `F*` and the reference at `k - 1`.
+/// Supervisor and slave use the arrived hand position. The master's states are taken when the slave's samples arrive,
+/// so both sides switch at the same time and the whole delay lies between hand and slave. A map starts before the
+/// tick's force: an event at tick `k` uses `x`, `F*` and the reference at `k - 1`.
 #[derive(Debug, Clone)]
 pub(crate) struct Modes {
     master: Side,
     slaves: Vec<Side>,
-    /// Both delays.
     delay: usize,
     integral: bool,
     law: ForceMap,
@@ -310,7 +307,6 @@ impl Modes {
         map.select_rows(&self.places(to)).select_columns(&self.places(from))
     }
 
-    /// The other states of `to` are 0.
     pub(super) fn selection(&self, from: Space, to: Space) -> DMatrix<f64> {
         self.between(&DMatrix::identity(self.states() + EXTRA, self.states() + EXTRA), from, to)
     }

@@ -1,7 +1,7 @@
 //! Bounds of the motion under a tissue force in addition to springs and dampers.
 //!
-//! The tissue force is `f = K p + B v + w`. `K` and `B` may change at any tick within their ranges. The input `w`,
-//! within `±W`, contains the drop at a rupture, cutting, friction and relaxation. In each tick the functions satisfy
+//! The tissue force is `f = K p + B v + w`. `K` and `B` may change at any tick; the input `w` within `±W` contains the
+//! drop at a rupture, cutting, friction and relaxation. In each tick
 //!
 //! ```text
 //! V_{k+1} < a V_k + (1 - a) ω w²,  0 < a < 1
@@ -49,7 +49,6 @@ pub struct Peaks {
     /// Lower bounds: without events, on one of the springs.
     pub found_m_per_n: [f64; 2],
     pub decay_per_s: f64,
-    /// Index in `TRIED`.
     tried: usize,
 }
 

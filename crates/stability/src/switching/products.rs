@@ -32,9 +32,7 @@ pub struct SimulatedCycle {
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct SimulatedGrowth {
-    /// Factor per event.
     pub found: f64,
-    /// In order of time.
     pub worst: Vec<SimulatedCycle>,
 }
 
@@ -103,7 +101,6 @@ pub(super) fn growth(
                 let root = |value: f64| value.powf(1.0 / events as f64);
                 let (radius, min_norm) = (root(radius(&matrix)?), root(length(&matrix)).min(node.min_norm));
                 let word: Vec<usize> = node.word.iter().copied().chain([k]).collect();
-                // Prefers the shortest of equal products.
                 if radius > found.found * (1.0 + 1e-9) {
                     found.found = radius;
                     found.worst = word.iter().map(|&k| cycles[k]).collect();

@@ -18,13 +18,11 @@ pub struct SwitchingSettings {
     pub loses_contact: bool,
 }
 
-/// Both delays together.
 const MAX_DELAY_TICKS: u64 = 24;
 
 /// In ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Phases {
-    /// Minimum and maximum freeze.
     pub held: (u64, u64),
     pub blend: u64,
     /// Enforced by the supervisor between two events.
