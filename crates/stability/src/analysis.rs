@@ -21,7 +21,6 @@ pub struct PortPoint {
     pub hybrid: Hybrid,
     /// The impedance transmitted to the hand, `Z_t` in N·s/m.
     pub transmitted: Complex64,
-    /// Scales times `Z_e`.
     pub ideal: Complex64,
     pub is_absolutely_stable: bool,
     pub is_passive: bool,

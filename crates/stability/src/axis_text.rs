@@ -3,7 +3,6 @@ use trocar_scenario::{Kind, Range, Value, find_key, nearest_of, parse_number, un
 
 const MAX_VALUES: usize = 2000;
 
-/// Minimum ratio of the ends for a logarithmic axis by default.
 const LOGARITHMIC_RATIO: f64 = 50.0;
 
 const SYNTAX: &str = "write KEY=LOW:HIGH:COUNT, as in scaling.force=0.1:10:200";

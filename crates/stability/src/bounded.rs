@@ -143,7 +143,7 @@ impl Bounded {
         )
     }
 
-    /// Infinite if no damping suffices, `None` without a hybrid matrix.
+    /// Infinite if no damping suffices.
     #[must_use]
     pub fn needed_damping(&self) -> Option<f64> {
         let most = self.most()?;

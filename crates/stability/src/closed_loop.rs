@@ -144,7 +144,6 @@ impl ClosedLoop {
         matrix.view_mut((0, 0), (of_master, of_master)).copy_from(&self.master.a);
         matrix.view_mut((of_master, of_master), (of_slave, of_slave)).copy_from(&self.slave.a);
         let (mut input, mut output) = (DVector::zeros(n), DVector::zeros(n));
-        // Sending side, delay line, receiving side.
         let ways = [
             (&self.master, 0, (lines_at, forward), &self.slave, of_master),
             (&self.slave, of_master, (lines_at + forward, backward), &self.master, 0),
@@ -184,7 +183,6 @@ impl ClosedLoop {
     }
 }
 
-/// Weights on `n` states of the signal that arrives through a delay line.
 fn arriving(n: usize, (from, from_at): (&Side, usize), (line, ticks): (usize, usize)) -> DVector<f64> {
     let mut arrives = DVector::zeros(n);
     match ticks {

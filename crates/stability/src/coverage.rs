@@ -1,5 +1,3 @@
-//! The parts of a scenario that the linear loop does not model.
-
 use std::fmt::{self, Display, Formatter};
 
 use super::VaryingDelays;

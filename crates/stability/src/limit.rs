@@ -4,7 +4,6 @@ use super::machines::Machines;
 use super::{ClosedLoop, LinearLoop, Parameter, StabilityError};
 use trocar_engine::teleoperation::ControllerKind;
 
-/// Delays per crossing of the unit circle, and relative distance beside a crossing.
 const MAX_CROSSINGS: usize = 1000;
 const BESIDE: f64 = 1e-6;
 
@@ -50,7 +49,7 @@ pub struct Limit {
 }
 
 impl Limit {
-    /// The end of the stable range of `value`, else of the last range below; infinite at the end of the search.
+    /// Infinite at the end of the search.
     #[must_use]
     pub fn largest(&self) -> Option<f64> {
         let (_, end) = *self.stable.iter().rev().find(|(start, _)| *start <= self.value)?;

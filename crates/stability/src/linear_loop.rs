@@ -6,7 +6,6 @@ use trocar_engine::teleoperation::LinkSettings;
 use trocar_engine::tissue::Relaxation;
 use trocar_scenario::{DelayTicks, TissueByDepth, waits_for_tick};
 
-/// A loop in permanent contact with `f_e = K x_e + B v_e`, where the spring may relax.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearLoop {
     pub tissue: TissueRange,
@@ -86,7 +85,6 @@ impl LinearLoop {
         DelayTicks::new(self.backward_delay_s, self.tick_s, self.waits_for_tick())
     }
 
-    /// True if a sample that arrives within a tick takes effect at the next one.
     #[must_use]
     pub fn waits_for_tick(&self) -> bool {
         waits_for_tick(self.timing, &self.link, self.has_general_machine())

@@ -18,7 +18,7 @@ pub struct LoopResponse {
     pub margins: Margins,
     /// Empty for long delays.
     pub poles: Vec<PolesAndZeros>,
-    /// Master, slave and feedback force after a unit step of the desired position; `None` for long delays.
+    /// `None` for long delays.
     pub step: Option<StepResponse>,
     pub tick_s: f64,
 }

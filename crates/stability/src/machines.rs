@@ -37,7 +37,6 @@ impl StepParameters {
 #[derive(Debug, Clone)]
 pub(super) struct Machines {
     parameters: StepParameters,
-    /// Includes the controller unless it is sampled.
     pub(super) master: MasterStep,
     pub(super) slave: SlaveStep,
     pub(super) motors: Option<(MotorStep<MASTER_STATES>, MotorStep<SLAVE_STATES>)>,

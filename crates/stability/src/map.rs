@@ -77,7 +77,6 @@ pub(super) fn verdicts<T: Send + Copy>(
     Ok(rows.into_iter().flatten().collect())
 }
 
-/// Bisects the boundary on every grid edge that it crosses.
 pub fn map(settings: &LinearLoop, x: Axis, y: Axis) -> Result<StabilityMap, StabilityError> {
     let stable = verdicts(settings, (&x, &y), |tester, x_value, y_value| {
         tester.is_stable(&[(x.parameter, x_value), (y.parameter, y_value)])
@@ -87,7 +86,7 @@ pub fn map(settings: &LinearLoop, x: Axis, y: Axis) -> Result<StabilityMap, Stab
     Ok(map)
 }
 
-/// True if the verdict changes within the relative distance `share` along an axis.
+/// Within the relative distance `share` along an axis.
 pub fn is_near_boundary(
     settings: &LinearLoop,
     point: [(Parameter, f64); 2],
@@ -125,7 +124,6 @@ fn boundary(settings: &LinearLoop, map: &StabilityMap) -> Result<Vec<[(f64, f64)
         }
         Ok(Some((0.5 * (here.0 + there.0), 0.5 * (here.1 + there.1))))
     };
-    // Each edge once: to the right of a point and above it.
     let edges = |to_right: bool| {
         let of_row = |row: usize| {
             let at = |column: usize| {

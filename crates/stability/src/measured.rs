@@ -1,5 +1,3 @@
-//! Margins and limits of the scales from measured frequency responses, by the Nyquist criterion.
-
 use std::f64::consts::{PI, TAU};
 
 use super::ports::force_reading;
@@ -42,7 +40,6 @@ impl FrequencyResponse {
         (self.rows[0][0].exp(), self.rows[self.rows.len() - 1][0].exp())
     }
 
-    /// Near half a turn the phase is uncertain.
     #[must_use]
     pub fn largest_turn_rad(&self) -> f64 {
         self.rows.windows(2).map(|two| (two[1][2] - two[0][2]).abs()).fold(0.0, f64::max)
@@ -74,7 +71,6 @@ pub enum MeasuredVerdict {
     /// Requires that the loop gain stays below 1 above the highest frequency.
     Stable,
     Unstable,
-    /// The loop gain is at least 1 at the highest frequency.
     Open,
 }
 

@@ -4,7 +4,6 @@ use super::{Axis, ClosedLoop, LIMITED, LinearLoop, Parameter, Search, StabilityE
 use trocar_base::parallel::try_map;
 use trocar_scenario::population::{DIMENSIONS, Draw, PopulationSettings};
 
-/// Factor around the scenario's limit, number of points, relative width.
 const REACH: f64 = 30.0;
 const POINTS: usize = 14;
 const TOLERANCE: f64 = 1e-7;
@@ -22,7 +21,6 @@ pub struct Member {
     pub limits: [f64; LIMITED.len()],
 }
 
-/// With a 95 % confidence interval from order statistics.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quantile {
     pub share: f64,
@@ -49,7 +47,7 @@ pub struct Population {
     pub members: Vec<Member>,
     pub stable_share: (f64, (f64, f64)),
     pub limits: Vec<LimitQuantiles>,
-    /// The worst of members and corners of the range; a smaller stiffness may exist.
+    /// A smaller stiffness may exist.
     pub worst: Worst,
     pub map: ShareMap,
 }
@@ -87,7 +85,6 @@ fn limit(settings: &LinearLoop, parameter: Parameter, search: Search) -> Result<
     Ok(largest_stable(settings, parameter, search)?.largest().unwrap_or(0.0))
 }
 
-/// Doubles whole ticks from 0 on, then searches within a tick.
 fn delay_limit(settings: &LinearLoop, search: Search) -> Result<f64, StabilityError> {
     let without = settings.with(Parameter::Delay, 0.0);
     let tester = StabilityTester::new(&without)?;
@@ -148,7 +145,6 @@ fn quantile(sorted: &[f64], share: f64) -> Quantile {
 }
 
 impl Population {
-    /// The map uses the first [`ShareMap::MAX_LOOPS`] members.
     pub fn of(
         settings: &LinearLoop,
         population: &PopulationSettings,

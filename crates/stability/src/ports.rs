@@ -95,7 +95,6 @@ pub(super) fn force_reading(settings: &LinearLoop, s: Complex64) -> Complex64 {
     (before * (mean - keep) + (1.0 - mean)) / (one - before * keep)
 }
 
-/// Includes the controller, unless it is sampled or beside a general machine.
 fn slave_of(settings: &LinearLoop) -> Result<StateSpace<Continuous>, StabilityError> {
     Ok(if settings.has_general_machine() {
         Machine::of(&settings.slave)?.system().clone()

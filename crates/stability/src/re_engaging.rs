@@ -69,7 +69,6 @@ impl EventBound {
         let (of_reference, of_force, of_desired) = (modes.of_reference(), modes.of_force(), modes.of_desired());
         let (hand, slave, felt) = (modes.hand(0), modes.slave(), modes.force(0));
         let read = |row: &DMatrix<f64>, state: &DVector<f64>| (row * state)[(0, 0)];
-        // The delay line contains the position of the resting hand.
         let sent = modes.without_delay().hand(0);
         let scale = sent.iter().copied().fold(0.0, f64::max);
         let desired_m = gap_m / scale;

@@ -9,7 +9,6 @@ use trocar_core::settings::KeySource as _;
 use super::{ClosedLoop, LinearLoop, StabilityError, TissueRange, TissueSource};
 use trocar_scenario::{OperatorSpec, Scenario};
 
-/// Relative size of the state at which the sum ends.
 const REMAINS: f64 = 1e-12;
 const MAX_SAMPLES: u32 = 200_000;
 
@@ -20,7 +19,6 @@ const MARGIN: f64 = 1.001;
 pub struct Bounds {
     /// Force in N, rate in N/s.
     pub master_force: [f64; 2],
-    /// Command in its unit, rate per s.
     pub slave_command: [f64; 2],
     pub tissue_force_n: f64,
 }
@@ -71,7 +69,7 @@ impl Reach {
     }
 }
 
-/// `Σ |h_k|` to the commands of master and slave and to the tissue force; `None` without decay.
+/// `Σ |h_k|`; `None` without decay.
 fn sums(settings: &LinearLoop) -> Result<Option<[f64; 3]>, StabilityError> {
     let closed = ClosedLoop::new(settings)?;
     let (a, [now, next], _) = closed.matrix()?;
@@ -103,7 +101,7 @@ fn add(sums: &mut [f64; 3], values: &DVector<f64>) {
 }
 
 impl ClosedLoop {
-    /// Commands before their limits, and tissue force, as rows over the states of [`ClosedLoop::matrix`].
+    /// Returns rows over the states of [`ClosedLoop::matrix`].
     fn commands(&self, settings: &LinearLoop) -> Result<DMatrix<f64>, StabilityError> {
         let (_, _, at_master) = self.open()?;
         let (n, of_master) = (at_master.len(), self.master.a.nrows());
@@ -111,7 +109,6 @@ impl ClosedLoop {
         for (k, local) in self.master.local.iter().enumerate() {
             master[k] += local;
         }
-        // The integral follows the motions of master and arm.
         let integral_gain = settings.master.force_integral_gain;
         if integral_gain != 0.0 {
             master[4] += integral_gain;

@@ -121,7 +121,6 @@ impl<'a> Path<'a> {
         Ok(())
     }
 
-    /// Splits where `|L|` crosses 1.
     fn split(&self, from: Point, to: Point, each: &mut impl FnMut(Segment)) {
         let (is_large, becomes_large) = (from.ln_gain >= 0.0, to.ln_gain >= 0.0);
         if is_large != becomes_large {
@@ -174,7 +173,6 @@ impl<'a> Path<'a> {
         let falls = |angle_rad: f64| self.slope(angle_rad).re < self.ticks;
         let at_begin = falls(from.angle_rad);
         if at_begin != falls(to.angle_rad) && to.angle_rad - from.angle_rad > MIN_WIDTH {
-            // The phase turns back within the interval.
             let middle = self.bisect(from, to, |point| falls(point.angle_rad));
             if middle.angle_rad > from.angle_rad && middle.angle_rad < to.angle_rad {
                 self.monotonic_crossings((from, &middle), &phase, each);
@@ -185,7 +183,6 @@ impl<'a> Path<'a> {
         self.monotonic_crossings((from, to), &phase, each);
     }
 
-    /// For a monotonic phase.
     fn monotonic_crossings(
         &self,
         (from, to): (&Point, &Point),
@@ -203,7 +200,6 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// In rad, dense near open-loop poles.
     fn angles(&self) -> Vec<f64> {
         const OFFSETS: [f64; 4] = [0.0, 0.5, 1.6, 6.0];
         let mut angles: Vec<f64> = vec![0.0, PI];

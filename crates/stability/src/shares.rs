@@ -5,7 +5,6 @@ use trocar_base::parallel::try_map;
 /// For a two-sided 95 % interval of a normal distribution.
 pub(super) const CONFIDENCE: f64 = 1.959_963_984_540_054;
 
-/// Points along a side.
 const CELL: usize = 8;
 
 #[derive(Debug, Clone, PartialEq)]

@@ -21,7 +21,6 @@ pub(super) struct Side {
     pub(super) force: DVector<f64>,
     /// At this tick and the next; `None` for the slave.
     pub(super) desired: Option<(DVector<f64>, DVector<f64>)>,
-    /// The effect of 1 N of tissue force in addition to `K p + B v`.
     pub(super) external: External,
 }
 
@@ -169,7 +168,7 @@ fn motion_of_appendix(states: &mut States, machines: &Machines, settings: &Linea
     }
 }
 
-/// The machine has the first states. Ignores Coulomb friction. Returns the effect of the received reference.
+/// Ignores Coulomb friction. Returns the effect of the received reference.
 fn motion_of_general(
     states: &mut States,
     (step, gains): (&MachineStep, &SampledGains),
@@ -177,7 +176,6 @@ fn motion_of_general(
 ) -> DVector<f64> {
     let place = |column: &MachineColumn| first(&column[..step.states]);
     for (j, column) in step.transition[..step.states].iter().enumerate() {
-        // The other rows of the column belong to the force reading.
         for (i, &value) in column[..step.states].iter().enumerate() {
             states.a[(i, j)] = value;
         }
@@ -185,7 +183,6 @@ fn motion_of_general(
     if step.is_loaded {
         states.a -= place(&step.external) * force.transpose();
     }
-    // The error without the received reference, and the command.
     let error = -unit(0) - deflection;
     let mut command =
         &error * (gains.proportional + gains.difference) - unit(1) * gains.velocity - unit(0) * gains.position
@@ -376,7 +373,7 @@ impl Side {
         Ok(Self::of(states, now, split, [sent, local, measured], None))
     }
 
-    /// `A`, `b` and `c`; the last sample is a state if one arrives within a tick.
+    /// The last sample is a state if one arrives within a tick.
     pub(super) fn with_held(&self) -> (DMatrix<f64>, DVector<f64>, DVector<f64>) {
         let states = self.a.nrows();
         let n = states + usize::from(self.before.is_some());

@@ -47,7 +47,6 @@ const MAX_JITTER_TICKS: u64 = 10_000;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DelayRange {
-    /// Age of the sample that the receiver holds.
     pub min_ticks: u64,
     pub max_ticks: u64,
 }
@@ -140,7 +139,6 @@ struct SideOfShare {
     slopes: (f64, f64),
 }
 
-/// The centre of the responses in a box, and the largest distances from it.
 #[derive(Debug, Clone, Copy)]
 struct Disc {
     centre: Complex64,
@@ -198,7 +196,6 @@ impl SideOfShare {
     }
 }
 
-/// Middle and half width of angles (rad) and shares.
 #[derive(Debug, Clone, Copy)]
 struct Region {
     angle: (f64, f64),
@@ -371,7 +368,6 @@ impl Criterion {
 const TURN_OF_POINTS: f64 = 0.5;
 const LN_NEGLIGIBLE: f64 = -1.4;
 
-/// The middle of the scalings that satisfy the criterion at points of the circle.
 fn scaling(criterion: &Criterion, nominal: &ClosedLoop, slave: &Response) -> Result<Option<f64>, StabilityError> {
     let [g1, g2] = criterion.gains;
     let delay = criterion.ticks[0] + criterion.ticks[1];

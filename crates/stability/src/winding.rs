@@ -50,7 +50,6 @@ impl ClosedLoop {
             touches |= turn.is_nan() || (one - to.gain).norm() < TOUCHES;
             turned += turn;
         })?;
-        // The lower half of the circle contributes the same as the upper half.
         let turns = (turned / PI).round();
         if touches || !turns.is_finite() {
             return Ok(outside.max(1));

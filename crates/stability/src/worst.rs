@@ -5,11 +5,9 @@ use trocar_engine::plant::ActuatorLimits;
 use trocar_engine::teleoperation::{LinkSettings, PassivitySettings};
 use trocar_scenario::{Scenario, TissueByDepth};
 
-/// Analysed stiffnesses, and divisions of the interval around the worst.
 const STIFFNESSES: u32 = 12;
 const REFINEMENTS: usize = 30;
 
-/// Stiffnesses from first contact on, and the ratio of the largest to the smallest.
 const POINTS: i32 = 25;
 const SPAN: f64 = 1e3;
 
@@ -17,7 +15,6 @@ const DAMPINGS: u32 = 6;
 
 const TOLERANCE: f64 = 1e-9;
 
-/// At every spring and damper of the tissue, and out of contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RangeVerdict {
     pub is_stable_advancing: bool,
@@ -25,7 +22,6 @@ pub struct RangeVerdict {
     pub is_stable: bool,
     /// At every damping; `None` if unstable out of contact.
     pub stable_up_to_n_per_m: Option<f64>,
-    /// At every stiffness.
     pub is_stable_with_least_damping: bool,
 }
 
@@ -175,7 +171,6 @@ impl LinearLoop {
         Ok(high)
     }
 
-    /// Decides on a limit or a point of a map, where [`LinearLoop::in_range`] would be too expensive.
     pub(super) fn at_ends(&self) -> Vec<Self> {
         let Self { stiffness_n_per_m, damping_n_s_per_m, .. } = *self;
         let (least, most) = self.tissue.springs.damping_n_s_per_m;

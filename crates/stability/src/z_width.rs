@@ -30,9 +30,7 @@ const BISECTIONS: usize = 40;
 /// 1e7.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Walls {
-    /// With the scenario's arm.
     pub stable_n_per_m: Option<f64>,
-    /// At the hand.
     pub passive_n_per_m: Option<f64>,
 }
 

@@ -16,7 +16,6 @@ impl Interval {
     }
 
     pub(crate) fn rounded(value: f64) -> Self {
-        /// Maximum roundings in an entry of a one-tick map.
         const ROUNDINGS: f64 = 16.0;
         let reach = (value.abs() * (ROUNDINGS * f64::EPSILON)).next_up();
         if value == 0.0 {
@@ -99,7 +98,7 @@ pub(crate) fn product(a: &Enclosure, b: &Enclosure) -> Enclosure {
     a.iter().map(of_row).collect()
 }
 
-/// `S⁻¹ A` for a lower triangular `S`, by forward substitution.
+/// `S⁻¹ A` for a lower triangular `S`.
 pub(crate) fn solved(scale: &DMatrix<f64>, mut rows: Enclosure) -> Enclosure {
     for i in 0..rows.len() {
         for k in (0..i).filter(|&k| scale[(i, k)] != 0.0) {

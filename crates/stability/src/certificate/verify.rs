@@ -42,7 +42,6 @@ impl Certificate {
     }
 }
 
-/// Index and first failing power of each unverified inequality.
 pub(crate) fn unverified(certificate: &Certificate) -> impl Iterator<Item = (usize, u64)> {
     let scale = |space: &String| &certificate.spaces[space].scale;
     let maps: Vec<Enclosure> = (certificate.maps.iter())

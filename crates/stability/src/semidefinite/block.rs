@@ -10,7 +10,6 @@ pub(in super::super) struct Congruence {
     pub(in super::super) factor: f64,
     /// The first variable of `Z`; its triangle follows column by column.
     pub(in super::super) start: usize,
-    /// `M`: one column per row of the block.
     pub(in super::super) map: DMatrix<f64>,
 }
 
@@ -89,7 +88,6 @@ impl Block {
                             for p in 0..=q {
                                 target[p] += u[p] * x + v[p] * y;
                             }
-                            // The last entry is on the diagonal.
                             target[q] -= (1.0 - FRAC_1_SQRT_2 / SQRT_2) * (of_r[q] * x + of_s[q] * y);
                         }
                     }

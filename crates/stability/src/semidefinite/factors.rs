@@ -31,7 +31,6 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
-/// Fits into the cache.
 const TILE: usize = 32;
 
 /// Works tile by tile, because the transpose is read across columns.

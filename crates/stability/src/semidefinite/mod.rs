@@ -52,7 +52,6 @@ pub(super) enum Status {
 pub(super) struct Solution {
     pub(super) y: DVector<f64>,
     pub(super) status: Status,
-    /// The largest relative residual or gap.
     pub(super) accuracy: f64,
 }
 
@@ -65,7 +64,6 @@ const MAX_NORM: f64 = 1e6;
 /// 10 to 30 are usual.
 const MAX_ITERATIONS: usize = 60;
 
-/// Fraction of the distance to the cone's boundary.
 const STEP: f64 = 0.98;
 
 const MIN_STEP: f64 = 1e-4;

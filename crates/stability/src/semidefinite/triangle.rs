@@ -1,5 +1,3 @@
-//! Symmetric matrices stored by their upper triangle.
-
 use nalgebra::DMatrix;
 
 /// `i <= j`, column by column.

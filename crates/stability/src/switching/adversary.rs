@@ -76,7 +76,6 @@ fn reached(modes: &Modes, steps: &[Step], row: &DMatrix<f64>, constant: Option<u
     let mut p = row.clone();
     let mut sum = 0.0;
     for (choices, is_driven) in steps.iter().rev() {
-        // A map without a choice has one entry, and a law with a floor two for each spring.
         let next = match constant {
             Some(vertex) => choices.get(vertex * choices.len() / modes.vertices().len()).map(|map| &p * map),
             None => choices.iter().map(|map| &p * map).max_by(|a, b| size(a, &input).total_cmp(&size(b, &input))),

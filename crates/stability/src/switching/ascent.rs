@@ -16,7 +16,6 @@ use trocar_base::parallel::try_map;
 use trocar_core::augmentation::cross_fade;
 use trocar_lti::eigenvalues;
 
-/// Minimum ticks with the same map for computing its power.
 const LONG_RUN: usize = 20;
 
 const MAX_STEPS: usize = 25;
@@ -179,7 +178,6 @@ pub(super) fn radius(matrix: &DMatrix<f64>) -> Result<f64, StabilityError> {
 
 type Changes = Vec<(usize, usize, f64)>;
 
-/// Makes all preferred changes at once, or only the strongest ones if that does not help.
 fn improve(
     chosen: &mut Vec<usize>,
     value: &mut f64,

@@ -1,5 +1,3 @@
-//! A solver finds a certificate for a choice of its functions; interval arithmetic verifies it.
-
 use nalgebra::DMatrix;
 
 use super::ascent;
@@ -20,7 +18,6 @@ const MIN_DRIVEN_MARGIN: f64 = 2e-6;
 /// Shares of a range of ticks; the verification covers the whole range.
 const KNOWN_SHARES: [f64; 8] = [0.0, 0.005, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0];
 
-/// Each round adds the tick counts that failed verification.
 const MAX_ROUNDS: usize = 5;
 
 /// In ticks. With longer delays a function has a diagonal part, and a full part on `SEGMENTS` means of the delayed
@@ -105,7 +102,6 @@ pub(super) fn certify(modes: &Modes, phases: Phases, choice: Choice) -> Result<O
     }
 }
 
-/// Stops when the certified bound is at most `max_ratio` times the uncertified one.
 pub(super) fn narrowed(
     (mut bound, mut certificate): (f64, Certificate),
     mut fails: f64,

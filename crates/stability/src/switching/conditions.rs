@@ -129,7 +129,7 @@ pub(super) fn at_entry(choice: Choice, tick_s: f64) -> f64 {
     (choice.contraction / of_dwell.high).next_down()
 }
 
-/// Relative to their bounds: within ±1 for an additional force within ±1 N.
+/// Within ±1 for an additional force within ±1 N.
 pub(super) fn quantities(modes: &Modes, choice: Choice) -> Option<[DMatrix<f64>; 2]> {
     choice.bounds_m_per_n.map(|[needle, hand]| [modes.slave() / needle, modes.hand_position() / hand])
 }
@@ -196,7 +196,6 @@ impl Builder<'_> {
         let (mut frozen, mut constants) = (vec![], None);
         if !modes.is_frozen_map_unique() {
             let shortest = self.phases.held.0 as f64;
-            // Dense nodes after the alarm, where the motion is fast.
             let mut ticks: Vec<u64> = FROZEN_SHARES.iter().map(|share| (share * shortest) as u64).collect();
             ticks.dedup();
             for (node, tick) in ticks.into_iter().enumerate() {
@@ -397,7 +396,6 @@ impl Builder<'_> {
                     for tick in if ticks == 1 { vec![0] } else { vec![0, ticks - 1] } {
                         let mut terms = vec![];
                         for term in self.level(rows, from, roles.constants) {
-                            // Only the function on the frozen states changes along a piece.
                             if term.unknown == from && ticks > 1 && tick > 0 {
                                 let at = |part| share(part, ticks) * term.factor;
                                 terms.push(Term { factor: at(ticks - tick), ..term.clone() });

@@ -60,7 +60,6 @@ pub struct Switching {
     pub growth: Growth,
     /// The worst on one constant stiffness, which a scenario can simulate.
     pub shown: SimulatedGrowth,
-    /// The longest tried dwell at which some sequence grows.
     pub growing_dwell_ticks: Option<u64>,
     pub by_dwell: Vec<DwellPoint>,
     pub events: Vec<EventBound>,
@@ -72,7 +71,6 @@ impl Switching {
         Ok(Self { settings: settings.clone(), peaks: peaks?, ..springs? })
     }
 
-    /// Ignores damping that only some tissues have, and the additional force.
     fn of_springs(settings: &SwitchingSettings) -> Result<Self, StabilityError> {
         let phases = settings.phases();
         let modes = Modes::new(settings)?;
@@ -125,7 +123,6 @@ impl Switching {
         })
     }
 
-    /// Tries dwells from `dwell` down by factors of four.
     fn growing_dwell(
         steps: &Steps<'_>,
         mut dwell: u64,
@@ -173,7 +170,6 @@ impl Switching {
         self.shown.found > 1.0 + 1e-6
     }
 
-    /// True if the enforced refractory time makes every sequence of events stable.
     #[must_use]
     pub fn is_certified(&self) -> bool {
         self.dwell_ticks().is_some_and(|dwell| dwell <= self.phases.refractory)
@@ -204,7 +200,6 @@ impl AtRefractory {
     }
 }
 
-/// Multiples of the refractory time.
 const LONGER: [u64; 3] = [1, 2, 4];
 
 fn by_dwell(

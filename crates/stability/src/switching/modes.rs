@@ -108,7 +108,6 @@ impl Modes {
         let (softest, stiffest) = settings.stiffness_n_per_m;
         let (least, most) = settings.damping_n_s_per_m;
         let corners = [(softest, most), (stiffest, most)];
-        // The first two are the ends of the stiffness range, which may coincide.
         let mut vertices: Vec<Vertex> = [softest, stiffest]
             .map(|stiffness_n_per_m| Vertex { stiffness_n_per_m, damping_n_s_per_m: least })
             .to_vec();
@@ -383,7 +382,6 @@ impl Modes {
         }
     }
 
-    /// Both sides and the delay, without reference and feedback force.
     pub(crate) fn apart(&self, vertex: usize) -> DMatrix<f64> {
         let slave = &self.slaves[vertex];
         let (m, s, n) = (self.master.a.nrows(), slave.a.nrows(), self.states());
@@ -468,7 +466,6 @@ impl Modes {
         }
     }
 
-    /// True if the additional force changes the target in the same tick.
     pub(super) fn drives_target(&self) -> bool {
         self.slaves.iter().any(|slave| slave.external.local != 0.0)
     }

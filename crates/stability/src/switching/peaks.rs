@@ -33,14 +33,12 @@ const TRIED: [(u64, f64, f64); 8] = [
 
 const SIMILAR: usize = 3;
 
-/// Ends the search; `LARGEST` is relative to the motion without events.
 const MAX_RATIO: f64 = 1.2;
 const LARGEST: f64 = 1e3;
 
 const LONGEST_S: f64 = 20.0;
 const TIME_CONSTANTS: f64 = 20.0;
 
-/// Per newton of additional tissue force, under any sequence of events.
 #[derive(Debug, Clone)]
 pub struct Peaks {
     pub certificate: Certificate,
@@ -69,7 +67,6 @@ fn tried(settings: &SwitchingSettings) -> Result<Option<(Modes, f64, [Choice; TR
 }
 
 impl Peaks {
-    /// For a needle that may lose contact at any tick, and the enforced time between events.
     pub fn of(settings: &SwitchingSettings) -> Result<Option<Self>, StabilityError> {
         let Some((modes, slowest_per_s, choices)) = tried(settings)? else { return Ok(None) };
         let rows = [modes.slave(), modes.hand_position()];
@@ -98,7 +95,6 @@ impl Peaks {
         }))
     }
 
-    /// Tries the functions of `similar` first.
     pub fn exist(settings: &SwitchingSettings, similar: Option<&Self>) -> Result<bool, StabilityError> {
         let Some((modes, _, choices)) = tried(settings)? else { return Ok(false) };
         let (first, count) = similar.map_or((0, TRIED.len()), |peaks| (peaks.tried, SIMILAR));

@@ -18,7 +18,6 @@ const MAX_EVENTS: usize = 8;
 
 const MAX_PRODUCTS: usize = 20_000;
 
-/// Tried lengths of teleoperation, and their range above the shortest.
 const DWELLS: usize = 10;
 const EXTRA_TICKS: u64 = 400;
 

@@ -1,5 +1,3 @@
-//! Coordinates that give the states of each space similar sizes.
-
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::modes::{Modes, Space};
@@ -30,7 +28,6 @@ impl Scales {
         let direct = modes.without_delay();
         let of_loop = |map: &DMatrix<f64>| map.view((0, 0), (machines, map.ncols().min(machines))).into_owned();
         let middle = (of_loop(&direct.teleoperation(0)) + of_loop(&direct.teleoperation(1))) * 0.5;
-        // Normalises each input by the position that it reaches.
         let inputs = [direct.of_reference(), direct.of_force(), direct.of_desired()].map(|input| of_loop(&input));
         let mut gramian: DMatrix<f64> = DMatrix::zeros(machines, machines);
         for input in &inputs {
@@ -52,7 +49,6 @@ impl Scales {
             .map(|found| found.l())
             .ok_or(StabilityError::Solver { status: "the loop's states do not scale".into() })?;
         let inverse = root.clone().try_inverse().ok_or(StabilityError::Solver { status: "singular".into() })?;
-        // The equilibria of 1 m of reference and 1 N of force.
         let rest = |input: &DMatrix<f64>| {
             let apart = DMatrix::identity(machines, machines) - of_loop(&direct.apart(0));
             let state = apart.lu().solve(input).unwrap_or_else(|| input.clone());
@@ -89,7 +85,6 @@ impl Scales {
             }
             Space::Gap => return DMatrix::from_element(1, 1, gap),
             Space::Number => return DMatrix::from_element(1, 1, self.number),
-            // `undriven` has no input.
             Space::DrivenLoop
             | Space::DrivenLoopGap
             | Space::DrivenFading

@@ -17,7 +17,6 @@ const RATES: [f64; 2] = [0.95, 0.0];
 
 const MAX_GROWTH_RATIO: f64 = 2.0;
 
-/// Pieces of small loops, without and with a frozen map that depends on the tissue; larger loops have one.
 const PIECES: u64 = 2;
 const PIECES_ON_TISSUE: u64 = MAX_PIECES;
 const MAX_STATES_WITH_PIECES: usize = 12;
@@ -34,7 +33,6 @@ pub(super) struct Search<'a> {
     modes: &'a Modes,
     phases: Phases,
     longest: u64,
-    /// The functions do not cover a gap that remains.
     keeps_gap: bool,
     pieces: u64,
     holds_s: &'static [f64],
