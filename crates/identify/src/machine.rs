@@ -42,9 +42,9 @@ pub struct Load {
     pub scale: f64,
     /// F, the largest reading to which the scale applies.
     pub scaled_up_to_n: f64,
-    /// Against the motion: an offset of the sensor, or gravity.
+    /// Constant force against the motion: an offset of the sensor, or gravity.
     pub offset_n: f64,
-    /// By which the sensor lags behind the force.
+    /// The sensor lags behind the force.
     pub lag_s: f64,
 }
 
@@ -52,7 +52,7 @@ impl Machine {
     /// Slave positions in m, one per sample, from the measured first position and velocity; `None` if the simulation
     /// diverges. `zero_n` is the sensor's zero.
     ///
-    /// A step of length h solves for the mean velocity w with the implicit midpoint rule:
+    /// Without delay, a step of length h solves for the mean velocity w with the implicit midpoint rule:
     /// `(2 m/h + b + K_d + K_p h/2) w + F(w) = 2 m v/h + K_p (x_m - x) + K_d ẋ_m - f`. The slave rests if the right
     /// side is within ±F_c: exact stiction without chatter.
     #[must_use]
