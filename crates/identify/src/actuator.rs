@@ -1,5 +1,3 @@
-//! The controller's gains and delay, from the recorded force of the actuator.
-
 use nalgebra::{Matrix3, Vector3};
 
 use crate::IdentifyError;
@@ -7,20 +5,18 @@ use crate::filter::{slope, smooth};
 use crate::intervals::{BLOCKS, student};
 use crate::measured::{Measured, deviation};
 
-/// Half of the smoothing window in s. Both sides of the regression pass the same filter, so it biases nothing; it
-/// removes the encoder's noise, which would bias the gains towards 0.
+/// Half the smoothing window. Both sides of the regression pass the same filter, so it adds no bias; it removes encoder
+/// noise, which would bias the gains towards 0.
 const HALF_WINDOW_S: f64 = 10e-3;
 
-/// How often the regression is repeated with the delay that it found.
 const REPEATED: usize = 3;
 
-/// The longest delay of a controller in s.
 const LONGEST_DELAY_S: f64 = 0.05;
 
-/// A controller that explains less of the actuator's force is refused.
+/// A controller that explains less of the actuator's force is rejected.
 const LEAST_SHARE: f64 = 0.5;
 
-/// A value with its 95 % interval.
+/// With a 95 % interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Bounded {
     pub(crate) value: f64,
@@ -28,7 +24,7 @@ pub(crate) struct Bounded {
     pub(crate) high: f64,
 }
 
-/// The controller of a machine: position gain (N/m), velocity gain (N·s/m), delay (s).
+/// In N/m, N·s/m and s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Controller {
     pub(crate) position_gain: Bounded,
@@ -37,12 +33,10 @@ pub(crate) struct Controller {
 }
 
 impl Controller {
-    /// Estimates the controller from the recordings with an actuator force; `None` if there are none.
-    ///
-    /// The regression `u(t + δ_0) = c_0 e + c_1 ė + c_2 ë` gives `K_p = c_0`, and for a controller that acts δ later than
-    /// that `c_1 = K_d - K_p δ` and `c_2 = K_p δ²/2 - K_d δ`. It is repeated with δ_0 increased by δ: at δ = 0 the
-    /// expansion has no error. The interval contains the sampling error from blocks of correlated residuals, and the changes of the value at half and at twice the
-    /// smoothing, which show the bias by noise and by the expansion.
+    /// The regression `u(t + δ_0) = c_0 e + c_1 ė + c_2 ë` gives `K_p = c_0`; for a controller that acts δ later,
+    /// `c_1 = K_d - K_p δ` and `c_2 = K_p δ²/2 - K_d δ`. Repeating it with δ_0 increased by δ removes the error of the
+    /// expansion. The interval adds the changes at half and at twice the smoothing to the sampling error. `None`
+    /// without an actuator force.
     pub(crate) fn of(recordings: &[Measured]) -> Result<Option<Self>, IdentifyError> {
         let with_actuator: Vec<&Measured> = recordings.iter().filter(|one| one.actuator_n.is_some()).collect();
         if with_actuator.is_empty() {
@@ -82,7 +76,6 @@ impl Controller {
     }
 }
 
-/// Converts the coefficients of e, ė and ë to position gain, velocity gain and delay.
 fn physical(coefficients: &Vector3<f64>) -> [f64; 3] {
     let [gain, rate, second] = [coefficients[0], coefficients[1], coefficients[2]];
     let discriminant = rate * rate - 2.0 * gain * second;
@@ -94,11 +87,11 @@ fn physical(coefficients: &Vector3<f64>) -> [f64; 3] {
 }
 
 struct Regression {
-    /// The delay that the regression presupposes, in s.
+    /// Assumed by the regression.
     delay_s: f64,
     coefficients: Vector3<f64>,
     covariance: Matrix3<f64>,
-    /// The explained share of the actuator's force, as in a fit, 1 for a perfect one.
+    /// Explained share of the actuator's force.
     share: f64,
 }
 
@@ -114,7 +107,6 @@ impl Regression {
         Some(regression)
     }
 
-    /// Returns position gain, velocity gain and delay, none of the last two negative.
     fn physical(&self) -> [f64; 3] {
         let [gain, rate, delay_s] = physical(&self.coefficients);
         [gain, rate.max(0.0), (self.delay_s + delay_s).clamp(0.0, LONGEST_DELAY_S)]
@@ -156,17 +148,16 @@ impl Regression {
     }
 }
 
-/// The smoothed signals of a recording: e, ė, ë and the force of the actuator.
+/// e, ė, ë and the actuator's force.
 struct Smoothed {
     interval_s: f64,
     error: [Vec<f64>; 3],
     force_n: Vec<f64>,
-    /// Number of samples at each end that the smoothing spoils.
+    /// Samples at each end that smoothing distorts.
     skipped: usize,
 }
 
 impl Smoothed {
-    /// `None` without a force of the actuator.
     fn of(measured: &Measured, half_s: f64) -> Option<Self> {
         let actuator_n = measured.actuator_n.as_ref()?;
         let half = ((half_s / measured.interval_s).round() as usize).clamp(1, measured.len() / 16);
@@ -179,7 +170,7 @@ impl Smoothed {
         Some(Self { interval_s: measured.interval_s, error, force_n, skipped: 2 * half + 2 })
     }
 
-    /// Returns the rows (e, ė, ë) with the force of the actuator a delay later, without the ends.
+    /// Rows (e, ė, ë) with the actuator's force a delay later, without the ends.
     fn rows(&self, delay_s: f64) -> Vec<(Vector3<f64>, f64)> {
         let Self { interval_s, error: [error_m, rate, second], force_n, skipped } = self;
         let (later, share) = ((delay_s / interval_s) as usize, (delay_s / interval_s).fract());
@@ -189,7 +180,7 @@ impl Smoothed {
     }
 }
 
-/// Inverts a matrix whose rows have very different units; `None` if it is singular.
+/// Scales the rows, because their units differ; `None` if singular.
 fn scaled_inverse(matrix: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     let scale = matrix.diagonal().map(|value| 1.0 / value.sqrt());
     let scaling = Matrix3::from_diagonal(&scale);

@@ -1,5 +1,3 @@
-//! The document of an identified slave.
-
 use std::fmt::Write as _;
 
 use trocar_document::figure::{Figure, HAND};
@@ -13,10 +11,8 @@ use crate::structure::{Parameter, Structure};
 use crate::tables::{self, Contents, Reported};
 use crate::twin;
 
-/// The identified machine, in files.
 const MACHINE: &str = "slave";
 
-/// The first line and the base of the scenario with the identified slave.
 const SCENARIO_QUESTION: &str = "What does the identified slave do at the ruptures of skin and muscle?";
 const SCENARIO_BASE: &str = "layers/skin-augmented";
 
@@ -140,7 +136,6 @@ impl Identification {
         }
     }
 
-    /// Returns the parameters as a TOML table.
     fn toml(&self) -> String {
         let training = self.fits.iter().filter(|fit| fit.role == Role::Training).map(|fit| fit.measured.name.as_str());
         let mut text = tables::toml(MACHINE, &self.reported(), training);
@@ -150,7 +145,7 @@ impl Identification {
         text
     }
 
-    /// Returns a scenario with the identified slave; `None` if only ratios are known, which are no forces.
+    /// `None` if only ratios are known, because these are not forces.
     fn scenario(&self) -> Option<String> {
         let value = |parameter: Parameter| {
             let found = self.parameters.iter().find(|(own, _)| *own == parameter);

@@ -1,5 +1,3 @@
-//! The identification: starts, comparison of structures, estimation, prediction.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 use trocar_base::warning::Warning;
@@ -17,21 +15,18 @@ use crate::structure::{Parameter, Structure};
 use crate::whiteness::Whiteness;
 use crate::zero::FreeMotion;
 
-/// Corner frequencies of the starts in rad/s: of a slow, a usual and a fast slave.
+/// A slow, a usual and a fast slave.
 const STARTS_RAD_PER_S: [f64; 3] = [30.0, 120.0, 500.0];
 
-/// Share of each training recording in which the structures are fitted for their comparison; the rest is held out.
+/// The rest of each training recording is held out to compare the structures.
 pub(crate) const FITTED_SHARE: f64 = 2.0 / 3.0;
 
-/// The simplest structure within this distance of the best held-out fit is chosen, in points of %.
+/// The simplest structure within this distance of the best held-out fit is chosen.
 const TOLERANCE_PERCENT: f64 = 0.05;
 
-/// The recordings of an identification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Request {
-    /// The recordings that determine the parameters; at least one.
     pub training: Vec<Measured>,
-    /// The recordings that take no part in the estimation.
     pub predictions: Vec<Measured>,
 }
 
@@ -46,7 +41,6 @@ pub enum Role {
 }
 
 impl Role {
-    /// Returns the word in tables.
     pub(crate) fn word(self) -> &'static str {
         match self {
             Self::Training => "training",
@@ -55,65 +49,51 @@ impl Role {
     }
 }
 
-/// The simulation of a recording with the identified machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
-    /// The recording.
     pub measured: Measured,
-    /// Its part.
     pub role: Role,
-    /// What the force sensor reads without a load, in N; 0 without a training recording in free motion.
+    /// Reading without a load, in N; 0 without a training recording in free motion.
     pub sensor_zero_n: f64,
-    /// The simulated slave positions in m; `None` if the simulation diverges.
+    /// `None` if the simulation diverges.
     pub simulated_m: Option<Vec<f64>>,
-    /// `100 (1 - |simulated - slave| / |slave - mean|)` in %, with 2-norms.
+    /// `100 (1 - |simulated - slave| / |slave - mean|)` with 2-norms.
     pub fit_percent: Option<f64>,
-    /// The correlation of the error in time.
     pub whiteness: Option<Whiteness>,
 }
 
-/// An identified machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identification {
-    /// The machine. If only ratios are known, its mass is 1 kg.
+    /// Has a mass of 1 kg if only ratios are known.
     pub machine: Machine,
-    /// The chosen structure.
     pub structure: Structure,
-    /// The structures with their mean fit on held-out parts of the training recordings, in %; `None` if it diverges.
+    /// With the mean held-out fit in %; `None` if it diverges.
     pub candidates: Vec<(Structure, Option<f64>)>,
-    /// The recordings: those for training first.
+    /// Training first.
     pub fits: Vec<Fit>,
-    /// The warnings about the recordings.
     pub warnings: Vec<Warning>,
     pub(crate) parameters: Vec<(Parameter, Bounded)>,
     pub(crate) questions: Questions,
 }
 
 impl Identification {
-    /// Returns the value and the 95 % interval of a parameter by its key in files, such as `mass_kg`; `None` if the
-    /// machine has no such parameter.
+    /// `key` as in files, such as `mass_kg`.
     #[must_use]
     pub fn parameter(&self, key: &str) -> Option<(f64, [f64; 2])> {
         let (_, bounded) = self.parameters.iter().find(|(parameter, _)| parameter.key() == key)?;
         Some((bounded.value, [bounded.low, bounded.high]))
     }
 
-    /// Returns the mean fit of the recordings of a role in %; `None` without recordings.
     #[must_use]
     pub fn mean_fit_percent(&self, role: Role) -> Option<f64> {
         mean_fit(self.fits.iter().filter(|fit| fit.role == role).map(|fit| fit.fit_percent))
     }
 }
 
-/// The number of steps that [`identify`] reports.
+/// Steps that [`identify`] reports.
 pub const STEPS: usize = STARTS_RAD_PER_S.len() + Structure::ALL.len() + 1;
 
-/// Identifies the slave of the training recordings, and predicts the others. `progress` is called after each of
-/// [`STEPS`] steps. The result is deterministic.
-///
-/// # Errors
-/// [`IdentifyError::NoTraining`], [`IdentifyError::Actuator`] if the actuator's force is not that of a controller, and
-/// [`IdentifyError::Diverges`] if no start leads to a machine.
+/// Deterministic. Calls `progress` after each of [`STEPS`] steps.
 pub fn identify(request: Request, progress: impl Fn()) -> Result<Identification, IdentifyError> {
     let Request { training, predictions } = request;
     if training.is_empty() {
@@ -184,7 +164,7 @@ pub fn identify(request: Request, progress: impl Fn()) -> Result<Identification,
     Ok(Identification { machine, structure, candidates, fits, warnings, parameters, questions })
 }
 
-/// Returns the expected zero of the force sensor in each training recording: 0 without a recording in free motion.
+/// 0 without a recording in free motion.
 fn zeros(training: &[Measured], free_motion: Option<FreeMotion>, coulomb_n: f64) -> Vec<f64> {
     let zero_n = |(index, one): (usize, &Measured)| match free_motion {
         None => 0.0,
@@ -194,16 +174,14 @@ fn zeros(training: &[Measured], free_motion: Option<FreeMotion>, coulomb_n: f64)
     training.iter().enumerate().map(zero_n).collect()
 }
 
-/// The order of the estimation. With a recording in free motion and a known controller, that recording alone determines
-/// mass and viscous friction: what a contact adds to them, such as the hysteresis of a foam, is no part of the machine.
+/// With a recording in free motion and a known controller, that recording alone determines mass and viscous friction:
+/// contact effects, such as the hysteresis of a foam, are not part of the machine.
 struct Stages {
-    /// The parameters of the machine without those of the sensor.
     base: Vec<Parameter>,
     free_motion: Option<FreeMotion>,
     questions: Questions,
 }
 
-/// A solved problem with its model, and the problem that was solved before it.
 struct Solved<'a> {
     earlier: Option<Earlier<SlaveSystem<'a>>>,
     problem: Problem<SlaveSystem<'a>>,
@@ -248,7 +226,7 @@ impl Stages {
         Solved { earlier, problem, model }
     }
 
-    /// Leaves out the constant force if no reversal tells it from friction.
+    /// Excludes the constant force if no reversal distinguishes it from friction.
     fn known(&self, unknowns: &[Unknown]) -> Vec<Unknown> {
         let is_known = |unknown: &Unknown| self.questions.reverses || *unknown != Unknown::Of(Parameter::Offset);
         unknowns.iter().copied().filter(is_known).collect()
@@ -272,8 +250,7 @@ fn base_parameters(controller: Option<&Controller>) -> Vec<Parameter> {
     base
 }
 
-/// Returns a machine whose mass and position gain have a corner frequency. The gain is that of the controller, or the
-/// ratio of the forces and errors in the recording with the largest forces.
+/// The gain is the controller's, or the largest force per largest error.
 fn start(training: &[Measured], controller: Option<&Controller>, corner_rad_per_s: f64) -> Machine {
     let errors = |one: &Measured| -> Vec<f64> {
         one.master_m.iter().zip(&one.slave_m).map(|(master, slave)| master - slave).collect()
@@ -295,7 +272,6 @@ fn start(training: &[Measured], controller: Option<&Controller>, corner_rad_per_
     }
 }
 
-/// Divides all forces by the mass.
 fn per_mass(machine: &Machine) -> Machine {
     let mass = machine.mass_kg;
     Machine {
@@ -308,7 +284,7 @@ fn per_mass(machine: &Machine) -> Machine {
     }
 }
 
-/// Raises the free parameters of a machine to at least a hundredth of those of a start of the same size.
+/// Raises the free parameters to at least a hundredth of a start of the same size.
 fn lifted(mut machine: Machine, start: &Machine, free: &[Parameter]) -> Machine {
     let size = machine.position_gain_n_per_m / start.position_gain_n_per_m;
     for parameter in free {
@@ -318,7 +294,7 @@ fn lifted(mut machine: Machine, start: &Machine, free: &[Parameter]) -> Machine 
     machine
 }
 
-/// Sets positive parameters to 0 that the optimiser drove below a millionth of their start: they are at their bound.
+/// Zeroes parameters that the optimiser drove to their bound, below a millionth of their start.
 fn without_traces(mut machine: Machine, start: &Machine, free: &[Parameter]) -> Machine {
     for parameter in free.iter().filter(|parameter| parameter.is_positive() && **parameter != Parameter::Mass) {
         if parameter.of(&machine) < 1e-6 * parameter.of(start) {
@@ -328,27 +304,25 @@ fn without_traces(mut machine: Machine, start: &Machine, free: &[Parameter]) -> 
     machine
 }
 
-/// Returns the mean fit on the last third of each recording after an estimation on the rest, in %.
+/// Mean fit in % on the last third of each recording, estimated on the rest.
 fn held_out(training: &[Measured], stages: &Stages, structure: Structure, start: &Model) -> Option<f64> {
     let cut = |one: &Measured| (FITTED_SHARE * one.len() as f64) as usize;
     let fitted: Vec<Measured> = training.iter().map(|one| one.before(cut(one))).collect();
     let Model { machine, zeros_n } = stages.solve(&fitted, structure, start.clone()).model;
     let fits = training.iter().zip(&zeros_n).map(|(one, zero_n)| {
         let (simulated, from) = (machine.simulate(one, *zero_n)?, cut(one));
-        // Relative to the motion of a third of the whole recording, because the end may be at rest.
+        // Relative to the motion of a third of the recording, because the end may be at rest.
         let motion_m = one.motion_m() * (1.0 - FITTED_SHARE).sqrt();
         Some(fit_percent(&simulated[from..], &one.slave_m[from..], motion_m))
     });
     mean_fit(fits)
 }
 
-/// Returns the mean of fits; `None` if there are none, or if one is `None`.
 pub(crate) fn mean_fit(fits: impl Iterator<Item = Option<f64>>) -> Option<f64> {
     let fits = fits.collect::<Option<Vec<f64>>>().filter(|fits| !fits.is_empty())?;
     Some(fits.iter().sum::<f64>() / fits.len() as f64)
 }
 
-/// Returns the simplest structure whose held-out fit is close to the best.
 fn chosen(candidates: &[(Structure, Option<f64>)]) -> Structure {
     let best = candidates.iter().filter_map(|candidate| candidate.1).fold(f64::NEG_INFINITY, f64::max);
     let is_close =

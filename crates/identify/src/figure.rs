@@ -1,10 +1,7 @@
-//! The figure of a recording: measured and simulated signals, and the error.
-
 use trocar_document::figure::{
     Axis, COMPUTED, Figure, Panel, Row, Sample, Series, Stroke, TISSUE, X_TICKS, Y_TICKS, extent,
 };
 
-/// The signals of a recording with its simulation.
 pub(crate) struct Traces<'a> {
     pub(crate) recording: &'a str,
     pub(crate) fit_percent: Option<f64>,
@@ -12,15 +9,12 @@ pub(crate) struct Traces<'a> {
     pub(crate) measured: (&'a [f64], &'static str),
     /// `None` if the simulation diverges.
     pub(crate) simulated: (Option<&'a [f64]>, &'static str),
-    /// A further signal with its style and its name.
     pub(crate) further: Option<(&'a [f64], Stroke, &'static str)>,
-    /// The factor to the unit of the figure, and the captions of the signals and of the error.
     pub(crate) factor: f64,
     pub(crate) captions: [&'static str; 2],
 }
 
 impl Traces<'_> {
-    /// Draws the signals (above) and the difference between simulated and measured ones (below).
     pub(crate) fn figure(&self) -> Figure<'static> {
         let Self { time_s, measured: (measured, of_measured), simulated: (simulated, of_simulated), .. } = self;
         let simulated = simulated.map_or_else(|| vec![f64::NAN; time_s.len()], <[f64]>::to_vec);
@@ -50,7 +44,6 @@ impl Traces<'_> {
         }
     }
 
-    /// Returns an axis that contains all values in the unit of the figure.
     fn axis<'a>(&self, values: impl Iterator<Item = &'a f64>) -> Axis {
         Axis::padded(extent(values.map(|value| self.factor * value)).unwrap_or((0.0, 1.0)), Y_TICKS - 1)
     }

@@ -1,5 +1,3 @@
-//! The content of `identification.json`.
-
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;

@@ -1,11 +1,8 @@
-//! Smoothing, differentiation and delay of evenly spaced samples.
-
-/// Returns half a window in samples, at least 1.
 pub(crate) fn half(half_s: f64, interval_s: f64) -> usize {
     ((half_s / interval_s).round() as usize).max(1)
 }
 
-/// Returns a signal at a sample minus a delay in s, linear between samples. Beyond the ends, it is held.
+/// The value a delay before a sample, linear between samples and constant beyond the ends.
 pub(crate) fn delayed(values: &[f64], sample: usize, delay_s: f64, interval_s: f64) -> f64 {
     let last = values.len() - 1;
     let place = (sample as f64 - delay_s / interval_s).clamp(0.0, last as f64);
@@ -13,8 +10,8 @@ pub(crate) fn delayed(values: &[f64], sample: usize, delay_s: f64, interval_s: f
     values[left] + share * (values[(left + 1).min(last)] - values[left])
 }
 
-/// Returns the slope (per s) of the line of least squares through the samples within `half` of each sample:
-/// `Σ k x_{i+k} / (h Σ k²)`. At the ends it holds the slope of the first and last whole window.
+/// Least-squares slope per s over `half` samples on each side: `Σ k x_{i+k} / (h Σ k²)`. The ends repeat the first and
+/// last whole window.
 pub(crate) fn slope(values: &[f64], half: usize, interval_s: f64) -> Vec<f64> {
     let half = half.min(values.len().saturating_sub(1) / 2).max(1);
     let weight: f64 = (1..=half).map(|k| 2.0 * (k * k) as f64).sum::<f64>() * interval_s;
@@ -27,9 +24,8 @@ pub(crate) fn slope(values: &[f64], half: usize, interval_s: f64) -> Vec<f64> {
     if values.len() < 3 { vec![0.0; values.len()] } else { (0..values.len()).map(at).collect() }
 }
 
-/// Returns the slope (per s) of the cubic of least squares through the samples within `half` of each sample:
-/// `Σ k (S₆ - S₄ k²) x_{i+k} / (h (S₂ S₆ - S₄²))` with `S_n = Σ kⁿ`. It reduces fast motions less than a line does. Near
-/// the ends the window is smaller; the first and the last slope are differences.
+/// Slope per s of the least-squares cubic: `Σ k (S₆ - S₄ k²) x_{i+k} / (h (S₂ S₆ - S₄²))` with `S_n = Σ kⁿ`. It
+/// attenuates fast motions less than a line. Near the ends the window shrinks to a difference.
 pub(crate) fn cubic_slope(values: &[f64], half: usize, interval_s: f64) -> Vec<f64> {
     let weights: Vec<Vec<f64>> = (0..=half).map(|half| cubic_weights(half, interval_s)).collect();
     let last = values.len().saturating_sub(1);
@@ -44,7 +40,6 @@ pub(crate) fn cubic_slope(values: &[f64], half: usize, interval_s: f64) -> Vec<f
     (0..values.len()).map(at).collect()
 }
 
-/// Returns the weights of the samples after the centre of a window; a window of three samples has a line.
 fn cubic_weights(half: usize, interval_s: f64) -> Vec<f64> {
     if half < 2 {
         return vec![0.5 / interval_s; half];
@@ -55,8 +50,7 @@ fn cubic_weights(half: usize, interval_s: f64) -> Vec<f64> {
     (1..=half).map(|k| weight(k as f64)).collect()
 }
 
-/// Returns the mean of the samples within `half` of each sample, applied twice. The ends, within `2 half` samples, are
-/// means over fewer samples.
+/// Applies a moving mean twice. Ends, within `2 half` samples, are means over fewer samples.
 pub(crate) fn smooth(values: &[f64], half: usize) -> Vec<f64> {
     moving_mean(&moving_mean(values, half), half)
 }

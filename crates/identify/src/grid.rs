@@ -1,5 +1,3 @@
-//! Columns of a file on a regular grid, and what is refused in all of them.
-
 use std::path::Path;
 
 use trocar_base::warning::Warning;
@@ -10,24 +8,20 @@ use crate::IdentifyError;
 pub(crate) const MIN_SAMPLES: usize = 200;
 pub(crate) const MIN_DURATION_S: f64 = 0.2;
 
-/// Values at or beyond this magnitude are refused.
 const HUGE: f64 = 1e9;
 
-/// The columns of a file in SI units, evenly spaced.
+/// Columns in SI units, evenly spaced.
 pub(crate) struct Grid {
-    /// The recording, as in messages.
     pub(crate) name: String,
     pub(crate) interval_s: f64,
     pub(crate) position_m: Vec<f64>,
     pub(crate) force_n: Vec<f64>,
-    /// The other columns, in their order.
     pub(crate) others: Vec<Vec<f64>>,
-    /// The warning about a file that seems to end too early.
     pub(crate) unfinished: Option<Warning>,
 }
 
 impl Grid {
-    /// Reads columns. Unevenly spaced samples are resampled at their median interval.
+    /// Resamples unevenly spaced samples at their median interval.
     pub(crate) fn open<'a>(
         path: &Path,
         time: &Column,
@@ -36,7 +30,7 @@ impl Grid {
         mut others: impl Iterator<Item = &'a Column>,
         limits: &Limits,
     ) -> Result<Self, IdentifyError> {
-        // The reader has one further column in any unit, which is that of a velocity.
+        // The reader accepts one further column in any unit, as its velocity.
         let of = |further: Option<&Column>| {
             let [time, position, force] = [time, position, force].map(Clone::clone);
             open_recording(path, &Columns { time, position, velocity: further.cloned(), force }, limits)
@@ -66,10 +60,7 @@ impl Grid {
     }
 }
 
-/// Checks columns in SI units. The first one has the expected length.
-///
-/// # Errors
-/// If columns have different lengths, the recording is too short, or a value is not finite or at least 1e9.
+/// The first column has the expected length.
 pub(crate) fn check(name: &str, interval_s: f64, columns: &[(&'static str, &[f64])]) -> Result<(), IdentifyError> {
     let recording = || name.to_owned();
     let samples = columns.first().map_or(0, |(_, values)| values.len());

@@ -8,30 +8,28 @@ use crate::actuator::Bounded;
 use crate::problem::Problem;
 use crate::system::System;
 
-/// The number of blocks of a recording. Residuals are correlated within a block, and blocks count as independent.
+/// Per recording. Residuals are correlated within a block; blocks count as independent.
 pub(crate) const BLOCKS: usize = 12;
 
-/// Step of the derivatives by a value, relative to the value or to its start.
+/// Relative to the value or its start.
 const STEP: f64 = 1e-3;
 
-/// Returns the 97.5 % quantile of Student's t, within 2 % for at least 4 degrees of freedom (two terms of its expansion
-/// in 1/n).
+/// 97.5 % quantile of Student's t, within 2 % from 4 degrees of freedom on (two terms of its expansion in 1/n).
 pub(crate) fn student(freedom: f64) -> f64 {
     let n = freedom.max(4.0);
     let z: f64 = 1.959_964;
     z + (z.powi(3) + z) / (4.0 * n) + (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / (96.0 * n * n)
 }
 
-/// A solved problem whose unknowns are fixed in a later one, with the index of its one recording there.
+/// A solved problem that fixes unknowns of a later one; `recording` is the index of its recording there.
 pub(crate) struct Earlier<S: System> {
     pub(crate) problem: Problem<S>,
     pub(crate) recording: usize,
 }
 
-/// The errors of a solved problem in blocks, and their derivatives by unknowns.
 struct Linearised {
     errors: Vec<f64>,
-    /// The derivative by each unknown, times its step. The columns have similar magnitudes.
+    /// Derivatives by each unknown times its step, so the columns have similar magnitudes.
     columns: Vec<Vec<f64>>,
 }
 
@@ -47,7 +45,7 @@ impl Linearised {
         Self { errors, columns }
     }
 
-    /// Returns the gradient `Σ J_i r_i` of each block, enlarged for the unknowns that were fitted.
+    /// Gradients `Σ J_i r_i` of the blocks, enlarged for the fitted unknowns.
     fn scores<S: System>(&self, problem: &Problem<S>) -> Vec<DVector<f64>> {
         let blocks = blocks(problem);
         let share = (blocks.len() as f64 / freedom(problem)).sqrt();
@@ -59,18 +57,17 @@ impl Linearised {
     }
 }
 
-/// Returns the degrees of freedom of a solved problem: its blocks without its unknowns.
+/// Blocks minus unknowns.
 fn freedom<S: System>(problem: &Problem<S>) -> f64 {
     ((BLOCKS * problem.system().lengths().len()) as f64 - problem.free().len() as f64).max(1.0)
 }
 
-/// Returns the interval of each unknown of a solved problem with its model: those that an earlier problem fixed, then
-/// the free ones. An unknown that the recordings do not determine has an infinite interval.
+/// Returns first the unknowns that an earlier problem fixed, then the free ones; an undetermined unknown has an
+/// infinite interval.
 ///
-/// The covariance is the sandwich `A⁻¹ M A⁻ᵀ`. A contains the derivatives of the gradients, M the sum over blocks of the
-/// outer products of the gradients of both problems. In a single problem A is its curvature `JᵀJ`. The gradient of a later
-/// problem also depends on the unknowns that the earlier one fixed. Their errors therefore enlarge the later intervals
-/// (Newey and McFadden 1994, section 6). The priors count as further observations.
+/// The covariance is the sandwich `A⁻¹ M A⁻ᵀ`: A contains the derivatives of the gradients (`JᵀJ` in a single problem),
+/// M the sum over blocks of their outer products. The later gradient also depends on the fixed unknowns, so their
+/// errors enlarge the later intervals (Newey and McFadden 1994, section 6). Priors count as observations.
 pub(crate) fn intervals<S: System>(
     problem: &Problem<S>,
     model: &S::Model,
@@ -132,7 +129,7 @@ pub(crate) fn intervals<S: System>(
     }
     let deviations = deviations(&slopes, &meat);
     let effective = EffectiveBlocks::of(&slopes, &informations);
-    // An unknown that both problems estimate changes by what the structure does not explain in contact.
+    // An unknown in both problems changes by effects of the contact that the structure does not explain.
     let change = |unknown: S::Unknown, value: f64| {
         let earlier = earlier.filter(|one| one.problem.free().contains(&unknown));
         earlier.map_or(0.0, |one| (S::value(unknown, &one.problem.model()) - value).abs())
@@ -150,8 +147,7 @@ pub(crate) fn intervals<S: System>(
     first.into_iter().chain(free).enumerate().filter(is_reported).map(bounded).collect()
 }
 
-/// Returns the standard deviation of each unknown, in steps; infinite for those without influence, and for all if the
-/// others are not told apart.
+/// Standard deviations in steps; infinite for unknowns without influence, and for all if the problem is singular.
 fn deviations(slopes: &DMatrix<f64>, meat: &DMatrix<f64>) -> Vec<f64> {
     let mut deviations = vec![f64::INFINITY; slopes.nrows()];
     let known: Vec<usize> = (0..slopes.nrows()).filter(|k| slopes[(*k, *k)] > 0.0).collect();
@@ -168,14 +164,13 @@ fn deviations(slopes: &DMatrix<f64>, meat: &DMatrix<f64>) -> Vec<f64> {
     deviations
 }
 
-/// How many blocks determine each unknown.
 struct EffectiveBlocks {
     shares: Vec<f64>,
 }
 
 impl EffectiveBlocks {
-    /// With the share `w_b` of each block in the variance of an unknown, these are `1 / (B Σ w_b²)` of all B blocks: 1 if
-    /// all blocks determine it alike (Bell and McCaffrey 2002, with independent errors of equal size).
+    /// `1 / (B Σ w_b²)` with the shares `w_b` of the B blocks in the variance of an unknown: 1 if all blocks determine
+    /// it alike (Bell and McCaffrey 2002, with independent errors of equal size).
     fn of(slopes: &DMatrix<f64>, informations: &[DMatrix<f64>]) -> Self {
         let count = slopes.nrows();
         let scale = DVector::from_fn(count, |k, _| 1.0 / slopes[(k, k)].sqrt().max(1e-150));
@@ -198,7 +193,7 @@ impl EffectiveBlocks {
     }
 }
 
-/// Returns the ranges of the blocks among the errors of all recordings.
+/// Ranges among the errors of all recordings.
 fn blocks<S: System>(problem: &Problem<S>) -> Vec<Range<usize>> {
     let mut start = 0;
     let mut blocks = vec![];

@@ -1,13 +1,9 @@
 //! Parameters of a machine, with 95 % intervals, from recordings of it.
 //!
-//! The slave of a rig follows its master by a controller with a position and a velocity gain. [`identify`] estimates
-//! these gains, the moving mass, viscous and Coulomb friction, and the errors of the force sensor. It simulates the
-//! slave with the measured master position as input and the measured force as load, and minimises the difference
-//! between simulated and measured slave positions (output error), so that noise of the positions does not bias the
-//! parameters. Other recordings, which take no part in the estimation, show how well the machine generalises.
-//!
-//! It may use `trocar-base`, `trocar-recording` and `trocar-document`. The crate `trocar` re-exports it as
-//! `trocar::identify`.
+//! [`identify`] estimates the controller's gains, the moving mass, friction, and the errors of the force sensor. It
+//! simulates the slave with the measured master position and force, and minimises the error of the slave position
+//! (output error), so that position noise does not bias the parameters. [`identify_part`] does the same for a tissue,
+//! an arm or a master.
 
 mod actuator;
 mod document;

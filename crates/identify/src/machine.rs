@@ -1,66 +1,60 @@
-//! The model of a slave that follows a master.
-
 use trocar_base::interrupt;
 use trocar_core::friction::CoulombFriction;
 
 use crate::filter::delayed;
 use crate::measured::Measured;
 
-/// The longest step of the simulation in s. A sample is divided into equal steps of at most this length.
+/// Samples are divided into equal steps of at most this length.
 const LONGEST_STEP_S: f64 = 2.5e-4;
 
-/// The largest number of steps per sample, for recordings at low rates.
+/// Per sample, for recordings at low rates.
 const MAX_STEPS: usize = 64;
 
-/// A slave with its controller. At the master's position x_m and the load f,
-///
 /// `m ẍ = u - b ẋ - F(ẋ) - f`, `u(t) = K_p e(t - δ) + K_d ė(t - δ)`, `e = x_m - x`
 ///
-/// with Coulomb friction `F = F_c sign(ẋ)`, which holds the slave at rest as long as the other forces are below F_c.
-/// For delays that are short compared with the motion, the controller is its expansion to the second derivative:
+/// with the load f and Coulomb friction `F = F_c sign(ẋ)`, which holds the slave at rest while the other forces are
+/// below F_c. For short delays the controller is expanded to the second derivative:
 /// `u = K_p e + (K_d - K_p δ) ė + (K_p δ²/2 - K_d δ) ë`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Machine {
-    /// Moving mass m in kg.
+    /// m
     pub mass_kg: f64,
-    /// Viscous friction b in N·s/m.
+    /// b
     pub viscous_n_s_per_m: f64,
-    /// Coulomb friction F_c in N.
+    /// F_c
     pub coulomb_n: f64,
-    /// Position gain K_p in N/m.
+    /// K_p
     pub position_gain_n_per_m: f64,
-    /// Velocity gain K_d in N·s/m.
+    /// K_d
     pub velocity_gain_n_s_per_m: f64,
-    /// Delay δ of the controller in s.
+    /// δ of the controller.
     pub delay_s: f64,
-    /// The load.
     pub load: Load,
 }
 
-/// The load on the slave: `f(t) = y + (scale - 1) min(max(y, -F), F) + offset` at the reading `y = measured(t + lag) -
-/// zero`.
+/// `f(t) = y + (scale - 1) min(max(y, -F), F) + offset` at the reading `y = measured(t + lag) - zero`.
 ///
-/// Beyond F, the largest reading from which the scale was estimated, the sensor's slope is 1: the error of the scale in
-/// one contact is not extrapolated to larger forces in another one.
+/// The slope is 1 beyond F, the largest reading from which the scale was estimated, so that its error is not
+/// extrapolated to larger forces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Load {
     /// True force per measured force.
     pub scale: f64,
-    /// The largest reading to which the scale applies, F, in N.
+    /// F, the largest reading to which the scale applies.
     pub scaled_up_to_n: f64,
-    /// A constant force against the motion in N: an offset of the sensor, or gravity.
+    /// Constant force against the motion: an offset of the sensor, or gravity.
     pub offset_n: f64,
-    /// Time by which the sensor lags behind the force in s.
+    /// The sensor lags behind the force.
     pub lag_s: f64,
 }
 
 impl Machine {
-    /// Returns the simulated slave positions in m, one per sample, with the force sensor's zero in N. The simulation
-    /// starts at the measured position and velocity. `None` if it diverges.
+    /// Slave positions in m, one per sample, from the measured first position and velocity; `None` if the simulation
+    /// diverges. `zero_n` is the sensor's zero.
     ///
-    /// A step of length h solves for the mean velocity w with the implicit midpoint rule:
-    /// `(2 m/h + b + K_d + K_p h/2) w + F(w) = 2 m v/h + K_p (x_m - x) + K_d ẋ_m - f`. The slave rests during the
-    /// step if the right side is within ±F_c, which is exact stiction without chatter.
+    /// Without delay, a step of length h solves for the mean velocity w with the implicit midpoint rule:
+    /// `(2 m/h + b + K_d + K_p h/2) w + F(w) = 2 m v/h + K_p (x_m - x) + K_d ẋ_m - f`. The slave rests if the right
+    /// side is within ±F_c: exact stiction without chatter.
     #[must_use]
     pub fn simulate(&self, measured: &Measured, zero_n: f64) -> Option<Vec<f64>> {
         let interval_s = measured.interval_s;
@@ -69,7 +63,7 @@ impl Machine {
         let (gain, delay_s) = (self.position_gain_n_per_m, self.delay_s);
         let damping = self.velocity_gain_n_s_per_m - gain * delay_s;
         let virtual_mass = self.velocity_gain_n_s_per_m * delay_s - 0.5 * gain * delay_s * delay_s;
-        // The expansion subtracts a part of the mass. A machine whose mass is mostly delay is beyond the expansion.
+        // The expansion subtracts a part of the mass; it is invalid if the mass is mostly delay.
         let mass = (self.mass_kg - virtual_mass).max(0.1 * self.mass_kg);
         let inertia = 2.0 * mass / step_s;
         let denominator = inertia + self.viscous_n_s_per_m + damping + 0.5 * gain * step_s;
@@ -99,7 +93,7 @@ impl Machine {
                 let mean_velocity = friction.remainder_n(force_n) / denominator;
                 position_m += step_s * mean_velocity;
                 let after = 2.0 * mean_velocity - velocity;
-                // A velocity that changes its sign within the step passes through rest, where friction can hold.
+                // If the velocity changes its sign within the step, friction can hold the slave at rest.
                 let rests = after * mean_velocity < 0.0 && friction.holds(drive);
                 velocity = if rests { 0.0 } else { after };
             }
@@ -110,10 +104,8 @@ impl Machine {
 }
 
 impl Load {
-    /// A perfect sensor.
     pub const EXACT: Self = Self { scale: 1.0, scaled_up_to_n: f64::INFINITY, offset_n: 0.0, lag_s: 0.0 };
 
-    /// Returns the load in N at each sample.
     fn on(&self, measured: &Measured, zero_n: f64) -> Vec<f64> {
         let load_n = |reading_n: f64| {
             let scaled_n = reading_n.clamp(-self.scaled_up_to_n, self.scaled_up_to_n);
@@ -122,12 +114,12 @@ impl Load {
         (0..measured.len()).map(|sample| load_n(self.reading_n(measured, sample) - zero_n)).collect()
     }
 
-    /// Returns the force in N that the sensor reads a lag after a sample. Beyond the ends, it is held.
+    /// In N, a lag after a sample; held beyond the ends.
     pub(crate) fn reading_n(&self, measured: &Measured, sample: usize) -> f64 {
         delayed(&measured.force_n, sample, -self.lag_s, measured.interval_s)
     }
 
-    /// Returns the reading above the zero, in N, at a load in N. The scale is above 0.
+    /// Above the zero, in N. Requires a scale above 0.
     pub(crate) fn reading_of(&self, load_n: f64) -> f64 {
         let scaled_n = (load_n - self.offset_n) / self.scale;
         if scaled_n.abs() <= self.scaled_up_to_n {

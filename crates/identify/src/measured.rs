@@ -1,5 +1,3 @@
-//! The measured columns of a machine on a regular grid.
-
 use std::path::Path;
 
 use trocar_base::warning::Warning;
@@ -9,51 +7,38 @@ use crate::IdentifyError;
 use crate::filter::{half, slope};
 use crate::grid::{Grid, check};
 
-/// Half the window in which velocities are estimated, in s.
 pub(crate) const VELOCITY_HALF_S: f64 = 2.5e-3;
 
-/// The columns of a recording of a machine. Their factors convert to SI units.
+/// Factors convert to SI units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MachineColumns {
-    /// Time in s.
     pub time: Column,
-    /// Position of the master in m, scaled to the slave's side.
+    /// Scaled to the slave's side.
     pub master: Column,
-    /// Position of the slave in m.
     pub slave: Column,
-    /// Force on the slave in N, positive when it resists the motion.
+    /// Positive when it resists the motion.
     pub force: Column,
-    /// Force of the slave's actuator in N, positive when it pushes forwards, if the file contains it.
+    /// Positive when it pushes forwards.
     pub actuator: Option<Column>,
 }
 
-/// The samples of a recording of a machine, evenly spaced.
+/// Evenly spaced.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measured {
-    /// The recording, as in messages.
     pub name: String,
-    /// Time between two samples in s.
     pub interval_s: f64,
-    /// Positions of the master in m.
     pub master_m: Vec<f64>,
-    /// Positions of the slave in m.
     pub slave_m: Vec<f64>,
-    /// Measured force on the slave in N.
     pub force_n: Vec<f64>,
-    /// Force of the actuator in N, if recorded.
     pub actuator_n: Option<Vec<f64>>,
     pub(crate) master_velocity_m_per_s: Vec<f64>,
     pub(crate) master_acceleration_m_per_s2: Vec<f64>,
     pub(crate) start_velocity_m_per_s: f64,
-    /// The warning about a file that seems to end too early.
     pub(crate) unfinished: Option<Warning>,
 }
 
 impl Measured {
-    /// Reads a recording. Unevenly spaced samples are resampled at their median interval.
-    ///
-    /// # Errors
-    /// If the file cannot be read, a column is missing or has values that are not numbers, and as [`Measured::new`].
+    /// Resamples unevenly spaced samples at their median interval.
     pub fn open(path: &Path, columns: &MachineColumns, limits: &Limits) -> Result<Self, IdentifyError> {
         let MachineColumns { time, master, slave, force, actuator } = columns;
         let others = std::iter::once(master).chain(actuator);
@@ -66,11 +51,7 @@ impl Measured {
         Ok(Self { unfinished, ..measured })
     }
 
-    /// Creates the samples of a recording from columns in SI units.
-    ///
-    /// # Errors
-    /// If columns have different lengths, the recording is too short, a value is not finite or at least 1e9, or the
-    /// master or the slave does not move.
+    /// Takes columns in SI units.
     pub fn new(
         name: &str,
         interval_s: f64,
@@ -91,7 +72,7 @@ impl Measured {
         check(name, interval_s, &columns)?;
         for (side, flag, positions) in [("master", "--master", &master_m), ("slave", "--slave", &slave_m)] {
             let span_m = span(positions);
-            // Positions of double precision have no motion below this size.
+            // Smaller spans are rounding errors of double precision.
             if span_m < 1e-9 {
                 return Err(IdentifyError::NoExcitation { recording: recording(), side, span_m, flag });
             }
@@ -114,25 +95,22 @@ impl Measured {
         })
     }
 
-    /// Returns the number of samples, at least 200.
     #[must_use]
     #[expect(clippy::len_without_is_empty, reason = "a recording is never empty")]
     pub fn len(&self) -> usize {
         self.slave_m.len()
     }
 
-    /// Returns the 2-norm of the slave's deviation from its mean, in m; above 0.
+    /// The 2-norm of the slave's deviation from its mean; above 0.
     pub(crate) fn motion_m(&self) -> f64 {
         deviation(&self.slave_m)
     }
 
-    /// Returns the fit of simulated positions in %: `100 (1 - |simulated - slave| / |slave - mean|)`, with 2-norms.
     #[must_use]
     pub fn fit_percent(&self, simulated_m: &[f64]) -> f64 {
         fit_percent(simulated_m, &self.slave_m, self.motion_m())
     }
 
-    /// Returns the part of the recording before a sample.
     pub(crate) fn before(&self, end: usize) -> Self {
         let cut = |values: &[f64]| values[..end].to_vec();
         Self {
@@ -150,20 +128,19 @@ impl Measured {
     }
 }
 
-/// Returns the range of values.
 pub(crate) fn span(values: &[f64]) -> f64 {
     let (low, high) =
         values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
     high - low
 }
 
-/// Returns the 2-norm of the deviation from the mean.
+/// The 2-norm of the deviation from the mean.
 pub(crate) fn deviation(values: &[f64]) -> f64 {
     let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
     values.iter().map(|value| (value - mean).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Returns `100 (1 - |simulated - measured| / variation)` in %, with the 2-norm.
+/// `100 (1 - |simulated - measured| / variation)`, with the 2-norm.
 pub(crate) fn fit_percent(simulated: &[f64], measured: &[f64], variation: f64) -> f64 {
     let squares = simulated.iter().zip(measured).map(|(simulated, measured)| (simulated - measured).powi(2));
     100.0 * (1.0 - squares.sum::<f64>().sqrt() / variation)

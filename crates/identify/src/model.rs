@@ -1,37 +1,30 @@
-//! A slave with the zeros of its force sensor, and the unknowns of both.
-
 use crate::machine::Machine;
 use crate::measured::{Measured, span};
 use crate::structure::Parameter;
 use crate::system::{System, relative_errors};
 use crate::zero::FreeMotion;
 
-/// Prior standard deviation of the sensor's scale around 1: calibrations of force sensors agree within 10 %.
+/// Prior around 1: calibrations of force sensors agree within 10 %.
 const SCALE_SD: f64 = 0.1;
 
-/// Prior standard deviation of the offset, per range of the measured force.
 const OFFSET_SD_PER_RANGE: f64 = 0.05;
 
-/// Prior standard deviation of the sensor's lag in s.
 const LAG_SD_S: f64 = 5e-3;
 
-/// A machine, and what its force sensor reads without a load in each training recording, in N.
+/// `zeros_n`: readings without a load, for each training recording.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Model {
     pub(crate) machine: Machine,
     pub(crate) zeros_n: Vec<f64>,
 }
 
-/// An unknown of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Unknown {
-    /// A parameter of the machine.
     Of(Parameter),
-    /// The zero of the force sensor in the training recording with this index.
+    /// Zero of the force sensor in the training recording with this index.
     Zero(usize),
 }
 
-/// The simulated slave against the measured one, in the training recordings.
 #[derive(Clone)]
 pub(crate) struct SlaveSystem<'a> {
     recordings: &'a [Measured],
@@ -41,7 +34,7 @@ pub(crate) struct SlaveSystem<'a> {
 }
 
 impl<'a> SlaveSystem<'a> {
-    /// The zeros of the start are those that are expected.
+    /// Expects the zeros of the start.
     pub(crate) fn new(recordings: &'a [Measured], start: &Model, free_motion: Option<FreeMotion>) -> Self {
         let range_n = recordings.iter().map(|one| span(&one.force_n)).fold(0.0, f64::max);
         let offset_sd_n = (OFFSET_SD_PER_RANGE * range_n).max(1e-9);
@@ -92,7 +85,7 @@ impl System for SlaveSystem<'_> {
             Unknown::Of(Parameter::Offset) => Some((0.0, self.offset_sd_n)),
             Unknown::Of(Parameter::Lag) => Some((0.0, LAG_SD_S)),
             Unknown::Of(_) => None,
-            // The ripple of the sensor in free motion bounds how exactly its zero is known.
+            // The ripple in free motion limits the accuracy of the zero.
             Unknown::Zero(recording) => {
                 let width_n = self.free_motion.map_or(0.0, |free| free.width_n);
                 Some((self.expected_zeros_n[recording], width_n.max(1e-9)))

@@ -1,29 +1,22 @@
-//! Warnings about units that are probably wrong.
-
 use trocar_base::warning::{Code, Warning};
 
 use crate::measured::{Measured, span};
 
-/// The range of plausible motions in m.
 const MOTION_M: (f64, f64) = (3e-4, 2.0);
 
-/// Motions of master and slave that differ by more than this factor have different units.
+/// A larger ratio of the motions of master and slave suggests different units.
 pub(crate) const LARGEST_RATIO: f64 = 30.0;
 
-/// The largest plausible force on a machine in N.
 const LARGEST_FORCE_N: f64 = 2e3;
 
-/// The range of plausible rates in Hz.
 const RATE_HZ: (f64, f64) = (50.0, 1e5);
 
-/// The warnings about the units of a recording.
 pub(crate) struct Warnings<'a> {
     recording: &'a str,
     pub(crate) list: Vec<Warning>,
 }
 
 impl<'a> Warnings<'a> {
-    /// Starts with the warning about a file that seems to end too early, if there is one.
     pub(crate) fn of(recording: &'a str, unfinished: Option<&Warning>) -> Self {
         Self { recording, list: unfinished.cloned().map(|warning| warning.of(recording)).into_iter().collect() }
     }
@@ -32,7 +25,6 @@ impl<'a> Warnings<'a> {
         self.list.push(Warning::new(code, message).at(place).remedy(remedy).of(self.recording));
     }
 
-    /// Checks a motion in m.
     pub(crate) fn motion(&mut self, side: &str, flag: &str, moved_m: f64) {
         if !(MOTION_M.0..=MOTION_M.1).contains(&moved_m) {
             let message = format!("the {side} moves by {moved_m:.3e} m");
@@ -41,7 +33,6 @@ impl<'a> Warnings<'a> {
         }
     }
 
-    /// Checks the largest force.
     pub(crate) fn force(&mut self, force_n: &[f64]) {
         let force_n = force_n.iter().fold(0.0_f64, |largest, force| largest.max(force.abs()));
         if force_n > LARGEST_FORCE_N {
@@ -50,7 +41,6 @@ impl<'a> Warnings<'a> {
         }
     }
 
-    /// Checks the rate.
     pub(crate) fn rate(&mut self, interval_s: f64) {
         let rate_hz = 1.0 / interval_s;
         if rate_hz < RATE_HZ.0 {
@@ -66,7 +56,6 @@ impl<'a> Warnings<'a> {
     }
 }
 
-/// Returns the warnings about a recording of a slave.
 pub(crate) fn warnings(measured: &Measured) -> Vec<Warning> {
     let mut warnings = Warnings::of(&measured.name, measured.unfinished.as_ref());
     let (master_m, slave_m) = (span(&measured.master_m), span(&measured.slave_m));

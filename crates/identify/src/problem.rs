@@ -1,24 +1,22 @@
-//! The least-squares problem of an identification.
-
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector, Dyn, storage::Owned};
 
 use crate::system::System;
 
-/// The first weight of a prior: one standard deviation counts as much as an error of 1 % of the slave's motion.
+/// One standard deviation of a prior counts as much as an error of 1 % of the motion.
 const FIRST_WEIGHT: f64 = 0.01;
 
-/// How often the weight of the priors is computed anew from the remaining errors.
+/// Each time, the remaining errors determine the weight of the priors.
 const REWEIGHTED: usize = 3;
 
-/// Step of the numerical derivatives, in coordinates.
+/// In coordinates.
 const STEP: f64 = 1e-4;
 
-/// Coordinates are limited to this magnitude: a factor of e^25 from the start.
+/// A factor of e^25 from the start.
 const LARGEST: f64 = 25.0;
 
-/// The unknowns of a model in coordinates of magnitude 1: the logarithm of the ratio to the start for positive
-/// parameters, and the deviation from the expected value per standard deviation for the others.
+/// Coordinates of magnitude 1: the logarithm of the ratio to the start for positive unknowns, otherwise the deviation
+/// from the expected value per standard deviation.
 #[derive(Clone)]
 pub(crate) struct Problem<S: System> {
     system: S,
@@ -45,13 +43,11 @@ impl<S: System> Problem<S> {
         &self.system
     }
 
-    /// Returns the weight of a prior: the size of an error, relative to the motion, that counts as one standard
-    /// deviation.
+    /// The error, relative to the motion, that counts as one standard deviation.
     pub(crate) fn prior_weight(&self) -> f64 {
         self.prior_weight
     }
 
-    /// Returns the model at the current coordinates.
     pub(crate) fn model(&self) -> S::Model {
         self.model_at(&self.coordinates)
     }
@@ -77,11 +73,10 @@ impl<S: System> Problem<S> {
         DVector::from_vec(residuals)
     }
 
-    /// Minimises the sum of squares, and returns it with the problem at the minimum.
+    /// Returns the minimum sum of squares and the problem there.
     ///
-    /// What a structure does not explain is alike throughout a recording, so that the errors of a recording count as one
-    /// observation, and the priors have the weight of such an observation. They decide little where simulation and
-    /// measurement agree, and more where the structure does not explain the recordings.
+    /// Unexplained errors are similar throughout a recording, so the errors of a recording count as one observation,
+    /// and so does each prior. The priors matter where the structure does not explain the recordings.
     pub(crate) fn solve(self) -> (f64, Self) {
         let has_priors = self.free.iter().any(|unknown| self.system.prior_sd(*unknown).is_some());
         let mut solved = self.minimised();

@@ -1,28 +1,21 @@
-//! The questions that recordings answer: is there contact, does the motion reverse?
-
 use crate::machine::Machine;
 use crate::measured::{Measured, deviation, span};
 use crate::model::Model;
 
-/// A load that moves the slave by less than this multiple of the simulation's error is no contact.
+/// Minimum effect of the load on the slave, relative to the simulation's error, for a contact.
 const LEAST_EFFECT: f64 = 1.5;
 
-/// A motion against the present direction counts as a reversal if it is longer than this share of the range.
+/// Minimum motion of a reversal, relative to the range.
 const REVERSAL_SHARE: f64 = 0.05;
 
-/// What a set of recordings can tell about a machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Questions {
-    /// The measured force moves the slave visibly.
     pub(crate) has_contact: bool,
-    /// The slave reverses at least once.
     pub(crate) reverses: bool,
-    /// The actuator's force is recorded.
     pub(crate) has_actuator: bool,
 }
 
 impl Questions {
-    /// Asks the training recordings, with a machine that roughly follows them.
     pub(crate) fn of(recordings: &[Measured], model: &Model, has_actuator: bool) -> Self {
         Self {
             has_contact: recordings
@@ -34,12 +27,11 @@ impl Questions {
         }
     }
 
-    /// Returns true if only ratios of masses, friction and gains are known: no force has a known size.
+    /// No force has a known size.
     pub(crate) fn only_ratios(self) -> bool {
         !self.has_contact && !self.has_actuator
     }
 
-    /// Returns what the recordings leave open, in sentences.
     pub(crate) fn open(self) -> Vec<String> {
         let mut open = vec![];
         if self.only_ratios() {
@@ -77,7 +69,7 @@ impl Questions {
     }
 }
 
-/// Compares the simulation with the measured load and that with its mean.
+/// Compares simulations with the measured load and with its mean.
 fn load_is_visible(measured: &Measured, machine: &Machine, zero_n: f64) -> bool {
     let mean_n = measured.force_n.iter().sum::<f64>() / measured.len() as f64;
     let constant = Measured { force_n: vec![mean_n; measured.len()], ..measured.clone() };
@@ -88,7 +80,7 @@ fn load_is_visible(measured: &Measured, machine: &Machine, zero_n: f64) -> bool 
     deviation(&differences(&without)) > LEAST_EFFECT * deviation(&differences(&measured.slave_m))
 }
 
-/// Counts the reversals of positions, ignoring motions below 5 % of their range.
+/// Ignores motions below 5 % of the range.
 pub(crate) fn reversals(positions_m: &[f64]) -> usize {
     let least = REVERSAL_SHARE * span(positions_m);
     let (mut turning, mut direction, mut count) = (positions_m[0], 0.0, 0);

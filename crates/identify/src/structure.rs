@@ -1,22 +1,18 @@
-//! The structures that are compared, and the parameters of each.
-
 use crate::machine::Machine;
 
-/// A structure of the machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Structure {
-    /// Mass, viscous and Coulomb friction, gains; the force sensor is exact.
+    /// The force sensor is exact.
     Plain,
-    /// Also a scale and an offset of the force sensor.
+    /// With a scale and an offset of the force sensor.
     Sensor,
-    /// Also a lag of the force sensor.
+    /// Also a lag.
     LaggingSensor,
 }
 
 impl Structure {
     pub(crate) const ALL: [Self; 3] = [Self::Plain, Self::Sensor, Self::LaggingSensor];
 
-    /// Returns the word in files.
     #[must_use]
     pub fn key(self) -> &'static str {
         match self {
@@ -26,7 +22,6 @@ impl Structure {
         }
     }
 
-    /// Returns the name in tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -36,7 +31,6 @@ impl Structure {
         }
     }
 
-    /// Returns the parameters of the force sensor.
     pub(crate) fn sensor(self) -> &'static [Parameter] {
         match self {
             Self::Plain => &[],
@@ -46,7 +40,6 @@ impl Structure {
     }
 }
 
-/// A parameter of a machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Parameter {
     Mass,
@@ -61,7 +54,6 @@ pub(crate) enum Parameter {
 }
 
 impl Parameter {
-    /// Returns the key in files.
     pub(crate) fn key(self) -> &'static str {
         match self {
             Self::Mass => "mass_kg",
@@ -76,7 +68,6 @@ impl Parameter {
         }
     }
 
-    /// Returns the name in tables.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Mass => "moving mass",
@@ -91,7 +82,7 @@ impl Parameter {
         }
     }
 
-    /// Returns the SI unit; `1` for a plain number.
+    /// `1` for a plain number.
     pub(crate) fn unit(self) -> &'static str {
         match self {
             Self::Mass => "kg",
@@ -103,12 +94,10 @@ impl Parameter {
         }
     }
 
-    /// Returns true if the parameter is never negative.
     pub(crate) fn is_positive(self) -> bool {
         !matches!(self, Self::Scale | Self::Offset | Self::Lag)
     }
 
-    /// Returns the value of a machine.
     pub(crate) fn of(self, machine: &Machine) -> f64 {
         match self {
             Self::Mass => machine.mass_kg,
@@ -123,7 +112,6 @@ impl Parameter {
         }
     }
 
-    /// Sets the value of a machine.
     pub(crate) fn set(self, machine: &mut Machine, value: f64) {
         *match self {
             Self::Mass => &mut machine.mass_kg,

@@ -1,5 +1,3 @@
-//! Tables, files and sentences that the documents of all machines share.
-
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
@@ -16,7 +14,6 @@ use crate::whiteness::Whiteness;
 /// A prediction with at least this fit supports the machine.
 const GOOD_PERCENT: f64 = 90.0;
 
-/// A parameter as it is reported.
 pub(crate) struct Reported {
     pub(crate) key: &'static str,
     pub(crate) name: &'static str,
@@ -24,21 +21,17 @@ pub(crate) struct Reported {
     pub(crate) bounded: Bounded,
 }
 
-/// What the document of an identification tells.
 pub(crate) struct Contents<'a> {
     pub(crate) verdict: Verdict,
     pub(crate) warnings: &'a [Warning],
     pub(crate) parameters: &'a [Reported],
     pub(crate) fits: Table,
     pub(crate) structures: Table,
-    /// How the structures were compared.
     pub(crate) comparison: &'static str,
-    /// The names of the figures, one for each recording.
     pub(crate) names: Vec<String>,
     pub(crate) file: IdentificationFile<'a>,
 }
 
-/// Returns the document of an identification, without the figures, columns and further files of the recordings.
 pub(crate) fn document<'a>(contents: Contents<'_>) -> Document<'a> {
     let Contents { verdict, warnings, parameters, fits, structures, comparison, names, file } = contents;
     let mut of_parameters = Section::new("parameters", "Parameters");
@@ -60,7 +53,7 @@ pub(crate) fn document<'a>(contents: Contents<'_>) -> Document<'a> {
     }
 }
 
-/// Returns the name, the value and the unit of each parameter, as in "moving mass 0.24 kg".
+/// As in "moving mass 0.24 kg".
 pub(crate) fn listed(parameters: &[Reported]) -> String {
     let value = |one: &Reported| {
         let (value, unit) = (one.bounded.value, one.unit.as_str());
@@ -75,8 +68,7 @@ pub(crate) fn listed(parameters: &[Reported]) -> String {
     parameters.iter().map(value).collect::<Vec<_>>().join(", ")
 }
 
-/// Returns how well the machine follows its recordings: with the mean fit of those for training, that of the others, and
-/// the names of the others with their fits.
+/// `trained` and `predicted` are mean fits in %; `others` are the predicted recordings with their fits.
 pub(crate) fn fit_sentences(
     trained: Option<f64>,
     predicted: Option<f64>,
@@ -105,7 +97,6 @@ pub(crate) fn fit_sentences(
     sentences
 }
 
-/// Returns the sentences about parameters at 0 or without an interval, and about errors that are correlated in time.
 pub(crate) fn doubts(parameters: &[Reported], mut whiteness: impl Iterator<Item = Option<Whiteness>>) -> Vec<String> {
     let mut doubts = vec![];
     let is_unknown = |one: &&Reported| one.bounded.low == 0.0 || !one.bounded.high.is_finite();
@@ -147,7 +138,6 @@ pub(crate) fn parameter_entries(parameters: &[Reported]) -> BTreeMap<&'static st
     parameters.iter().map(entry).collect()
 }
 
-/// Returns the parameters as a TOML table.
 pub(crate) fn toml<'a>(machine: &str, parameters: &[Reported], training: impl Iterator<Item = &'a str>) -> String {
     let mut text = format!("# Identified by trocar {}.\n", env!("CARGO_PKG_VERSION"));
     for recording in training {
@@ -165,12 +155,11 @@ pub(crate) fn toml<'a>(machine: &str, parameters: &[Reported], training: impl It
     text
 }
 
-/// Returns a cell with a percentage.
 pub(crate) fn percent(value: Option<f64>, decimals: usize) -> Cell {
     value.map_or(Cell::Undefined, |value| Number::si(value, "%").digits(Digits::Decimals(decimals)).into())
 }
 
-/// Returns a name for the files of each recording: the stem of its file, with a number if it repeats.
+/// The stems of the files, with a number if they repeat.
 pub(crate) fn file_names<'a>(recordings: impl Iterator<Item = &'a str>) -> Vec<String> {
     let stem = |name: &str| {
         let stem = std::path::Path::new(name).file_stem();
@@ -179,7 +168,6 @@ pub(crate) fn file_names<'a>(recordings: impl Iterator<Item = &'a str>) -> Vec<S
     distinct(&recordings.map(stem).collect::<Vec<_>>(), &[])
 }
 
-/// Returns the time of each sample in s.
 pub(crate) fn times(samples: usize, interval_s: f64) -> Vec<f64> {
     (0..samples).map(|sample| sample as f64 * interval_s).collect()
 }

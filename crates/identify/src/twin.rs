@@ -1,5 +1,3 @@
-//! The sweep over the intervals of an identified slave.
-
 use std::fmt::Write as _;
 
 use trocar_document::shortest;
@@ -7,14 +5,12 @@ use trocar_document::shortest;
 use crate::actuator::Bounded;
 use crate::structure::Parameter;
 
-/// Cases of the sweep.
 const POINTS: usize = 128;
 
 const METRICS: &str = r#"metrics = [
     "max_slave_overshoot_m", "missed_ruptures", "false_alarms", "stability_gain_margin", "stability_delay_margin_s",
 ]"#;
 
-/// The keys of a slave with the parameters that determine them.
 pub(crate) const KEYS: [(&str, Parameter); 5] = [
     ("mass_kg", Parameter::Mass),
     ("damping_n_s_per_m", Parameter::Viscous),
@@ -23,7 +19,7 @@ pub(crate) const KEYS: [(&str, Parameter); 5] = [
     ("derivative_gain", Parameter::VelocityGain),
 ];
 
-/// Returns a sweep file over the 95 % intervals of the parameters of `slave.toml`. Parameters without an interval stay.
+/// Axes are the 95 % intervals of `slave.toml`; parameters without an interval stay.
 pub(crate) fn twin(parameters: &[(Parameter, Bounded)]) -> String {
     let mut text = format!(
         "# How far do overshoot and margins depend on what the recordings leave open about the slave?\n\

@@ -1,10 +1,7 @@
-//! The correlation of residuals in time.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 use trocar_base::centred::Centred;
 
-/// The number of tested lags.
 const LAGS: usize = 20;
 
 /// The correlation of a recording's residuals. A simulation that leaves white residuals explains everything but noise.
@@ -17,7 +14,7 @@ pub struct Whiteness {
 }
 
 impl Whiteness {
-    /// Tests residuals; `None` if they are constant or fewer than 100.
+    /// `None` if the residuals are constant or fewer than 100.
     #[must_use]
     pub fn of(residuals: &[f64]) -> Option<Self> {
         let centred = Centred::of(residuals).filter(|_| residuals.len() >= 5 * LAGS)?;
@@ -26,12 +23,11 @@ impl Whiteness {
         Some(Self { lag_one_correlation: centred.correlation(1), lags_within_bounds })
     }
 
-    /// Tests the errors of a simulation, as [`Whiteness::of`].
     pub(crate) fn between(simulated: &[f64], measured: &[f64]) -> Option<Self> {
         Self::of(&simulated.iter().zip(measured).map(|(simulated, measured)| simulated - measured).collect::<Vec<_>>())
     }
 
-    /// Returns true if at least 17 of the 20 lags are within their bounds, as for 98 % of white residuals.
+    /// At least 17 of the 20 lags are within their bounds, as for 98 % of white residuals.
     #[must_use]
     pub fn is_white(&self) -> bool {
         self.lags_within_bounds >= 17

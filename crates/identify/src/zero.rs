@@ -1,37 +1,31 @@
-//! The zero of the force sensor in each recording: what it reads without a load.
-//!
-//! It drifts from recording to recording, and an error of it acts as a constant load. It is found from the inputs of a
-//! recording alone. A predicted recording can therefore be corrected, too.
+//! The reading of the force sensor without a load, which drifts from recording to recording and acts as a constant
+//! load. Only the inputs of a recording determine it, so predicted recordings can be corrected too.
 
 use crate::machine::Machine;
 use crate::measured::{Measured, span};
 
-/// A recording is in free motion if its range of forces is below this share of the largest one.
+/// Maximum range of the forces in free motion, relative to the largest one.
 const FREE_SHARE: f64 = 1.0 / 3.0;
 
-/// Samples near the lowest force are without contact if the force rises with the master's motion by less than this
-/// share of its rise in the whole recording.
+/// Maximum rise of the lowest forces with the master's motion, relative to the whole recording, without contact.
 const FLAT_SHARE: f64 = 1.0 / 3.0;
 
-/// Largest distance of a zero from that in free motion, in units of the Coulomb friction. A preload is farther.
+/// Distance from the zero in free motion, in units of the Coulomb friction; a preload is farther.
 const LARGEST_DRIFT: f64 = 2.0;
 
-/// Below this velocity in m/s the slave may rest, and its friction may have any value up to its limit.
+/// Below it the slave may rest with any friction up to the limit.
 const AT_REST_M_PER_S: f64 = 2e-3;
 
-/// The training recording in free motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FreeMotion {
-    /// Its index.
     pub(crate) recording: usize,
-    /// The zero in it, in N.
     pub(crate) zero_n: f64,
-    /// The range in N that contains 98 % of its forces.
+    /// The range that contains 98 % of the forces.
     pub(crate) width_n: f64,
 }
 
 impl FreeMotion {
-    /// Finds the recording whose forces are much smaller than those of the others; `None` without one.
+    /// `None` unless one recording has much smaller forces than the others.
     pub(crate) fn of(training: &[Measured]) -> Option<Self> {
         let spans: Vec<f64> = training.iter().map(|one| span(&one.force_n)).collect();
         let (recording, smallest) = spans.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1))?;
@@ -43,9 +37,8 @@ impl FreeMotion {
         })
     }
 
-    /// Returns the zero in a recording with a part without contact: the median of the lowest forces, within the range of
-    /// free motion. `None` if these forces rise with the motion, as in a permanent contact, or are far from those in
-    /// free motion, as with a preload.
+    /// Median of the lowest forces, within the range of free motion. `None` if these rise with the motion (permanent
+    /// contact) or are far from those in free motion (preload).
     pub(crate) fn tare(&self, measured: &Measured, coulomb_n: f64) -> Option<f64> {
         let highest_n = quantile(&sorted(&measured.force_n), 0.005) + self.width_n;
         let lowest = measured.force_n.iter().zip(&measured.master_m).filter(|(force_n, _)| **force_n <= highest_n);
@@ -57,8 +50,7 @@ impl FreeMotion {
         (is_flat && is_near).then_some(zero_n)
     }
 
-    /// Returns the zero in a recording that takes no part in the estimation. Without a part free of contact, it is
-    /// between the mean of the training recordings and the zero at which the forces at the first sample are in balance.
+    /// Without a part free of contact, averages the mean training zero and the zero that balances the first sample.
     pub(crate) fn predicted(&self, measured: &Measured, machine: &Machine, trained_n: &[f64]) -> f64 {
         self.tare(measured, machine.coulomb_n).unwrap_or_else(|| {
             let mean_n = trained_n.iter().sum::<f64>() / trained_n.len() as f64;
@@ -67,11 +59,8 @@ impl FreeMotion {
     }
 }
 
-/// Returns the zero at which the load at the first sample balances the controller, the friction and the inertia. Friction
-/// at rest allows an interval of zeros, of which the one nearest to `expected_n` is returned.
-///
-/// The acceleration is that of the master. Of the slave, only the position and the velocity are used with which its
-/// simulation starts.
+/// The zero at which the load at the first sample balances controller, friction and inertia of the master's
+/// acceleration. Friction at rest allows an interval of zeros; the one nearest to `expected_n` is returned.
 fn balanced(measured: &Measured, machine: &Machine, expected_n: f64) -> f64 {
     let velocity = measured.start_velocity_m_per_s;
     let acceleration = measured.master_acceleration_m_per_s2[0];
@@ -96,7 +85,7 @@ fn sorted(values: &[f64]) -> Vec<f64> {
     sorted
 }
 
-/// Returns a quantile of sorted values, linear between two of them; there is at least one value.
+/// Linear between values; requires at least one.
 fn quantile(sorted: &[f64], share: f64) -> f64 {
     let place = share * (sorted.len() - 1) as f64;
     let (left, right) = (sorted[place as usize], sorted[place.ceil() as usize]);

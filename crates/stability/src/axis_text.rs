@@ -1,21 +1,14 @@
-//! The text form of a map's axis.
-
 use super::{Axis, Parameter, Spacing};
 use trocar_scenario::{Kind, Range, Value, find_key, nearest_of, parse_number, unit_of};
 
 const MAX_VALUES: usize = 2000;
 
-/// Minimum ratio of an axis's ends for logarithmic spacing by default.
 const LOGARITHMIC_RATIO: f64 = 50.0;
 
 const SYNTAX: &str = "write KEY=LOW:HIGH:COUNT, as in scaling.force=0.1:10:200";
 
 impl Axis {
-    /// Parses `KEY=LOW:HIGH:COUNT[:log|:linear]`. By default the axis is logarithmic if `HIGH` is at least 50 times
-    /// `LOW`.
-    ///
-    /// # Errors
-    /// A message with the error and the remedy.
+    /// Parses `KEY=LOW:HIGH:COUNT[:log|:linear]`.
     pub fn parse(text: &str) -> Result<Self, String> {
         let (key, range) = text.split_once('=').ok_or_else(|| SYNTAX.to_owned())?;
         let key = key.trim();

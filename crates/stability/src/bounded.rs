@@ -1,22 +1,18 @@
-//! Absolute stability with hands and tissues of bounded impedance, and over a parameter.
+//! Absolute stability with bounded impedances.
 //!
-//! Llewellyn's conditions hold for every passive hand and tissue. Here the impedances of both are bounded:
+//! - A hand between the dampers `r` and `R` (N·s/m), `Z_h = r + (Z ‖ (R - r))` with any passive `Z`, lies in the disc
+//!   with the diameter `[r, R]` on the real axis at each frequency.
+//! - A tissue with a spring and a damper in ranges, `Z_e = B + K / (jω)`, lies in a rectangle.
 //!
-//! - A hand between the dampers `r` and `R` (N·s/m) is any passive impedance `Z` with both dampers:
-//!   `Z_h = r + (Z ‖ (R - r))`. At each frequency these impedances fill the disc with the diameter `[r, R]` on the real
-//!   axis; for infinite `R`, the half-plane `Re Z_h >= r`.
-//! - A tissue is a spring and a damper, each in a range: `Z_e = B + K / (jω)` lies in a rectangle.
-//!
-//! With the two-port `H` the loop has a pole at `jω` if `Z_h = -Z_t(Z_e)`. With `N = -h11 + D Z_e`, `M = 1 + h22 Z_e`
-//! and `D = h12 h21 - h11 h22`, `-Z_t = N / M`. It lies in the disc of the hand if
+//! With `N = -h11 + D Z_e`, `M = 1 + h22 Z_e` and `D = h12 h21 - h11 h22` the loop has a pole at `jω` if
+//! `Z_h = -Z_t(Z_e) = N / M`. It lies in the disc of the hand if
 //!
 //! ```text
 //! q(Z_e) = |N|² / R - (1 + r/R) Re(N M*) + r |M|² = a |Z_e|² + 2 Re(b Z_e) + c <= 0
 //! ```
-//! On a rectangle `q` is a sum of two parabolas, one in each coordinate, so its minimum has a closed form. If it is
-//! positive at every frequency, no pole can reach the imaginary axis, and all loops are stable if one is (zero
-//! exclusion; Haddadi and Hashtrudi-Zaad 2010, *Bounded-impedance absolute stability of bilateral teleoperation control
-//! systems*). Otherwise some passive hand in the range oscillates with some tissue in the range.
+//! On a rectangle `q` is a sum of two parabolas, so its minimum has a closed form. If it is positive at every
+//! frequency, all loops are stable if one is (zero exclusion; Haddadi and Hashtrudi-Zaad, *IEEE Trans. Haptics* 3,
+//! 2010).
 
 use super::analysis::frequencies_hz;
 use super::{Axis, ClosedLoop, Hybrid, LinearLoop, Parameter, Ports, StabilityError};
@@ -25,38 +21,28 @@ use trocar_base::quantiles::bisect;
 use trocar_engine::plant::ArmParameters;
 use trocar_lti::Complex64;
 
-/// The ranges of hands and tissues.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Terminations {
-    /// Minimum and maximum damping of the hand in N·s/m; the maximum may be infinite.
+    /// The maximum may be infinite.
     pub hand_n_s_per_m: (f64, f64),
-    /// Range of the tissue's stiffness in N/m.
     pub stiffness_n_per_m: (f64, f64),
-    /// Range of the tissue's damping in N·s/m.
     pub damping_n_s_per_m: (f64, f64),
 }
 
 const MAX_DAMPING: f64 = 1e6;
 
-/// The minimum damping of the hand at one frequency.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NeededDamping {
-    /// The frequency in Hz.
     pub frequency_hz: f64,
-    /// The smallest `r` in N·s/m for which no hand and tissue in the ranges give a pole at this frequency; infinite if
-    /// none up to the hand's maximum or 1e6 N·s/m suffices.
+    /// Infinite if neither the hand's maximum nor 1e6 N·s/m suffices.
     pub damping_n_s_per_m: f64,
 }
 
-/// The absolute stability with bounded hands and tissues.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bounded {
-    /// The ranges.
     pub terminations: Terminations,
-    /// The needed damping over frequency; empty without a hybrid matrix.
     pub needed: Vec<NeededDamping>,
-    /// True if an example loop is stable: a damper above the needed damping as the hand, and a tissue in the middle of
-    /// the ranges.
+    /// True if one loop in the middle of the ranges is stable.
     pub is_middle_stable: bool,
 }
 
@@ -90,8 +76,7 @@ impl Quadratic {
     }
 }
 
-/// Minimum modulus of a growing pole: about 1 % in a quarter of an hour at 1 ms. Without a spring the position drifts:
-/// a pole at 1, which does not grow.
+/// A position that drifts has a pole at 1, which does not count as growing.
 const GROWS: f64 = 1.0 + 1e-8;
 
 impl Terminations {
@@ -113,7 +98,7 @@ impl Terminations {
         bisect(0.0, most, |r| !self.excludes(hybrid, omega, r))
     }
 
-    /// A loop with a damper above `low` as the hand and a tissue, both in the middle of their ranges.
+    /// The hand is a damper above `low`.
     fn middle(&self, settings: &LinearLoop, low: f64) -> LinearLoop {
         let high = self.hand_n_s_per_m.1;
         let damper = if high.is_finite() { 0.5 * (low + high) } else { 2.0 * low + 1.0 };
@@ -131,11 +116,7 @@ impl Terminations {
 }
 
 impl Bounded {
-    /// Analyses a loop at the frequencies of [`Analysis::ports`](super::Analysis). The arm and tissue in `settings` are
-    /// ignored.
-    ///
-    /// # Errors
-    /// [`StabilityError`].
+    /// Ignores the arm and the tissue in `settings`.
     pub fn of(settings: &LinearLoop, terminations: &Terminations) -> Result<Self, StabilityError> {
         let ports = Ports::new(settings)?;
         let mut needed = vec![];
@@ -153,7 +134,6 @@ impl Bounded {
         Ok(bounded)
     }
 
-    /// The frequency at which the hand needs the most damping; `None` without a hybrid matrix.
     #[must_use]
     pub fn most(&self) -> Option<NeededDamping> {
         self.needed.iter().copied().reduce(
@@ -163,22 +143,20 @@ impl Bounded {
         )
     }
 
-    /// The hand's minimum damping in N·s/m for stability with every tissue in the ranges; infinite if none suffices,
-    /// `None` without a hybrid matrix.
+    /// Infinite if no damping suffices.
     #[must_use]
     pub fn needed_damping(&self) -> Option<f64> {
         let most = self.most()?;
         Some(if self.is_middle_stable { most.damping_n_s_per_m } else { f64::INFINITY })
     }
 
-    /// True if the loop is stable with every hand and tissue in the ranges; `None` without a hybrid matrix.
     #[must_use]
     pub fn is_stable(&self) -> Option<bool> {
         Some(self.needed_damping()? <= self.terminations.hand_n_s_per_m.0)
     }
 }
 
-/// The arm's impedance at the master in N·s/m, with a constant desired position.
+/// At the master in N·s/m, with a constant desired position.
 #[must_use]
 pub fn arm_impedance(arm: &ArmParameters, frequency_hz: f64) -> Complex64 {
     let s = Complex64::new(0.0, std::f64::consts::TAU * frequency_hz);
@@ -187,33 +165,22 @@ pub fn arm_impedance(arm: &ArmParameters, frequency_hz: f64) -> Complex64 {
     at_master * behind / (at_master + behind)
 }
 
-/// The absolute stability at one value of a parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AbsolutePoint {
-    /// The value.
     pub value: f64,
-    /// The smallest of Llewellyn's parameter over the frequencies; infinite without a hybrid matrix.
+    /// Infinite without a hybrid matrix.
     pub min_llewellyn: f64,
-    /// True if the loop is stable with every passive hand and tissue.
     pub is_absolutely_stable: bool,
-    /// The result with bounded hands and tissues.
     pub bounded: Bounded,
 }
 
-/// The absolute stability over the values of a parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AbsoluteOver {
-    /// The varied parameter.
     pub parameter: Parameter,
-    /// The results at its values, increasing.
     pub points: Vec<AbsolutePoint>,
 }
 
 impl AbsoluteOver {
-    /// Analyses a loop at each value of an axis.
-    ///
-    /// # Errors
-    /// [`StabilityError`].
     pub fn of(settings: &LinearLoop, axis: &Axis, terminations: &Terminations) -> Result<Self, StabilityError> {
         let at = |index: usize| -> Result<AbsolutePoint, StabilityError> {
             let value = axis.value(index);

@@ -1,5 +1,3 @@
-//! The closed loop of both sides.
-
 use nalgebra::{DMatrix, DVector};
 
 use super::machines::Machines;
@@ -8,10 +6,8 @@ use super::side::Side;
 use super::{LinearLoop, StabilityError};
 use trocar_lti::{Complex64, eigenvalues};
 
-/// Maximum number of states of an explicit matrix.
 const MAX_STATES: u64 = 4000;
 
-/// The closed loop in permanent contact.
 #[derive(Debug, Clone)]
 pub struct ClosedLoop {
     tick_s: f64,
@@ -24,15 +20,11 @@ pub struct ClosedLoop {
 }
 
 impl ClosedLoop {
-    /// Builds the loop.
-    ///
-    /// # Errors
-    /// [`StabilityError`] for parameters out of range or numerical failure.
     pub fn new(settings: &LinearLoop) -> Result<Self, StabilityError> {
         Self::of(&Machines::new(settings)?, settings, None)
     }
 
-    /// Builds the loop from matching machines, and reuses the parts that are equal in `other`.
+    /// Reuses the parts that are equal in `other`.
     pub(super) fn of(machines: &Machines, settings: &LinearLoop, other: Option<&Self>) -> Result<Self, StabilityError> {
         trocar_core::error::non_negative("tissue.stiffness_n_per_m", settings.stiffness_n_per_m)?;
         trocar_core::error::non_negative("tissue.damping_n_s_per_m", settings.damping_n_s_per_m)?;
@@ -80,26 +72,24 @@ impl ClosedLoop {
         [self.responses[0].relative_slope_at(z), self.responses[1].relative_slope_at(z)]
     }
 
-    /// The tick in s.
     #[must_use]
     pub fn tick_s(&self) -> f64 {
         self.tick_s
     }
 
-    /// The round-trip delay in whole ticks.
     #[must_use]
     pub fn round_trip_ticks(&self) -> u64 {
         self.forward + self.backward
     }
 
-    /// The number of states, including the delay lines.
+    /// Includes the delay lines.
     #[must_use]
     pub fn states(&self) -> u64 {
         let held = u64::from(self.master.before.is_some()) + u64::from(self.slave.before.is_some());
         (self.master.a.nrows() + self.slave.a.nrows()) as u64 + held + self.round_trip_ticks()
     }
 
-    /// The loop gain `L` at `z = radius · exp(j angle_rad)`. The closed loop has its poles where `L = 1`.
+    /// `L` at `z = radius · exp(j angle_rad)`; closed-loop poles have `L = 1`.
     #[must_use]
     pub fn loop_gain(&self, radius: f64, angle_rad: f64) -> Complex64 {
         let z = Complex64::from_polar(radius, angle_rad);
@@ -110,22 +100,18 @@ impl ClosedLoop {
         }
     }
 
-    /// Feedback force per metre of the slave's reference at `z = exp(j angle_rad)`, both sampled, with the round-trip
-    /// delay.
+    /// In N per metre of the slave's reference, at `z = exp(j angle_rad)`.
     pub(super) fn force_per_reference(&self, angle_rad: f64) -> Complex64 {
         let delay = Complex64::from_polar(1.0, -(self.round_trip_ticks() as f64) * angle_rad);
         self.responses[1].at(Complex64::from_polar(1.0, angle_rad)) * delay
     }
 
-    /// The one-tick state matrix, the input columns of the desired position at this tick and the next, and the index of
-    /// the slave's first state.
+    /// The one-tick matrix, the inputs of the desired position at this tick and the next, and the index of the slave's
+    /// first state.
     ///
-    /// The states: the master's side, beginning with `x_h, v_h, x_a, v_a` (m, m/s) and the force integral, if any; the
-    /// slave's side, beginning with `x_e, v_e`; the delay lines to the slave and to the master, latest sample first;
-    /// and the last sample of each signal that arrives within a tick.
-    ///
-    /// # Errors
-    /// [`StabilityError::TooLarge`] if the delay needs more states than allowed.
+    /// States: the master's side (`x_h, v_h, x_a, v_a` and the force integral first), the slave's side (`x_e, v_e`
+    /// first), the delay lines to slave and master (latest sample first), and the last sample of each signal that
+    /// arrives within a tick.
     #[allow(clippy::type_complexity, reason = "three parts that are always destructured at once")]
     pub fn matrix(&self) -> Result<(DMatrix<f64>, [DVector<f64>; 2], usize), StabilityError> {
         let (open, input, arrives) = self.open()?;
@@ -158,7 +144,6 @@ impl ClosedLoop {
         matrix.view_mut((0, 0), (of_master, of_master)).copy_from(&self.master.a);
         matrix.view_mut((of_master, of_master), (of_slave, of_slave)).copy_from(&self.slave.a);
         let (mut input, mut output) = (DVector::zeros(n), DVector::zeros(n));
-        // Sending side, delay line, receiving side.
         let ways = [
             (&self.master, 0, (lines_at, forward), &self.slave, of_master),
             (&self.slave, of_master, (lines_at + forward, backward), &self.master, 0),
@@ -193,17 +178,11 @@ impl ClosedLoop {
         arriving(self.states() as usize, (&self.master, 0), (line, self.forward as usize))
     }
 
-    /// True if the loop is asymptotically stable.
-    ///
-    /// # Errors
-    /// [`StabilityError::TooFast`].
     pub fn is_stable(&self) -> Result<bool, StabilityError> {
         Ok(self.poles_outside(1.0)? == 0)
     }
 }
 
-/// The signal that a side sends through a delay line, as weights on `n` states. The side's states begin at `from_at`,
-/// the line's at `line`.
 fn arriving(n: usize, (from, from_at): (&Side, usize), (line, ticks): (usize, usize)) -> DVector<f64> {
     let mut arrives = DVector::zeros(n);
     match ticks {

@@ -1,5 +1,3 @@
-//! The parts of a scenario that the linear loop does not model.
-
 use std::fmt::{self, Display, Formatter};
 
 use super::VaryingDelays;
@@ -9,29 +7,22 @@ use trocar_engine::plant::ActuatorLimits;
 use trocar_engine::teleoperation::Scheme;
 use trocar_scenario::{Scenario, TissueSpec};
 
-/// A part of a scenario that the linear loop does not model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LeftOut {
-    /// The key that enables the part.
     pub key: &'static str,
-    /// A description of the part.
     pub what: &'static str,
-    /// For a limit: the largest magnitude in the loop, in the unit of the key, if known.
+    /// The largest magnitude in the loop, in the unit of the key.
     pub bound: Option<f64>,
 }
 
-/// A limit of a motor or of the force sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoopLimit {
-    /// The limit as a part of the scenario. Its bound holds for motions of the hand at most as fast and as far from the
-    /// surface as the scenario's.
+    /// Its bound holds if the hand is at most as fast and as far from the surface as in the scenario.
     pub part: LeftOut,
-    /// The limit in the unit of its key.
     pub limit: f64,
 }
 
 impl LoopLimit {
-    /// True if the loop never reaches the limit.
     #[must_use]
     pub fn is_unreached(&self) -> bool {
         self.part.bound.is_some_and(|bound| bound < self.limit)
@@ -48,20 +39,17 @@ const VARYING: [&str; 3] = [
 
 const TREMOR: &str = "operator.tremor_amplitude_m";
 
-/// The key of the steps of the force sensor, which the certificate covers as an additional force.
+/// The certificate covers these steps as an additional force.
 pub(crate) const FORCE_STEPS: &str = "sensor.force_resolution_n";
 
-/// The parts of a scenario that can supply energy or delay and that the linear loop does not model: with them the
-/// stability is unknown. Not listed: limits that the loop never reaches, [`assumed_passive`] and [`inputs`]; and holds,
-/// force laws and returns, which act in events only.
-///
-/// Varying delays are listed if `delays` is `None` or does not prove stability.
+/// The parts with which the stability is unknown: they can supply energy or delay. Excludes parts that act only during
+/// events.
 #[must_use]
 pub fn left_out(scenario: &Scenario, delays: Option<&VaryingDelays>) -> Vec<LeftOut> {
     left_out_with(scenario, delays, &loop_limits(scenario))
 }
 
-/// Like [`left_out`], with precomputed [`loop_limits`], which are expensive.
+/// Takes precomputed [`loop_limits`], which are expensive.
 pub fn left_out_with(scenario: &Scenario, delays: Option<&VaryingDelays>, limits: &[LoopLimit]) -> Vec<LeftOut> {
     let reached = limits.iter().filter(|limit| !limit.is_unreached()).map(|limit| limit.part);
     other_parts(scenario, delays).into_iter().chain(reached).collect()
@@ -107,7 +95,6 @@ fn present(parts: impl IntoIterator<Item = (bool, &'static str, &'static str)>) 
     present.map(|(_, key, what)| LeftOut { key, what, bound: None }).collect()
 }
 
-/// True for a unit, and for a tissue model that does not state its springs.
 fn has_unknown_tissue(scenario: &Scenario) -> bool {
     match &scenario.tissue {
         TissueSpec::Recording { .. } | TissueSpec::Depth { .. } => false,
@@ -116,7 +103,7 @@ fn has_unknown_tissue(scenario: &Scenario) -> bool {
     }
 }
 
-/// The parts of a scenario that the linear loop does not model and that only dissipate energy.
+/// The unmodelled parts that only dissipate energy.
 #[must_use]
 pub fn assumed_passive(scenario: &Scenario) -> Vec<LeftOut> {
     present([
@@ -125,7 +112,7 @@ pub fn assumed_passive(scenario: &Scenario) -> Vec<LeftOut> {
     ])
 }
 
-/// The parts of a scenario that act on the linear loop as inputs: they move it, and do not change its stability.
+/// The parts that move the loop without changing its stability.
 #[must_use]
 pub fn inputs(scenario: &Scenario) -> Vec<LeftOut> {
     let falls = match &scenario.tissue {
@@ -143,7 +130,6 @@ pub fn inputs(scenario: &Scenario) -> Vec<LeftOut> {
     ])
 }
 
-/// The limits of motors and force sensor in a scenario, each with the loop's bound.
 #[must_use]
 pub fn loop_limits(scenario: &Scenario) -> Vec<LoopLimit> {
     let ActuatorLimits { master_force_n, master_force_rate_n_per_s, slave_command, slave_command_rate_per_s, .. } =
@@ -170,7 +156,7 @@ pub fn loop_limits(scenario: &Scenario) -> Vec<LoopLimit> {
             bounds.tissue_force_n
         }),
     ];
-    // The bounds are expensive, and only valid for a loop without other unmodelled parts and inputs than the tremor.
+    // Expensive, and valid only if the tremor is the only unmodelled part.
     let unmodelled = [other_parts(scenario, None), assumed_passive(scenario), inputs(scenario)].concat();
     let is_linear = unmodelled.iter().all(|part| part.key == TREMOR);
     let are_sought = all.iter().any(|(limit, ..)| limit.is_some()) && is_linear;

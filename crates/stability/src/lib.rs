@@ -1,24 +1,13 @@
-//! Linear stability analysis of the teleoperator, from its matrices, without the engine.
+//! Linear stability analysis of the teleoperator, without simulation.
 //!
-//! The crate depends only on `trocar-core`, `trocar-base`, `trocar-lti`, `trocar-engine` and `trocar-scenario`. The
-//! crate `trocar` re-exports it.
-//!
-//! In permanent contact with a linear tissue `f_e = K x_e + B v_e` the loop is linear and tick-invariant. Its one-tick
-//! matrix is [`ClosedLoop::matrix`]; it is stable if all eigenvalues lie inside the unit circle. The two sides interact
-//! only through the two delayed signals of the link, so the loop gain gives the same verdict:
+//! In permanent contact with `f_e = K x_e + B v_e` the loop is stable if all eigenvalues of [`ClosedLoop::matrix`] lie
+//! inside the unit circle. The loop gain gives the same verdict:
 //!
 //! ```text
 //! L(z) = z^-(d_forward + d_backward) H_master(z) H_slave(z),      the closed loop's poles are the zeros of 1 - L(z)
 //! ```
-//! The winding number of `1 - L` around 0 counts the unstable poles (Nyquist, [`ClosedLoop::poles_outside`]), at a cost
-//! that does not grow with the cube of the delay. The same response gives the margins ([`ClosedLoop::margins`]).
-//!
-//! [`Ports`] is independent of operator and tissue: hybrid parameters, Llewellyn's parameter, passivity, transparency.
-//! [`SampledWall`] is the passivity condition of a sampled-data display.
-//!
-//! [`LinearLoop::in_range`] is the verdict at every spring and damper of a tissue, and out of contact. [`left_out`] lists
-//! the parts with which the stability is unknown; events belong to [`Switching`]. `stability_check` compares the verdicts
-//! with the engine.
+//! The winding number of `1 - L` around 0 counts the unstable poles (Nyquist), without the cubic cost of eigenvalues.
+//! [`left_out`] lists the parts with which the stability is unknown.
 
 mod analysis;
 mod axis_text;

@@ -1,33 +1,26 @@
-//! The stable ranges of a parameter.
-
 use std::f64::consts::TAU;
 
 use super::machines::Machines;
 use super::{ClosedLoop, LinearLoop, Parameter, StabilityError};
 use trocar_engine::teleoperation::ControllerKind;
 
-/// Maximum number of delays per crossing of the unit circle, and relative distance of the points beside a crossing.
 const MAX_CROSSINGS: usize = 1000;
 const BESIDE: f64 = 1e-6;
 
-/// Number of bisections of a boundary; exceeds the precision of a double.
 const BISECTIONS: usize = 80;
 
-/// The scan for boundaries.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
-    /// Smallest value above 0.
+    /// Above 0.
     pub low: f64,
-    /// Largest value.
     pub high: f64,
-    /// Number of logarithmically spaced values. Two changes between neighbours remain undetected.
+    /// Logarithmically spaced. Two changes of the verdict between neighbours remain undetected.
     pub points: usize,
-    /// Relative width at which the bisection of a boundary ends; 0 bisects to the last digit.
+    /// Relative; 0 bisects to the last digit.
     pub tolerance: f64,
 }
 
 impl Search {
-    /// The default search for a parameter.
     #[must_use]
     pub fn of(parameter: Parameter) -> Self {
         let (low, high) = match parameter {
@@ -47,22 +40,16 @@ impl Search {
     }
 }
 
-/// The stable ranges of a parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Limit {
-    /// The varied parameter.
     pub parameter: Parameter,
-    /// Its value in the given loop.
     pub value: f64,
-    /// The ranges in which the loop is stable, increasing.
     pub stable: Vec<(f64, f64)>,
-    /// The search settings.
     pub search: Search,
 }
 
 impl Limit {
-    /// The upper end of the stable range that contains the present value, otherwise of the last range below it. `None`
-    /// without such a range; infinite at the end of the search.
+    /// Infinite at the end of the search.
     #[must_use]
     pub fn largest(&self) -> Option<f64> {
         let (_, end) = *self.stable.iter().rev().find(|(start, _)| *start <= self.value)?;
@@ -77,7 +64,6 @@ impl Limit {
     }
 }
 
-/// Tests the loop with changed values; rebuilds the machines only if necessary.
 pub(super) struct StabilityTester<'a> {
     settings: &'a LinearLoop,
     machines: Machines,
@@ -90,7 +76,7 @@ impl<'a> StabilityTester<'a> {
         Ok(Self { settings, closed: ClosedLoop::of(&machines, settings, None)?, machines })
     }
 
-    /// True if the changed loop is stable at the ends of its tissue's ranges.
+    /// Tests the ends of the tissue's ranges.
     pub(super) fn is_stable(&self, changes: &[(Parameter, f64)]) -> Result<bool, StabilityError> {
         let with = |settings: LinearLoop, change: &(Parameter, f64)| settings.with(change.0, change.1);
         let settings = changes.iter().fold(self.settings.clone(), with);
@@ -106,8 +92,7 @@ impl<'a> StabilityTester<'a> {
         Ok(true)
     }
 
-    /// Values of a delay or scale between those at which a pole lies on the unit circle, if the response determines
-    /// them. They find stable ranges of any width.
+    /// Points between or beside crossings of the unit circle find ranges that the scan steps over.
     fn between_crossings(&self, parameter: Parameter) -> Result<Vec<f64>, StabilityError> {
         let value = self.settings.get(parameter);
         let mut crossings: Vec<f64> = match parameter {
@@ -144,7 +129,7 @@ impl<'a> StabilityTester<'a> {
         self.machines.matches(&self.settings.with(parameter, value))
     }
 
-    /// Bisects the boundary between two values to a relative width. Returns the last value with the verdict `first`.
+    /// Returns the last value with the verdict `first`.
     pub(super) fn boundary(
         &self,
         parameter: Parameter,
@@ -163,13 +148,7 @@ impl<'a> StabilityTester<'a> {
     }
 }
 
-/// The stable ranges of a parameter, with the others unchanged.
-///
-/// Scans the search range, because the stable values need not form one interval, then bisects each change of the
-/// verdict. If samples wait for the next tick, the limit of a delay is a whole number of ticks.
-///
-/// # Errors
-/// [`StabilityError`] if the loop cannot be built or analysed at one of the values.
+/// Scans, because the stable values need not form one interval, then bisects each change of the verdict.
 pub fn largest_stable(settings: &LinearLoop, parameter: Parameter, search: Search) -> Result<Limit, StabilityError> {
     let tester = StabilityTester::new(settings)?;
     let mut stable = vec![];

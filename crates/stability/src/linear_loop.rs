@@ -1,5 +1,3 @@
-//! The linear loop of a scenario with a tissue: the parameters that determine its stability.
-
 use super::{Parameter, TissueRange};
 use trocar_engine::plant::{
     ActuatorLimits, ArmParameters, ControlTiming, MasterModelSettings, MasterParameters, SlaveParameters,
@@ -8,53 +6,40 @@ use trocar_engine::teleoperation::LinkSettings;
 use trocar_engine::tissue::Relaxation;
 use trocar_scenario::{DelayTicks, TissueByDepth, waits_for_tick};
 
-/// A loop in permanent contact with `f_e = K x_e + B v_e`, where the spring may relax.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearLoop {
-    /// The tissue that `K` and `B` represent.
     pub tissue: TissueRange,
     /// The tissue at any position scale, if its springs depend on the depth.
     pub by_depth: Option<TissueByDepth>,
-    /// The tick in s.
     pub tick_s: f64,
-    /// Continuous or sampled control.
     pub timing: ControlTiming,
-    /// The master.
     pub master: MasterParameters,
-    /// The model of a master other than the appendix'.
     pub master_model: MasterModelSettings,
-    /// The arm.
     pub arm: ArmParameters,
-    /// The slave.
     pub slave: SlaveParameters,
-    /// The motors; only their lags are used.
+    /// Only the lags are used.
     pub actuators: ActuatorLimits,
-    /// Control architecture, scales and compliance.
     pub link: LinkSettings,
-    /// First-order bandwidth of the force reading in Hz; 0: no lag.
+    /// 0: no lag.
     pub force_bandwidth_hz: f64,
-    /// Delay from master to slave, in s.
     pub forward_delay_s: f64,
-    /// Delay from slave to master, in s.
     pub backward_delay_s: f64,
-    /// `K` in N/m: the worst stiffness in the range of the tissue, of a fast deflection.
+    /// `K`, the worst of the tissue.
     pub stiffness_n_per_m: f64,
-    /// `B` in N·s/m: the worst damping in the range of the tissue.
+    /// `B`, the worst of the tissue.
     pub damping_n_s_per_m: f64,
-    /// The relaxation of the spring.
     pub relaxation: Option<Relaxation>,
 }
 
 impl LinearLoop {
-    /// The value of a parameter.
     #[must_use]
     pub fn get(&self, parameter: Parameter) -> f64 {
         let mut copy = self.clone();
         *copy.places(parameter)[0]
     }
 
-    /// This loop with another value of a parameter, updated gains, and the tissue down to the depth that the position
-    /// scale gives. A changed stiffness or damping replaces the represented tissue by a spring and a damper.
+    /// Updates the gains. A position scale changes the tissue's depth; a stiffness or damping replaces the tissue by a
+    /// spring and a damper.
     #[must_use]
     pub fn with(&self, parameter: Parameter, value: f64) -> Self {
         let mut other = self.clone();
@@ -74,7 +59,6 @@ impl LinearLoop {
         other
     }
 
-    /// Replaces the represented tissue by the spring and the damper.
     pub(super) fn replace_tissue(&mut self) {
         self.tissue = TissueRange::spring(self.stiffness_n_per_m, self.damping_n_s_per_m);
         (self.by_depth, self.relaxation) = (None, None);
@@ -91,33 +75,27 @@ impl LinearLoop {
         self.tissue = tissue;
     }
 
-    /// The delay from master to slave as it takes effect at the receiver.
     #[must_use]
     pub fn forward(&self) -> DelayTicks {
         DelayTicks::new(self.forward_delay_s, self.tick_s, self.waits_for_tick())
     }
 
-    /// The delay from slave to master as it takes effect at the receiver.
     #[must_use]
     pub fn backward(&self) -> DelayTicks {
         DelayTicks::new(self.backward_delay_s, self.tick_s, self.waits_for_tick())
     }
 
-    /// True if a sample that arrives within a tick takes effect at the next one.
     #[must_use]
     pub fn waits_for_tick(&self) -> bool {
         waits_for_tick(self.timing, &self.link, self.has_general_machine())
     }
 
-    /// True if the master or the slave is another machine than the appendix'.
     #[must_use]
     pub fn has_general_machine(&self) -> bool {
         self.master_model.is_general() || self.slave.is_general()
     }
 
-    /// True if the needle does not yield to the tissue, so an additional force acts through its reading alone. A reading
-    /// with a bandwidth averages it: it is then a number within the same bounds that is added to the reading, and so are
-    /// the steps and the noise of the sensor.
+    /// True if the needle does not yield to the tissue, so an additional force acts only through its reading.
     #[must_use]
     pub fn adds_to_reading(&self) -> bool {
         !self.slave.is_general() && self.link.machines.compliance_m_per_n == 0.0

@@ -1,5 +1,3 @@
-//! The loop over frequency and time: loop gain, poles and zeros, and the step response.
-
 use std::f64::consts::TAU;
 
 use super::systems::PolesAndZeros;
@@ -10,30 +8,22 @@ const LOWEST_HZ: f64 = 0.1;
 
 const FREQUENCIES: usize = 400;
 
-/// Duration of the step response in s, and its maximum number of samples.
 const STEP_S: f64 = 1.0;
 const MAX_SAMPLES: usize = 20_000;
 
-/// The loop over frequency and time.
 #[derive(Debug, Clone)]
 pub struct LoopResponse {
-    /// Frequencies in Hz with the loop gain `L`.
+    /// Pairs (Hz, `L`).
     pub gain: Vec<(f64, Complex64)>,
-    /// The margins.
     pub margins: Margins,
-    /// Poles and zeros of the closed loop and the loop gain; empty for long delays.
+    /// Empty for long delays.
     pub poles: Vec<PolesAndZeros>,
-    /// The response of master, slave and feedback force to a unit step of the desired position; `None` for long delays.
+    /// `None` for long delays.
     pub step: Option<StepResponse>,
-    /// The tick in s.
     pub tick_s: f64,
 }
 
 impl LoopResponse {
-    /// Computes the responses of a loop.
-    ///
-    /// # Errors
-    /// [`StabilityError`].
     pub fn of(settings: &LinearLoop) -> Result<Self, StabilityError> {
         let closed = ClosedLoop::new(settings)?;
         let highest = 0.5 / settings.tick_s;
@@ -50,13 +40,11 @@ impl LoopResponse {
         Ok(Self { gain, margins: closed.margins()?, poles, step, tick_s: settings.tick_s })
     }
 
-    /// The unwrapped phase of the loop gain in degrees.
     #[must_use]
     pub fn phases_deg(&self) -> Vec<f64> {
         Self::unwrapped_deg(&self.gain)
     }
 
-    /// The unwrapped phases of responses over frequency (Hz), in degrees.
     #[must_use]
     pub fn unwrapped_deg(responses: &[(f64, Complex64)]) -> Vec<f64> {
         let mut phases: Vec<f64> = vec![];

@@ -1,4 +1,4 @@
-//! The exact steps of the machines. Their matrix exponentials are reused while only gains or tissue change.
+//! The exact steps of the machines, reused while only gains or tissue change: matrix exponentials are expensive.
 
 use super::{LinearLoop, StabilityError};
 use trocar_engine::plant::{
@@ -33,20 +33,18 @@ impl StepParameters {
     }
 }
 
-/// Both machines over a tick, and over the rest of a tick after a sample arrives within it.
+/// `late_*`: over the rest of a tick after a sample arrives within it.
 #[derive(Debug, Clone)]
 pub(super) struct Machines {
     parameters: StepParameters,
-    /// Includes the controller unless it is sampled.
     pub(super) master: MasterStep,
     pub(super) slave: SlaveStep,
-    /// The motors' steps, for a sampled controller.
     pub(super) motors: Option<(MotorStep<MASTER_STATES>, MotorStep<SLAVE_STATES>)>,
     pub(super) late_master: Option<MasterStep>,
     pub(super) late_slave: Option<SlaveStep>,
-    /// The machine and the controller of the slave beside a general machine; `slave` and its motor are then not used.
+    /// Replaces `slave` and its motor beside a general machine.
     pub(super) general: Option<(MachineStep, SampledGains)>,
-    /// A general master with the arm; `master` and its motor are then not used.
+    /// Replaces `master` and its motor; includes the arm.
     pub(super) general_master: Option<ArmedStep>,
 }
 

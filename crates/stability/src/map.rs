@@ -1,35 +1,24 @@
-//! Maps of stability over two parameters.
-
 use super::limit::StabilityTester;
 use super::{LinearLoop, Parameter, StabilityError};
 use trocar_base::parallel::try_map;
 
-/// The spacing of an axis's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Spacing {
-    /// Equal differences.
     Linear,
-    /// Equal ratios.
     Logarithmic,
 }
 
-/// One axis of a map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axis {
-    /// The parameter.
     pub parameter: Parameter,
-    /// First value.
     pub low: f64,
-    /// Last value, above the first.
     pub high: f64,
-    /// Number of values, at least 2.
+    /// At least 2.
     pub count: usize,
-    /// The spacing of the values.
     pub spacing: Spacing,
 }
 
 impl Axis {
-    /// Returns value `index`.
     #[must_use]
     pub fn value(&self, index: usize) -> f64 {
         let share = index as f64 / (self.count - 1) as f64;
@@ -41,35 +30,29 @@ impl Axis {
     }
 }
 
-/// Verdicts on a grid, with the boundary between them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StabilityMap {
-    /// The horizontal axis.
     pub x: Axis,
-    /// The vertical axis.
     pub y: Axis,
-    /// Verdicts row by row from the lowest `y`; true if stable.
+    /// Row by row from the lowest `y`.
     pub stable: Vec<bool>,
-    /// Segments of the boundary: pairs of points `(x, y)` on the edges of a grid cell.
+    /// Segments on the edges of grid cells.
     pub boundary: Vec<[(f64, f64); 2]>,
 }
 
 impl StabilityMap {
-    /// The verdict at a grid point.
     #[must_use]
     pub fn is_stable(&self, column: usize, row: usize) -> bool {
         self.stable[row * self.x.count + column]
     }
 
-    /// The stable share of the grid points.
     #[must_use]
     pub fn stable_share(&self) -> f64 {
         self.stable.iter().filter(|stable| **stable).count() as f64 / self.stable.len() as f64
     }
 }
 
-/// The verdict at each grid point. Rows are parallel; columns if only `x` changes the machines, so that matrix
-/// exponentials are computed once per column.
+/// Parallel by row; by column if only `x` changes the machines, to compute matrix exponentials once per column.
 pub(super) fn verdicts<T: Send + Copy>(
     settings: &LinearLoop,
     (x, y): (&Axis, &Axis),
@@ -94,10 +77,6 @@ pub(super) fn verdicts<T: Send + Copy>(
     Ok(rows.into_iter().flatten().collect())
 }
 
-/// Computes the map over two parameters. The boundary is bisected on every grid edge that it crosses.
-///
-/// # Errors
-/// [`StabilityError`] if the loop cannot be built or analysed at a point.
 pub fn map(settings: &LinearLoop, x: Axis, y: Axis) -> Result<StabilityMap, StabilityError> {
     let stable = verdicts(settings, (&x, &y), |tester, x_value, y_value| {
         tester.is_stable(&[(x.parameter, x_value), (y.parameter, y_value)])
@@ -107,10 +86,7 @@ pub fn map(settings: &LinearLoop, x: Axis, y: Axis) -> Result<StabilityMap, Stab
     Ok(map)
 }
 
-/// True if a point lies within the relative distance `share` of the boundary along either axis.
-///
-/// # Errors
-/// See [`map`].
+/// Within the relative distance `share` along an axis.
 pub fn is_near_boundary(
     settings: &LinearLoop,
     point: [(Parameter, f64); 2],
@@ -148,7 +124,6 @@ fn boundary(settings: &LinearLoop, map: &StabilityMap) -> Result<Vec<[(f64, f64)
         }
         Ok(Some((0.5 * (here.0 + there.0), 0.5 * (here.1 + there.1))))
     };
-    // Each edge once: to the right of a point and above it.
     let edges = |to_right: bool| {
         let of_row = |row: usize| {
             let at = |column: usize| {
@@ -169,7 +144,7 @@ fn boundary(settings: &LinearLoop, map: &StabilityMap) -> Result<Vec<[(f64, f64)
             let points: Vec<(f64, f64)> = around.into_iter().flatten().collect();
             match points[..] {
                 [a, b] => pieces.push([a, b]),
-                // A saddle: the pairing is ambiguous; both are valid within the cell.
+                // A saddle: both pairings are valid within the cell.
                 [a, b, c, d] => pieces.extend([[a, b], [c, d]]),
                 _ => {}
             }

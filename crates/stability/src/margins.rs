@@ -1,39 +1,28 @@
-//! The stability margins of the loop gain.
-
 use std::f64::consts::{PI, TAU};
 
 use super::response_path::{Path, Point};
 use super::{ClosedLoop, StabilityError};
 
-/// Largest gain margin. Above it the loop gain is at the level of rounding errors.
+/// The loop gain is at the level of rounding errors above it.
 pub const MAX_GAIN_MARGIN: f64 = 1e9;
 
-/// The smallest changes that make a stable loop unstable: infinite where no change does, and `None` for an unstable loop.
-///
-/// The critical point is `L = 1`, because `L` includes the sign of the feedback; the phase crossover is on the positive
-/// real axis. `L` is the sampled loop gain at `z = exp(jωT)`, with the holds.
+/// Infinite if no change destabilises the loop, `None` for an unstable loop. The critical point is `L = 1`: `L`
+/// includes the sign of the feedback.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Margins {
-    /// The smallest destabilising gain factor above 1.
+    /// Above 1.
     pub gain: Option<f64>,
-    /// The frequency of a finite gain margin in Hz.
     pub gain_frequency_hz: Option<f64>,
-    /// The largest destabilising gain factor below 1, for a conditionally stable loop.
+    /// Below 1, for a conditionally stable loop.
     pub gain_below: Option<f64>,
-    /// The smallest destabilising phase in rad, in either direction.
+    /// In either direction.
     pub phase_rad: Option<f64>,
-    /// The frequency of a finite phase margin in Hz.
     pub phase_frequency_hz: Option<f64>,
-    /// The smallest destabilising additional delay around the loop in s, continuous.
+    /// Added to the loop, in continuous time.
     pub delay_s: Option<f64>,
 }
 
 impl ClosedLoop {
-    /// The margins of a stable loop: the smallest over all crossings of the positive real axis (gain) and of the unit
-    /// circle (phase and delay). A gain margin above [`MAX_GAIN_MARGIN`] counts as infinite.
-    ///
-    /// # Errors
-    /// [`StabilityError::TooFast`].
     pub fn margins(&self) -> Result<Margins, StabilityError> {
         if !self.is_stable()? {
             return Ok(Margins::default());
@@ -72,8 +61,7 @@ impl ClosedLoop {
         Ok(margins)
     }
 
-    /// Logarithm of the smallest destabilising change of the gain, up or down; infinite if not below `bound`, 0 for an
-    /// unstable loop.
+    /// `ln` of the smallest destabilising gain change; infinite if not below `bound`, 0 for an unstable loop.
     pub(super) fn destabilising_change(&self, bound: f64) -> Result<f64, StabilityError> {
         if !self.is_stable()? {
             return Ok(0.0);

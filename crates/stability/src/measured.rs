@@ -1,5 +1,3 @@
-//! Margins and limits of the scale factors with measured frequency responses, by the Nyquist criterion on a table.
-
 use std::f64::consts::{PI, TAU};
 
 use super::ports::force_reading;
@@ -7,23 +5,20 @@ use super::{ClosedLoop, LinearLoop, StabilityError};
 use trocar_engine::teleoperation::ControllerKind;
 use trocar_lti::Complex64;
 
-/// Points of the loop gain between the lowest and the highest frequency, besides the rows of the tables.
 const POINTS: usize = 4000;
 
-/// Halvings that find a crossing between two points.
 const HALVINGS: usize = 60;
 
-/// A measured frequency response, interpolated between its rows: logarithm of the magnitude and phase are linear over
-/// the logarithm of the frequency. The phase follows each row by less than half a turn.
+/// Linear in `ln` magnitude and phase over `ln` frequency; the phase follows each row by less than half a turn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrequencyResponse {
-    /// Logarithms of frequency (Hz) and magnitude, and phase (rad).
+    /// `ln` of frequency (Hz) and magnitude; phase in rad.
     rows: Vec<[f64; 3]>,
 }
 
 impl FrequencyResponse {
-    /// Creates a response from frequencies above 0 in ascending order (Hz), magnitudes above 0 and phases (rad). `None`
-    /// for fewer than two rows or other numbers.
+    /// Takes ascending frequencies in Hz, magnitudes, and phases in rad; `None` for fewer than two rows or other
+    /// numbers.
     #[must_use]
     pub fn new(table: impl IntoIterator<Item = [f64; 3]>) -> Option<Self> {
         let mut rows: Vec<[f64; 3]> = vec![];
@@ -40,19 +35,17 @@ impl FrequencyResponse {
         (rows.len() >= 2).then_some(Self { rows })
     }
 
-    /// The lowest and the highest frequency in Hz.
     #[must_use]
     pub fn range_hz(&self) -> (f64, f64) {
         (self.rows[0][0].exp(), self.rows[self.rows.len() - 1][0].exp())
     }
 
-    /// The largest change of the phase between two rows in rad. Near half a turn the phase is uncertain.
     #[must_use]
     pub fn largest_turn_rad(&self) -> f64 {
         self.rows.windows(2).map(|two| (two[1][2] - two[0][2]).abs()).fold(0.0, f64::max)
     }
 
-    /// The response at a frequency in Hz; outside the range that of its end.
+    /// Constant outside the range.
     #[must_use]
     pub fn at(&self, frequency_hz: f64) -> Complex64 {
         let at = frequency_hz.ln();
@@ -64,54 +57,40 @@ impl FrequencyResponse {
     }
 }
 
-/// The measured sides of a loop. Each response includes the hold of its command over a tick, as a measurement with
-/// sampled commands does.
+/// Each response includes the hold of its command over a tick.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct MeasuredSides {
-    /// Position of the handle in the direction of the force (m) per feedback force (N), with the hand on it.
+    /// Handle position (m) in the direction of the force per feedback force (N), with the hand on it.
     pub master: Option<FrequencyResponse>,
-    /// Position of the free needle (m) per reference (m).
+    /// Position (m) of the free needle per reference (m).
     pub slave: Option<FrequencyResponse>,
 }
 
-/// What a table says of the loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MeasuredVerdict {
-    /// The loop gain does not encircle the critical point, provided it stays below 1 above the highest frequency.
+    /// Requires that the loop gain stays below 1 above the highest frequency.
     Stable,
-    /// The loop gain encircles the critical point.
     Unstable,
-    /// The loop gain at the highest frequency is 1 or more, and what follows above it is unknown.
     Open,
 }
 
-/// The loop with measured sides, within the range of the tables.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredLoop {
-    /// Lowest and highest frequency of all tables in Hz, at most half the sampling rate.
+    /// The common range of the tables, up to half the sampling rate.
     pub range_hz: (f64, f64),
-    /// Frequencies in Hz with the loop gain `L`, which includes the sign of the feedback: the critical point is 1.
+    /// Pairs (Hz, `L`); the critical point is 1.
     pub gain: Vec<(f64, Complex64)>,
-    /// The verdict.
     pub verdict: MeasuredVerdict,
-    /// The smallest factor of the loop gain at which the loop is not stable, and its frequency in Hz. `None` if there is
-    /// none in the range.
+    /// The smallest destabilising gain factor, and its frequency in Hz.
     pub limit: Option<(f64, f64)>,
-    /// The smallest destabilising phase in rad, its frequency in Hz, and the smallest destabilising delay in s, of a
-    /// stable loop whose gain crosses 1 in the range.
+    /// Phase margin in rad, its frequency in Hz, and delay margin in s.
     pub phase: Option<(f64, f64, f64)>,
-    /// The largest change of a measured phase between two rows in rad. Near half a turn the phase is uncertain.
     pub largest_turn_rad: f64,
-    /// The factor by which the loop gain reaches 1 at the highest frequency. With larger factors the stability is unknown.
+    /// The stability is unknown with larger gain factors.
     pub open_from: f64,
 }
 
 impl MeasuredLoop {
-    /// Computes the loop gain over the common range of the tables.
-    ///
-    /// # Errors
-    /// [`StabilityError::Measured`] without a table, for another architecture than position-force, and for tables without
-    /// a common range below half the sampling rate; other errors if the model's side cannot be built.
     pub fn of(settings: &LinearLoop, sides: &MeasuredSides) -> Result<Self, StabilityError> {
         let tables: Vec<&FrequencyResponse> = sides.master.iter().chain(&sides.slave).collect();
         let low = tables.iter().map(|table| table.range_hz().0).fold(0.0, f64::max);
@@ -173,7 +152,6 @@ fn phase_margin(gain: &[(f64, Complex64)], at: &impl Fn(f64) -> Complex64) -> Op
     Some((lead.abs(), hertz, delay_s))
 }
 
-/// The frequencies in Hz at which a function of the loop gain changes its sign.
 fn crossings(gain: &[(f64, Complex64)], at: &impl Fn(f64) -> Complex64, of: impl Fn(Complex64) -> f64) -> Vec<f64> {
     let is_positive = |gain: Complex64| of(gain) > 0.0;
     let found = gain.windows(2).filter(|two| is_positive(two[0].1) != is_positive(two[1].1)).map(|two| {
@@ -187,13 +165,13 @@ fn crossings(gain: &[(f64, Complex64)], at: &impl Fn(f64) -> Complex64, of: impl
     found.collect()
 }
 
-/// The loop gain at a frequency. A side without a table has its sampled response from the model.
+/// A side without a table has the model's sampled response.
 fn loop_gain(settings: &LinearLoop, closed: &ClosedLoop, sides: &MeasuredSides, hertz: f64) -> Complex64 {
     let s = Complex64::new(0.0, TAU * hertz);
     let z = (s * settings.tick_s).exp();
     let [of_master, of_slave] = closed.responses_at(z);
     let machines = &settings.link.machines;
-    // A sample that arrives within a tick is later by this share of it; the responses of the model contain it.
+    // A sample within a tick arrives later by this share; the model's responses include it.
     let late = |share: f64| (-s * settings.tick_s * share).exp();
     let master = match &sides.master {
         Some(table) => -late(settings.backward().share) * table.at(hertz) * machines.position_scale,

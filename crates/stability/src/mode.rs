@@ -1,30 +1,25 @@
-//! The dominant mode of the loop.
-
 use std::f64::consts::TAU;
 
 use super::response_path::Path;
 use super::{ClosedLoop, StabilityError};
 use trocar_lti::{Complex64, eigenvalues};
 
-/// Maximum number of states for computing all eigenvalues.
 const MAX_STATES: u64 = 240;
 
-/// Newton steps from a bisected pole, and the maximum step length.
 const NEWTON_STEPS: usize = 4;
 const MAX_STEP: f64 = 1e-6;
 
 /// The closed-loop pole with the largest modulus.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mode {
-    /// The pole, with a nonnegative imaginary part.
+    /// With a nonnegative imaginary part.
     pub pole: Complex64,
-    /// The modulus: the spectral radius of the one-tick matrix. The loop is stable below 1.
     pub spectral_radius: f64,
-    /// `-Re s / |s|` with `z = exp(s T)`: 1 does not oscillate, negative values grow.
+    /// `-Re s / |s|` with `z = exp(s T)`.
     pub damping_ratio: f64,
-    /// `|Im s| / 2π` in Hz.
+    /// `|Im s| / 2π`.
     pub frequency_hz: f64,
-    /// `Re s`, the growth rate in 1/s.
+    /// `Re s`.
     pub growth_per_s: f64,
 }
 
@@ -42,11 +37,7 @@ impl Mode {
 }
 
 impl ClosedLoop {
-    /// The dominant mode from the eigenvalues of the one-tick matrix; for a long delay, from the numbers of poles
-    /// outside circles.
-    ///
-    /// # Errors
-    /// [`StabilityError`] if both methods fail.
+    /// Uses pole counts outside circles if the matrix is too large for eigenvalues.
     pub fn dominant_mode(&self) -> Result<Mode, StabilityError> {
         let pole = if self.states() <= MAX_STATES {
             let (matrix, _, _) = self.matrix()?;

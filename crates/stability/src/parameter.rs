@@ -1,6 +1,3 @@
-//! The parameters of the loop and their scenario keys.
-
-/// A parameter that can be varied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Parameter {
     ForceScale,
@@ -66,37 +63,31 @@ const TABLE: [(Parameter, &str, &str); 27] = {
 };
 
 impl Parameter {
-    /// Returns every parameter, in the order of tables.
     pub fn all() -> impl Iterator<Item = Self> {
         TABLE.iter().map(|(parameter, _, _)| *parameter)
     }
 
-    /// The parameter of a key.
     #[must_use]
     pub fn of_key(key: &str) -> Option<Self> {
         TABLE.iter().find(|(_, known, _)| *known == key).map(|(parameter, _, _)| *parameter)
     }
 
-    /// The scenario key.
     #[must_use]
     pub fn key(self) -> &'static str {
         TABLE[self as usize].1
     }
 
-    /// The name with its unit.
     #[must_use]
     pub fn caption(self) -> &'static str {
         TABLE[self as usize].2
     }
 
-    /// True if varying this parameter also varies `other`.
     #[must_use]
     pub fn varies_with(self, other: Self) -> bool {
         let both_ways = |a: Self, b: Self| a == Self::Delay && matches!(b, Self::ForwardDelay | Self::BackwardDelay);
         self == other || both_ways(self, other) || both_ways(other, self)
     }
 
-    /// True if 0 is a valid value.
     #[must_use]
     pub fn may_be_zero(self) -> bool {
         !matches!(self, Self::Tick | Self::MasterMass | Self::ArmMass | Self::AccelerationBandwidth)

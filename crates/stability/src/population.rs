@@ -1,13 +1,9 @@
-//! Stability limits over a population of random people, tissues and links.
-
 use super::limit::StabilityTester;
 use super::shares::{ShareMap, share_interval};
 use super::{Axis, ClosedLoop, LIMITED, LinearLoop, Parameter, Search, StabilityError, largest_stable};
 use trocar_base::parallel::try_map;
 use trocar_scenario::population::{DIMENSIONS, Draw, PopulationSettings};
 
-/// Search for a member's limit: this factor above and below the scenario's limit, this many points, this relative
-/// width.
 const REACH: f64 = 30.0;
 const POINTS: usize = 14;
 const TOLERANCE: f64 = 1e-7;
@@ -16,62 +12,43 @@ const QUANTILES: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 
 const OF_STIFFNESS: usize = 6;
 
-/// One arm, tissue and link.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Member {
-    /// The drawn values.
     pub draw: Draw,
-    /// True if the loop is stable with this member.
     pub is_stable: bool,
-    /// The limits of [`LIMITED`], as [`Limit::largest`](super::Limit::largest), each as the absolute value that
-    /// replaces the drawn one. The delay's limit is the end of the stable range from 0. 0 if no value is stable,
-    /// infinite beyond the search.
+    /// Absolute values for [`LIMITED`]: 0 if no value is stable, infinite beyond the search. The delay's limit ends the
+    /// stable range from 0.
     pub limits: [f64; LIMITED.len()],
 }
 
-/// A quantile with its 95 % confidence interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quantile {
-    /// The share of members below.
     pub share: f64,
-    /// The estimate.
     pub value: f64,
-    /// The interval from order statistics.
     pub interval: (f64, f64),
 }
 
-/// The limit of a parameter over a population.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LimitQuantiles {
-    /// The parameter.
     pub parameter: Parameter,
-    /// The quantiles of its limit, increasing.
     pub quantiles: Vec<Quantile>,
 }
 
-/// The smallest maximum stiffness found over the whole range of a population.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Worst {
-    /// Its arm, tissue and link.
     pub draw: Draw,
-    /// The maximum stable stiffness in N/m; 0 if none is stable, infinite beyond the search range.
+    /// 0 if no stiffness is stable, infinite beyond the search.
     pub stiffness_n_per_m: f64,
 }
 
-/// The stability limits over a population.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Population {
-    /// The distribution of the members.
     pub settings: PopulationSettings,
-    /// The members in the order of their draws.
     pub members: Vec<Member>,
-    /// The stable share of the members, with its 95 % interval.
     pub stable_share: (f64, (f64, f64)),
-    /// The quantiles of each limit of [`LIMITED`].
     pub limits: Vec<LimitQuantiles>,
-    /// The smallest maximum stiffness among the members and the corners of the range; a smaller one may exist.
+    /// A smaller stiffness may exist.
     pub worst: Worst,
-    /// The stable share of the first members over the axes of the map.
     pub map: ShareMap,
 }
 
@@ -101,14 +78,13 @@ fn near(parameter: Parameter, of_scenario: Option<f64>) -> Search {
     }
 }
 
-/// Maximum loop gain at which any delay counts as stable; the distance to 1 allows for the gain between points.
+/// Any delay is stable below this loop gain; the distance to 1 allows for the gain between points.
 const SMALL_GAIN: f64 = 0.9;
 
 fn limit(settings: &LinearLoop, parameter: Parameter, search: Search) -> Result<f64, StabilityError> {
     Ok(largest_stable(settings, parameter, search)?.largest().unwrap_or(0.0))
 }
 
-/// The first unstable delay in s: doubles whole ticks from 0 on, then searches within a tick.
 fn delay_limit(settings: &LinearLoop, search: Search) -> Result<f64, StabilityError> {
     let without = settings.with(Parameter::Delay, 0.0);
     let tester = StabilityTester::new(&without)?;
@@ -156,7 +132,7 @@ fn analysed(settings: &LinearLoop, searches: &[Search]) -> Result<(bool, [f64; L
     Ok((is_stable, limits))
 }
 
-/// A quantile of sorted values, with its interval from the ranks `n p ± z √(n p (1 - p))`.
+/// The ranks of the interval are `n p ± z √(n p (1 - p))`.
 fn quantile(sorted: &[f64], share: f64) -> Quantile {
     let n = sorted.len() as f64;
     let at = |rank: f64| sorted[(rank.max(0.0) as usize).min(sorted.len() - 1)];
@@ -169,11 +145,6 @@ fn quantile(sorted: &[f64], share: f64) -> Quantile {
 }
 
 impl Population {
-    /// Analyses a population around a loop. The map shows the stable share of its first [`ShareMap::MAX_LOOPS`] members
-    /// over two axes, each with at most [`ShareMap::MAX_COUNT`] values.
-    ///
-    /// # Errors
-    /// [`StabilityError`].
     pub fn of(
         settings: &LinearLoop,
         population: &PopulationSettings,
@@ -222,7 +193,7 @@ impl Population {
     }
 }
 
-/// The corners of the population's range; the tissue stiffness is in the middle.
+/// The tissue stiffness is in the middle.
 fn corners(population: &PopulationSettings) -> Vec<Draw> {
     let is_drawn = population.is_drawn();
     let varied: Vec<usize> = (0..DIMENSIONS).filter(|&k| is_drawn[k] && k != OF_STIFFNESS).collect();

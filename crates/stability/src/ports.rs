@@ -1,40 +1,33 @@
-//! The teleoperator as a two-port between hand and tissue.
-
 use super::{LinearLoop, StabilityError};
 use trocar_engine::plant::{ControlTiming, Coupling, GeneralMaster, Machine, SampledGains, slave_system};
 use trocar_engine::teleoperation::{MasterGains, SlaveGains};
 use trocar_lti::{Complex64, Continuous, StateSpace};
 
-/// Relative tolerance of comparisons with 0.
 const ROUNDING: f64 = 1e-12;
 
-/// True if an impedance or admittance is passive: its real part is at least 0, up to rounding.
+/// True if the real part is at least 0, up to rounding.
 #[must_use]
 pub fn is_passive_impedance(immittance: Complex64) -> bool {
     immittance.re >= -ROUNDING * immittance.norm()
 }
 
-/// The hybrid matrix at one frequency (Hannaford 1989, *A design framework for teleoperators with kinesthetic
-/// feedback*):
+/// The hybrid matrix at one frequency (Hannaford, *IEEE Trans. Robot. Autom.* 5, 1989):
 ///
 /// ```text
 /// | F_h  |   | h11  h12 | | v_h |      h11: impedance at the hand with a free needle, in N·s/m
 /// |      | = |          | |     |      h12: force transmission;  h21: minus the motion transmission
 /// | -v_e |   | h21  h22 | | f_e |      h22: admittance at the needle, in m/(N·s)
 /// ```
-/// `v_h` and `F_h` are at the hand's side of the master; the arm belongs to the operator. Ideally `h11 = h22 = 0`, `h12
-/// = 1`, `h21 = -1` (times the scales).
+/// `v_h` and `F_h` are at the master. Ideally `h11 = h22 = 0`, `h12 = 1`, `h21 = -1` (times the scales).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hybrid {
-    /// `[[h11, h12], [h21, h22]]`.
     pub h: [[Complex64; 2]; 2],
 }
 
 impl Hybrid {
-    /// Llewellyn's parameter `η = -cos ∠(h12 h21) + 2 Re h11 Re h22 / |h12 h21|`. The two-port is stable with every
-    /// passive hand and tissue if `η >= 1` and both real parts are at least 0 at every frequency (Llewellyn 1952, *Some
-    /// fundamental properties of transmission systems*; in this form Adams and Hannaford 1999, *Stable haptic
-    /// interaction with virtual environments*). Infinite if `h12 h21 = 0`.
+    /// `η = -cos ∠(h12 h21) + 2 Re h11 Re h22 / |h12 h21|`, infinite if `h12 h21 = 0`. The two-port is absolutely
+    /// stable if `η >= 1` and both real parts are at least 0 at every frequency (Llewellyn, *Proc. IRE* 40, 1952; Adams
+    /// and Hannaford, *IEEE Trans. Robot. Autom.* 15, 1999).
     #[must_use]
     pub fn llewellyn(&self) -> f64 {
         let [[h11, _], [_, h22]] = self.h;
@@ -45,16 +38,14 @@ impl Hybrid {
         (2.0 * h11.re * h22.re - loop_gain.re) / loop_gain.norm()
     }
 
-    /// True if the conditions of absolute stability hold at this frequency, up to rounding.
     #[must_use]
     pub fn is_absolutely_stable(&self) -> bool {
         let [[h11, _], [_, h22]] = self.h;
         is_passive_impedance(h11) && is_passive_impedance(h22) && self.llewellyn() >= 1.0 - ROUNDING
     }
 
-    /// True if the two-port is passive at this frequency: the Hermitian part of `H` is positive semidefinite, `4 Re h11
-    /// Re h22 >= |h12 + h21*|²`. The scales `(force, position)` make the powers of the two sides comparable (`F_h v_h`
-    /// and `s_f/s_p f_e v_e`).
+    /// At this frequency: `4 Re h11 Re h22 >= |h12 + h21*|²`. The scales make the powers of both sides comparable
+    /// (`F_h v_h` and `s_f/s_p f_e v_e`).
     #[must_use]
     pub fn is_passive(&self, (force, position): (f64, f64)) -> bool {
         let [[h11, h12], [h21, h22]] = self.h;
@@ -66,16 +57,14 @@ impl Hybrid {
             && self_terms - both >= -ROUNDING * (size + self_terms.abs())
     }
 
-    /// The impedance at the hand with the needle in an impedance `Z_e`: `Z_t = h11 - h12 h21 Z_e / (1 + h22
-    /// Z_e)` in N·s/m.
+    /// `Z_t = h11 - h12 h21 Z_e / (1 + h22 Z_e)` in N·s/m, with the needle in an impedance `Z_e`.
     #[must_use]
     pub fn transmitted(&self, impedance: Complex64) -> Complex64 {
         let [[h11, h12], [h21, h22]] = self.h;
         h11 - h12 * h21 * impedance / (Complex64::new(1.0, 0.0) + h22 * impedance)
     }
 
-    /// The impedance at the hand with a clamped needle, `h11 - h12 h21 / h22`. `None` if the slave is rigid
-    /// (unbounded impedance).
+    /// `h11 - h12 h21 / h22`, with a clamped needle; `None` if the slave is rigid.
     #[must_use]
     pub fn stiffest(&self) -> Option<Complex64> {
         let [[h11, h12], [h21, h22]] = self.h;
@@ -83,23 +72,18 @@ impl Hybrid {
     }
 }
 
-/// The two-port of a loop.
-///
-/// The model is in continuous time; each signal of the link passes a hold `(1 - exp(-sT)) / (sT)`. Without sampling
-/// images, the results are valid well below half the sampling rate. `f_e` is the reading of the force sensor. The
-/// tissue moves the needle off its reference by `slave.compliance_m_per_n` and by its force on a slave with a load;
-/// without both `h22` is 0.
+/// The teleoperator in continuous time, with a hold `(1 - exp(-sT)) / (sT)` in each signal of the link. It is valid
+/// well below half the sampling rate, because it ignores sampling images. `f_e` is the force reading.
 #[derive(Debug, Clone)]
 pub struct Ports {
     settings: LinearLoop,
     slave: StateSpace<Continuous>,
-    /// A general master, without the arm.
+    /// Without the arm.
     master: Option<StateSpace<Continuous>>,
     at_master: MasterGains,
     at_slave: SlaveGains,
 }
 
-/// The response of the force reading at `s = jω`.
 pub(super) fn force_reading(settings: &LinearLoop, s: Complex64) -> Complex64 {
     let one = Complex64::new(1.0, 0.0);
     let ticks = std::f64::consts::TAU * settings.force_bandwidth_hz * settings.tick_s;
@@ -111,7 +95,6 @@ pub(super) fn force_reading(settings: &LinearLoop, s: Complex64) -> Complex64 {
     (before * (mean - keep) + (1.0 - mean)) / (one - before * keep)
 }
 
-/// The slave without its controller beside a general machine, otherwise with it unless it is sampled.
 fn slave_of(settings: &LinearLoop) -> Result<StateSpace<Continuous>, StabilityError> {
     Ok(if settings.has_general_machine() {
         Machine::of(&settings.slave)?.system().clone()
@@ -127,10 +110,7 @@ fn general_master(settings: &LinearLoop) -> Result<Option<StateSpace<Continuous>
 }
 
 impl Ports {
-    /// Builds the two-port; `K` and `B` are not used.
-    ///
-    /// # Errors
-    /// [`StabilityError`] for parameters out of range.
+    /// Ignores `K` and `B`.
     pub fn new(settings: &LinearLoop) -> Result<Self, StabilityError> {
         let (at_master, at_slave) = settings.link.controller.gains(&settings.link.machines)?;
         Ok(Self {
@@ -142,25 +122,19 @@ impl Ports {
         })
     }
 
-    /// The scales of force and position that make the powers of both sides comparable.
     #[must_use]
     pub fn scales(&self) -> (f64, f64) {
         (self.settings.link.machines.force_scale, self.settings.link.machines.position_scale)
     }
 
-    /// The tissue's impedance `B + K / s` in N·s/m.
+    /// `B + K / s` in N·s/m.
     #[must_use]
     pub fn tissue(&self, omega_rad_per_s: f64) -> Complex64 {
         let s = Complex64::new(0.0, omega_rad_per_s);
         Complex64::new(self.settings.damping_n_s_per_m, 0.0) + s.inv() * self.settings.stiffness_n_per_m
     }
 
-    /// The hybrid matrix at a frequency above 0.
-    ///
     /// `None` at a pole, or if the hand does not act on the master and there is no force controller.
-    ///
-    /// # Errors
-    /// [`StabilityError`] if a response cannot be computed.
     pub fn at(&self, omega_rad_per_s: f64) -> Result<Option<Hybrid>, StabilityError> {
         let Self { settings, at_master, at_slave, .. } = self;
         let s = Complex64::new(0.0, omega_rad_per_s);
@@ -176,7 +150,6 @@ impl Ports {
         let machines = &settings.link.machines;
         let scale = machines.position_scale;
 
-        // The responses of force sensor and differentiator.
         let read = force_reading(settings, s);
         let weight =
             -(-std::f64::consts::TAU * settings.link.controller.four_channel.acceleration_bandwidth_hz * tick_s)

@@ -1,5 +1,3 @@
-//! The end of one event: needle motion and feedback force for each policy.
-
 use nalgebra::{DMatrix, DVector};
 
 use crate::switching::modes::Modes;
@@ -10,32 +8,19 @@ const DURATION_S: f64 = 3.0;
 
 const STIFFNESSES: usize = 9;
 
-/// The effect of a re-engaging policy on needle and hand: the maximum over the stiffnesses.
-///
-/// At the release the hand rests at its desired position, the needle rests at the tissue's surface at a distance from
-/// the hand, and the force is 0.
+/// Maxima over the stiffnesses. At the release, hand and needle rest at a distance, and the force is 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EventBound {
-    /// The policy.
     pub reengage: Reengage,
-    /// Jump of the slave's reference at the tick of the release, in m.
     pub reference_jump_m: f64,
-    /// Maximum motion of the needle in m.
     pub slave_motion_m: f64,
-    /// Maximum speed of the needle in m/s.
     pub slave_speed_m_per_s: f64,
-    /// Maximum feedback force in N.
     pub force_n: f64,
-    /// Maximum change of the feedback force between two ticks, in N.
     pub force_step_n: f64,
 }
 
 impl EventBound {
-    /// The bounds of each policy, for a distance `gap_m` in m between the slave's reference and the hand
-    /// (scaled to the slave).
-    ///
-    /// # Errors
-    /// [`StabilityError`] if a loop cannot be built.
+    /// `gap_m` is between the slave's reference and the hand, scaled to the slave.
     pub fn of_each_policy(settings: &SwitchingSettings, gap_m: f64) -> Result<Vec<Self>, StabilityError> {
         let speed = match settings.augmentation.reengage {
             Reengage::Ramp(ramp) => ramp.catch_up_speed_m_per_s,
@@ -84,7 +69,6 @@ impl EventBound {
         let (of_reference, of_force, of_desired) = (modes.of_reference(), modes.of_force(), modes.of_desired());
         let (hand, slave, felt) = (modes.hand(0), modes.slave(), modes.force(0));
         let read = |row: &DMatrix<f64>, state: &DVector<f64>| (row * state)[(0, 0)];
-        // The positions on the way are the resting hand's.
         let sent = modes.without_delay().hand(0);
         let scale = sent.iter().copied().fold(0.0, f64::max);
         let desired_m = gap_m / scale;

@@ -1,8 +1,7 @@
-//! Bounds of the loop's commands and readings over all motions of the hand, to test whether it reaches its limits.
+//! Bounds of the loop's commands and readings, to test whether it reaches its limits.
 //!
-//! Let the response to a unit sample be `h`. If the desired position stays within `U` of a point, the output of a
-//! stable loop stays within `Σ |h_k| U`; if it is no faster than `V`, the output is no faster than `Σ |h_k| V`. The
-//! scenario's motion gives `U` and `V`. Below a limit the loop remains linear.
+//! Let `h` be the response to a unit sample. If the desired position stays within `U` of a point, the output stays
+//! within `Σ |h_k| U`; if it is no faster than `V`, the output is no faster than `Σ |h_k| V`.
 
 use nalgebra::{DMatrix, DVector};
 use trocar_core::settings::KeySource as _;
@@ -10,28 +9,22 @@ use trocar_core::settings::KeySource as _;
 use super::{ClosedLoop, LinearLoop, StabilityError, TissueRange, TissueSource};
 use trocar_scenario::{OperatorSpec, Scenario};
 
-/// Relative size of the state at which the sum ends, and the maximum number of samples.
 const REMAINS: f64 = 1e-12;
 const MAX_SAMPLES: u32 = 200_000;
 
-/// Safety factor for rounding of the sums.
 const MARGIN: f64 = 1.001;
 
-/// Largest magnitudes over all motions of the hand at most as far and as fast as the scenario's.
+/// Over all hand motions at most as far and as fast as the scenario's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
-    /// The command of the master's motor in N, and its rate in N/s.
+    /// Force in N, rate in N/s.
     pub master_force: [f64; 2],
-    /// The command of the slave in its unit, and its rate per s.
     pub slave_command: [f64; 2],
-    /// The tissue force on the needle in N.
     pub tissue_force_n: f64,
 }
 
 impl Bounds {
-    /// Bounds of a scenario's loop, in and out of contact. `None` if the loop is unstable, or nonlinear apart from its
-    /// limits: with augmentation, a tissue other than a spring and a damper, an error of the force reading, or a live
-    /// hand. Also `None` for machines other than the appendix'.
+    /// `None` if the loop is unstable, nonlinear apart from its limits, or has machines other than the appendix's.
     pub(super) fn of(scenario: &Scenario) -> Option<Self> {
         let sensor = &scenario.sensor;
         let is_exact = [sensor.force_noise_std_n, sensor.force_bias_n, sensor.force_resolution_n] == [0.0; 3];
@@ -76,8 +69,7 @@ impl Reach {
     }
 }
 
-/// `Σ |h_k|` from the desired position to the commands of master and slave and to the tissue force; `None` without
-/// decay.
+/// `Σ |h_k|`; `None` without decay.
 fn sums(settings: &LinearLoop) -> Result<Option<[f64; 3]>, StabilityError> {
     let closed = ClosedLoop::new(settings)?;
     let (a, [now, next], _) = closed.matrix()?;
@@ -109,8 +101,7 @@ fn add(sums: &mut [f64; 3], values: &DVector<f64>) {
 }
 
 impl ClosedLoop {
-    /// Motor commands of master and slave before their limits, and the tissue force, as rows over the states of
-    /// [`ClosedLoop::matrix`].
+    /// Returns rows over the states of [`ClosedLoop::matrix`].
     fn commands(&self, settings: &LinearLoop) -> Result<DMatrix<f64>, StabilityError> {
         let (_, _, at_master) = self.open()?;
         let (n, of_master) = (at_master.len(), self.master.a.nrows());
@@ -118,7 +109,6 @@ impl ClosedLoop {
         for (k, local) in self.master.local.iter().enumerate() {
             master[k] += local;
         }
-        // The integral follows the motions of master and arm.
         let integral_gain = settings.master.force_integral_gain;
         if integral_gain != 0.0 {
             master[4] += integral_gain;

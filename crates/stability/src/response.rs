@@ -1,21 +1,18 @@
-//! Fast evaluation of a side's response at a complex point.
-
 use nalgebra::{DMatrix, DVector, Hessenberg};
 
 use super::side::Side;
 use trocar_lti::Complex64;
 
-/// Maximum number of states of a side, including the last sample if one arrives within a tick.
+/// Includes the last sample if one arrives within a tick.
 const MAX_STATES: usize = 12;
 
-/// Relative size below which subdiagonal entries are rounding errors.
+/// Relative; smaller subdiagonal entries are rounding errors.
 const ROUNDING: f64 = 1e-15;
 
 /// `H(z) = c (z I - A)⁻¹ (b_now + b_before / z)`; with `b_before` the last sample is an additional state.
 ///
-/// `A` is balanced for states of different scales, and has Hessenberg form with an input on the first state only. From
-/// the last state on, each row gives the state above it, and the first row the input: products of real and complex
-/// numbers and one division (Hyman's method; Wilkinson 1965, *The algebraic eigenvalue problem*).
+/// `A` has Hessenberg form with an input on the first state only. From the last state on, each row gives the state
+/// above it, and the first row the input (Hyman's method; Wilkinson 1965, *The algebraic eigenvalue problem*).
 #[derive(Debug, Clone)]
 pub(super) struct Response {
     n: usize,

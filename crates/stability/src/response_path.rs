@@ -1,7 +1,7 @@
 //! The loop gain along the upper half of a circle, in segments that resolve the response of both sides.
 //!
-//! `L(z) = H(z) z^-N`, with `H` the product of the responses of master and slave. Only `H` determines the segments: the
-//! delay of `N` ticks turns `L` by exactly `-N Δω` and changes its magnitude by `r^-N`.
+//! `L(z) = H(z) z^-N`, with `H` the product of both responses. Only `H` determines the segments: the delay turns `L` by
+//! exactly `-N Δω` and changes its magnitude by `r^-N`.
 
 use std::f64::consts::PI;
 
@@ -10,17 +10,15 @@ use trocar_lti::Complex64;
 
 const MAX_EVALUATIONS: usize = 1_000_000;
 
-/// `ln` of the magnitude of `L` below which it cannot move `1 - L` around 0 and is not resolved.
+/// `ln |L|` below which `L` cannot move `1 - L` around 0.
 const LN_SMALL: f64 = -1.386_294_361_119_890_6;
 
 /// Largest change of `H` in a segment, relative to its smaller end.
 const RESOLVED: f64 = 0.5;
 
-/// Largest `|ln |L||` at the ends of a segment in which an extremum of `|L|` can lie on the other side of 1: the ends
-/// differ by a factor of at most 1.5.
+/// Largest `|ln |L||` at the ends of a segment within which `|L|` can cross 1.
 const LN_NEAR: f64 = 0.7;
 
-/// Narrowest segment in rad.
 const MIN_WIDTH: f64 = 1e-14;
 
 const BISECTIONS: usize = 60;
@@ -32,11 +30,10 @@ pub(super) struct Point {
     pub(super) sides: Complex64,
     /// `L`; its magnitude may overflow.
     pub(super) gain: Complex64,
-    /// `ln |L|`.
     pub(super) ln_gain: f64,
 }
 
-/// A segment of the path in which `|L|` stays on one side of 1.
+/// `|L|` stays on one side of 1.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Segment {
     pub(super) from: Point,
@@ -50,7 +47,7 @@ pub(super) struct Path<'a> {
     ticks: f64,
     /// `-N ln r`.
     ln_delay: f64,
-    /// `ln` of the magnitude of `L` below which the path is not resolved.
+    /// `ln |L|` below which the path is not resolved.
     ln_small: f64,
 }
 
@@ -72,7 +69,7 @@ impl<'a> Path<'a> {
         Point { angle_rad, sides, gain, ln_gain: sides.norm().ln() + self.ln_delay }
     }
 
-    /// Returns `z H'(z) / H(z)`: the imaginary part is `-d ln |L| / dω`, the real part minus `N` is `d arg L / dω`.
+    /// `z H'(z) / H(z)`: the imaginary part is `-d ln |L| / dω`, the real part minus `N` is `d arg L / dω`.
     fn slope(&self, angle_rad: f64) -> Complex64 {
         let z = Complex64::from_polar(self.radius, angle_rad);
         let [master, slave] = self.closed.relative_slopes_at(z);
@@ -124,7 +121,6 @@ impl<'a> Path<'a> {
         Ok(())
     }
 
-    /// Splits an interval where `|L|` crosses 1.
     fn split(&self, from: Point, to: Point, each: &mut impl FnMut(Segment)) {
         let (is_large, becomes_large) = (from.ln_gain >= 0.0, to.ln_gain >= 0.0);
         if is_large != becomes_large {
@@ -177,7 +173,6 @@ impl<'a> Path<'a> {
         let falls = |angle_rad: f64| self.slope(angle_rad).re < self.ticks;
         let at_begin = falls(from.angle_rad);
         if at_begin != falls(to.angle_rad) && to.angle_rad - from.angle_rad > MIN_WIDTH {
-            // The phase turns back within the interval.
             let middle = self.bisect(from, to, |point| falls(point.angle_rad));
             if middle.angle_rad > from.angle_rad && middle.angle_rad < to.angle_rad {
                 self.monotonic_crossings((from, &middle), &phase, each);
@@ -188,7 +183,6 @@ impl<'a> Path<'a> {
         self.monotonic_crossings((from, to), &phase, each);
     }
 
-    /// Like `positive_crossings`, for an interval with a monotonic phase.
     fn monotonic_crossings(
         &self,
         (from, to): (&Point, &Point),
@@ -206,7 +200,6 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// Initial angles in rad from 0 to π, dense near open-loop poles.
     fn angles(&self) -> Vec<f64> {
         const OFFSETS: [f64; 4] = [0.0, 0.5, 1.6, 6.0];
         let mut angles: Vec<f64> = vec![0.0, PI];
@@ -223,7 +216,7 @@ impl<'a> Path<'a> {
 }
 
 impl ClosedLoop {
-    /// Angles in rad at which `|L| = 1` on the unit circle, each with the argument of `L`.
+    /// Angles in rad with `|L| = 1` on the unit circle, and the arguments of `L`.
     pub(super) fn unit_crossings(&self) -> Result<Vec<(f64, f64)>, StabilityError> {
         let mut all = vec![];
         Path::new(self, 1.0).unit_crossings(|point| all.push((point.angle_rad, point.gain.arg())))?;

@@ -1,5 +1,3 @@
-//! The passivity of a machine whose force is computed from its sampled position.
-
 use std::f64::consts::PI;
 
 use super::{ClosedLoop, LinearLoop, StabilityError};
@@ -8,22 +6,19 @@ use trocar_lti::Complex64;
 
 const FREQUENCIES: usize = 4000;
 
-/// The passivity condition of a machine with damping `b` under the force `F = H(z) x` of the sampled position, held
-/// from tick to tick. It is passive at the hand if
+/// A machine with damping `b` under the held force `F = H(z) x` of the sampled position is passive at the hand if
 ///
 /// ```text
 /// b > (T / 2) / (1 - cos ωT) · Re[ (1 - exp(-jωT)) H(exp(jωT)) ]    for all 0 <= ω <= π/T
 /// ```
-/// (Colgate and Schenkel 1997, *Passivity of a class of sampled-data systems: application to haptic interfaces*). A
-/// wall `K + B (z - 1) / (T z)` gives `b > K T / 2 + |B|`.
+/// (Colgate and Schenkel, *J. Robot. Syst.* 14, 1997). A wall `K + B (z - 1) / (T z)` gives `b > K T / 2 + |B|`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampledWall {
-    /// The tick in s.
     pub tick_s: f64,
 }
 
 impl SampledWall {
-    /// The minimum damping in N·s/m for a force law that maps `ωT` in rad (above 0) to N/m.
+    /// `law` maps `ωT` in rad (above 0) to N/m.
     #[must_use]
     pub fn min_damping_n_s_per_m(&self, law: impl Fn(f64) -> Complex64) -> f64 {
         let share = |k: usize| {
@@ -39,22 +34,15 @@ impl SampledWall {
     }
 }
 
-/// The condition for a loop: the force from the link is the law, and `b` is the master's damping.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampledBound {
-    /// The damping that passivity requires, in N·s/m.
     pub min_damping_n_s_per_m: f64,
-    /// The damping of the master, in N·s/m.
     pub damping_n_s_per_m: f64,
 }
 
 impl SampledBound {
-    /// The bound of a loop. `None` if the condition does not apply: with a force integral (the force depends on more
-    /// than the sampled position), a master or a controller other than the paper's, samples that arrive between ticks, or a motor
-    /// lag.
-    ///
-    /// # Errors
-    /// [`StabilityError`] if the loop cannot be built.
+    /// `None` with a force integral (the force depends on more than the sampled position), a motor lag, samples that
+    /// arrive between ticks, or a master, coupling or controller other than the paper's.
     pub fn of(settings: &LinearLoop) -> Result<Option<Self>, StabilityError> {
         let applies = !settings.master_model.is_general()
             && settings.master.force_integral_gain == 0.0
@@ -75,7 +63,6 @@ impl SampledBound {
         }))
     }
 
-    /// True if the damping suffices.
     #[must_use]
     pub fn is_passive(&self) -> bool {
         self.damping_n_s_per_m > self.min_damping_n_s_per_m

@@ -1,27 +1,17 @@
-//! The sensitivities of the limits.
-
 use super::limit::StabilityTester;
 use super::{Limit, LinearLoop, Parameter, StabilityError};
 use trocar_base::parallel::try_map;
 
-/// Relative step of the differences.
 const STEP: f64 = 1e-4;
 
-/// The relative change of a limit per relative change of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensitivity {
-    /// The parameter whose limit changes.
     pub limit: Parameter,
-    /// The changed parameter.
     pub parameter: Parameter,
     /// `d ln(limit) / d ln(parameter)`; `None` if the limit vanishes within the step, for example at a whole tick.
     pub relative: Option<f64>,
 }
 
-/// Sensitivity of each finite limit to each nonzero parameter, by central differences over a ten-thousandth of it.
-///
-/// # Errors
-/// [`StabilityError`] if a limit cannot be computed.
 pub fn sensitivities(settings: &LinearLoop, limits: &[Limit]) -> Result<Vec<Sensitivity>, StabilityError> {
     let mut pairs = vec![];
     for limit in limits {

@@ -1,25 +1,18 @@
-//! The stable share of many loops over two parameters.
-
 use super::limit::StabilityTester;
 use super::{Axis, LinearLoop, StabilityError};
 use trocar_base::parallel::try_map;
 
-/// Half width of the interval that contains 95 % of a standard normal distribution.
+/// For a two-sided 95 % interval of a normal distribution.
 pub(super) const CONFIDENCE: f64 = 1.959_963_984_540_054;
 
-/// Points along a side of a cell of the coarse grid.
 const CELL: usize = 8;
 
-/// Numbers of stable loops on a grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShareMap {
-    /// The horizontal axis.
     pub x: Axis,
-    /// The vertical axis.
     pub y: Axis,
-    /// Total number of loops.
     pub of: usize,
-    /// Number of stable loops, row by row from the lowest `y`.
+    /// Row by row from the lowest `y`.
     pub stable: Vec<u32>,
 }
 
@@ -32,20 +25,11 @@ pub(super) fn share_interval(count: usize, of: usize) -> (f64, (f64, f64)) {
 }
 
 impl ShareMap {
-    /// The maximum number of values of an axis.
     pub const MAX_COUNT: usize = 50;
 
-    /// The maximum number of members of a population on its map.
     pub const MAX_LOOPS: usize = 400;
 
-    /// Computes the map of loops over two axes, each with at most [`ShareMap::MAX_COUNT`] values, which replace the
-    /// values of the loops.
-    ///
-    /// For each loop a coarse grid is evaluated first, then the cells that the boundary crosses. An island within a
-    /// cell of eight by eight points is not detected.
-    ///
-    /// # Errors
-    /// [`StabilityError`].
+    /// Evaluates a coarse grid, then the cells that the boundary crosses: an island within a cell is not detected.
     pub fn of(loops: &[LinearLoop], (x, y): (&Axis, &Axis)) -> Result<Self, StabilityError> {
         let coarser = |axis: &Axis| Axis { count: axis.count.min(Self::MAX_COUNT), ..*axis };
         let (x, y) = (coarser(x), coarser(y));
@@ -57,14 +41,12 @@ impl ShareMap {
         Ok(Self { x, y, of: loops.len(), stable })
     }
 
-    /// The share at a point, with its 95 % interval.
     #[must_use]
     pub fn share(&self, column: usize, row: usize) -> (f64, (f64, f64)) {
         share_interval(self.stable[row * self.x.count + column] as usize, self.of)
     }
 }
 
-/// The verdict at each grid point: a coarse grid first, then the cells that the boundary crosses.
 fn verdicts(settings: &LinearLoop, x: &Axis, y: &Axis) -> Result<Vec<bool>, StabilityError> {
     let tester = StabilityTester::new(settings)?;
     let mut known: Vec<Option<bool>> = vec![None; x.count * y.count];

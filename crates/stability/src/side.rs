@@ -1,5 +1,3 @@
-//! One side of the loop, from the received signal to the sent one.
-
 use nalgebra::{DMatrix, DVector};
 
 use super::machines::Machines;
@@ -7,8 +5,7 @@ use super::{LinearLoop, StabilityError};
 use trocar_engine::plant::{ArmedColumn, ArmedStep, MachineColumn, MachineStep, SLAVE_STATES, SampledGains};
 use trocar_engine::tissue::Relaxation;
 
-/// `x_{k+1} = A x_k + b_now w_k + b_before w_{k-1}`, `y_k = c x_k`: `w` is the received signal and `y` the sent one,
-/// both at the tick.
+/// `x_{k+1} = A x_k + b_now w_k + b_before w_{k-1}`, `y_k = c x_k`: receives `w` and sends `y` at the tick.
 ///
 /// The sent signals are summed before the link, so each direction carries one number. `b_before` is nonzero if a sample
 /// arrives within a tick.
@@ -18,17 +15,16 @@ pub(super) struct Side {
     pub(super) now: DVector<f64>,
     pub(super) before: Option<DVector<f64>>,
     pub(super) c: DVector<f64>,
-    /// The side's contribution to its command: to `F_ed` at the master, to the reference at the slave. `a` contains it.
+    /// The side's part of its command (`F_ed` at the master, the reference at the slave); `a` contains it.
     pub(super) local: DVector<f64>,
-    /// The measured force scaled to the master, in N; 0 at the master.
+    /// Scaled to the master, in N.
     pub(super) force: DVector<f64>,
-    /// Effect of the desired position at this tick and the next; `None` for the slave.
+    /// At this tick and the next; `None` for the slave.
     pub(super) desired: Option<(DVector<f64>, DVector<f64>)>,
-    /// Effect of 1 N of tissue force in addition to `K p + B v`; 0 at the master.
     pub(super) external: External,
 }
 
-/// The effect of 1 N of force on the needle on the next states, and on `c`, `local` and `force` of a [`Side`].
+/// On the next states, and on `c`, `local` and `force` of a [`Side`].
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct External {
     pub(super) next: DVector<f64>,
@@ -40,7 +36,7 @@ pub(super) struct External {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum LocalCommand {
     Closed,
-    /// Excluded, because a supervisor determines the whole command.
+    /// A supervisor determines the whole command.
     Open,
 }
 
@@ -66,11 +62,11 @@ impl States {
     }
 }
 
-/// Maximum number of states of a side: up to ten of the machine with the arm, two of the motor or the controller, two of
-/// the acceleration or the force reading, one of the tissue's relaxation, and [`EXTERNAL`].
+/// Ten of the machine with the arm, two of motor or controller, two of acceleration or force reading, one of
+/// relaxation, and [`EXTERNAL`].
 const MAX_STATES: usize = 16;
 
-/// The place of the additional tissue force among the states while a slave is built. No machine uses it.
+/// The additional tissue force while a slave is built.
 const EXTERNAL: usize = MAX_STATES - 1;
 
 fn zero() -> DVector<f64> {
@@ -81,14 +77,13 @@ fn unit(state: usize) -> DVector<f64> {
     DVector::from_fn(MAX_STATES, |i, _| f64::from(u8::from(i == state)))
 }
 
-/// A column of the first states.
 fn first(column: &[f64]) -> DVector<f64> {
     let mut all = zero();
     all.rows_mut(0, column.len()).copy_from_slice(column);
     all
 }
 
-/// The parts of the position, the velocity and the hand's force of a master in its own command and in what it sends.
+/// Returns the master's command and the sent signal.
 fn of_master(
     settings: &LinearLoop,
     [position, velocity, hand]: [&DVector<f64>; 3],
@@ -102,7 +97,7 @@ fn of_master(
     Ok([local, sent])
 }
 
-/// Adds the acceleration that a side sends: `a_k = a_{k-1} + w ((v_k - v_{k-1}) / T - a_{k-1})`.
+/// `a_k = a_{k-1} + w ((v_k - v_{k-1}) / T - a_{k-1})`.
 fn acceleration(states: &mut States, velocity: &DVector<f64>, settings: &LinearLoop) -> DVector<f64> {
     let bandwidth_hz = settings.link.controller.four_channel.acceleration_bandwidth_hz;
     let weight = -libm::expm1(-std::f64::consts::TAU * bandwidth_hz * settings.tick_s);
@@ -113,8 +108,8 @@ fn acceleration(states: &mut States, velocity: &DVector<f64>, settings: &LinearL
     now
 }
 
-/// The tissue's force. A spring that relaxes adds the state `s`, with `e = exp(-T/τ)`, `c = (1 - e) τ/T` and the relaxed
-/// share `ρ`, for deflections that are linear within a tick:
+/// A spring that relaxes adds the state `s`; with `e = exp(-T/τ)`, `c = (1 - e) τ/T`, the relaxed share `ρ` and
+/// deflections that are linear within a tick:
 ///
 /// ```text
 /// f = K ((ρ + (1 - ρ) c) x - (1 - ρ) s) + B v,   s ← e s + c (1 - e) x
@@ -132,7 +127,7 @@ fn tissue(states: &mut States, settings: &LinearLoop) -> DVector<f64> {
     deflection * settings.stiffness_n_per_m + damping
 }
 
-/// Adds the force reading; with a bandwidth `y_k = a y_{k-1} + b_0 f_{k-1} + b_1 f_k`.
+/// With a bandwidth: `y_k = a y_{k-1} + b_0 f_{k-1} + b_1 f_k`.
 fn measurement(states: &mut States, force: &DVector<f64>, settings: &LinearLoop) -> DVector<f64> {
     let ticks = std::f64::consts::TAU * settings.force_bandwidth_hz * settings.tick_s;
     if settings.force_bandwidth_hz <= 0.0 {
@@ -147,8 +142,7 @@ fn measurement(states: &mut States, force: &DVector<f64>, settings: &LinearLoop)
     now
 }
 
-/// Adds the appendix' slave with its controller, but without the deflection of its reference. Returns the effect of
-/// the reference.
+/// Returns the effect of the reference.
 fn motion_of_appendix(states: &mut States, machines: &Machines, settings: &LinearLoop) -> DVector<f64> {
     let step = &machines.slave;
     states.add(SLAVE_STATES);
@@ -174,8 +168,7 @@ fn motion_of_appendix(states: &mut States, machines: &Machines, settings: &Linea
     }
 }
 
-/// Completes a general slave, whose machine has the first states: the tissue's held `force` on it, and its controller
-/// on the tick. Coulomb friction is left out. Returns the effect of the received reference.
+/// Ignores Coulomb friction. Returns the effect of the received reference.
 fn motion_of_general(
     states: &mut States,
     (step, gains): (&MachineStep, &SampledGains),
@@ -183,7 +176,6 @@ fn motion_of_general(
 ) -> DVector<f64> {
     let place = |column: &MachineColumn| first(&column[..step.states]);
     for (j, column) in step.transition[..step.states].iter().enumerate() {
-        // The other rows of the column belong to the force reading.
         for (i, &value) in column[..step.states].iter().enumerate() {
             states.a[(i, j)] = value;
         }
@@ -191,7 +183,6 @@ fn motion_of_general(
     if step.is_loaded {
         states.a -= place(&step.external) * force.transpose();
     }
-    // The error without the received reference, and the command.
     let error = -unit(0) - deflection;
     let mut command =
         &error * (gains.proportional + gains.difference) - unit(1) * gains.velocity - unit(0) * gains.position
@@ -216,15 +207,13 @@ fn motion_of_general(
 
 #[cfg(test)]
 impl External {
-    /// No effect on a side with `n` states.
     pub(super) fn none(n: usize) -> Self {
         Self { next: DVector::zeros(n), sent: 0.0, local: 0.0, measured: 0.0 }
     }
 }
 
 impl Side {
-    /// Builds the master with its arm: `w` is the part of `F_ed` that comes from the slave, `y` the master's part of
-    /// the slave's reference.
+    /// `w` is the slave's part of `F_ed`, `y` the master's part of the slave's reference.
     pub(super) fn master(machines: &Machines, settings: &LinearLoop) -> Result<Self, StabilityError> {
         Self::master_with(machines, settings, LocalCommand::Closed)
     }
@@ -299,8 +288,7 @@ impl Side {
         Ok(Self::of(states, now, split, [sent, local, zero()], Some(desired)))
     }
 
-    /// Builds a general master with its arm and its controller on the tick. Coulomb friction and the constant force are
-    /// left out.
+    /// Ignores Coulomb friction and the constant force.
     fn general_master(
         step: &ArmedStep,
         settings: &LinearLoop,
@@ -331,7 +319,7 @@ impl Side {
         Ok(Self::of(states, now, None, [sent, local, zero()], Some(desired)))
     }
 
-    /// Builds the slave on its tissue: `w` is the received part of the reference, `y` the sent part of `F_ed`.
+    /// `w` is the received part of the reference, `y` the sent part of `F_ed`.
     pub(super) fn slave(machines: &Machines, settings: &LinearLoop) -> Result<Self, StabilityError> {
         Self::slave_with(machines, settings, LocalCommand::Closed)
     }
@@ -385,7 +373,7 @@ impl Side {
         Ok(Self::of(states, now, split, [sent, local, measured], None))
     }
 
-    /// `A`, `b` and `c`, with the last sample as an additional state if one arrives within a tick.
+    /// The last sample is a state if one arrives within a tick.
     pub(super) fn with_held(&self) -> (DMatrix<f64>, DVector<f64>, DVector<f64>) {
         let states = self.a.nrows();
         let n = states + usize::from(self.before.is_some());
@@ -398,8 +386,7 @@ impl Side {
         (a, b, self.c.clone().resize_vertically(n, 0.0))
     }
 
-    /// Keeps only the used states. In a split tick the last sample acts first, then the new one:
-    /// `Γ(T) w_{k-1} + Γ_late (w_k - w_{k-1})`.
+    /// In a split tick the last sample acts first: `Γ(T) w_{k-1} + Γ_late (w_k - w_{k-1})`.
     fn of(
         states: States,
         whole: DVector<f64>,

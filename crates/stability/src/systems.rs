@@ -1,5 +1,3 @@
-//! The loop as state-space systems, with all poles and zeros.
-
 use nalgebra::{DMatrix, DVector};
 
 use super::{ClosedLoop, LinearLoop, Parameter, StabilityError};
@@ -7,37 +5,27 @@ use trocar_lti::{Complex64, Discrete, StateSpace, StepResponse, eigenvalues, ste
 
 const MAX_STATES: u64 = 400;
 
-/// Size of a column or row, relative to its factors, below which it counts as 0.
+/// Relative; a smaller column or row counts as 0.
 const VANISHING: f64 = 1e-11;
 
-/// A discrete system with the names of its signals.
 #[derive(Debug, Clone)]
 pub struct LoopSystem {
-    /// The system.
     pub system: StateSpace<Discrete>,
-    /// Names of the inputs.
     pub inputs: Vec<&'static str>,
-    /// Names of the outputs.
     pub outputs: Vec<&'static str>,
 }
 
-/// Poles, and the zeros from an input to an output.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PolesAndZeros {
-    /// The name of the system.
     pub system: &'static str,
-    /// All poles in the z plane, largest modulus first.
+    /// In the z plane, largest modulus first.
     pub poles: Vec<Complex64>,
-    /// All finite zeros.
     pub zeros: Vec<Complex64>,
 }
 
-/// Poles of the closed loop over a parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Locus {
-    /// The varied parameter.
     pub parameter: Parameter,
-    /// Each value with its poles, largest modulus first.
     pub branches: Vec<(f64, Vec<Complex64>)>,
 }
 
@@ -46,10 +34,8 @@ fn sorted(mut values: Vec<Complex64>) -> Vec<Complex64> {
     values
 }
 
-/// The zeros of `c (z I - A)^-1 b + d`.
-///
-/// For nonzero `d` the eigenvalues of `A - b c / d`. Otherwise let `c A^(r-1) b` be the first nonzero Markov parameter,
-/// for a delay of `r` ticks: the eigenvalues of `A - b (c A^r) / (c A^(r-1) b)` without `r` that are 0.
+/// Of `c (z I - A)^-1 b + d`: for nonzero `d` the eigenvalues of `A - b c / d`. Otherwise let `c A^(r-1) b` be the
+/// first nonzero Markov parameter: the eigenvalues of `A - b (c A^r) / (c A^(r-1) b)` without `r` that are 0.
 fn zeros(a: &DMatrix<f64>, b: &DVector<f64>, c: &DVector<f64>, d: f64) -> Result<Vec<Complex64>, StabilityError> {
     let n = a.nrows();
     if d != 0.0 {
@@ -72,10 +58,6 @@ fn zeros(a: &DMatrix<f64>, b: &DVector<f64>, c: &DVector<f64>, d: f64) -> Result
 }
 
 impl LoopSystem {
-    /// The poles, and the zeros from the first input to an output.
-    ///
-    /// # Errors
-    /// [`StabilityError::Algebra`].
     pub fn poles_and_zeros(&self, name: &'static str, output: usize) -> Result<PolesAndZeros, StabilityError> {
         let system = &self.system;
         let (b, c) = (system.b().column(0).into_owned(), system.c().row(output).transpose());
@@ -86,10 +68,6 @@ impl LoopSystem {
         })
     }
 
-    /// The response to a unit step of the first input.
-    ///
-    /// # Errors
-    /// [`StabilityError::Algebra`].
     pub fn step(&self, samples: usize) -> Result<StepResponse, StabilityError> {
         Ok(step_response_discrete(&self.system, 0, samples)?)
     }
@@ -100,11 +78,7 @@ impl ClosedLoop {
         Ok(Discrete::new(self.tick_s())?)
     }
 
-    /// The loop gain `L`, from the slave's signal at the master back to itself. The closed loop has its poles where `L
-    /// = 1`; the convention of negative feedback has `-L`.
-    ///
-    /// # Errors
-    /// [`StabilityError`].
+    /// From the slave's signal at the master back to itself. The convention of negative feedback has `-L`.
     pub fn loop_gain_system(&self) -> Result<LoopSystem, StabilityError> {
         let (a, b, c) = self.open()?;
         let b = DMatrix::from_column_slice(b.len(), 1, b.as_slice());
@@ -113,13 +87,10 @@ impl ClosedLoop {
         Ok(LoopSystem { system, inputs: vec!["arriving_force_n"], outputs: vec!["returning_force_n"] })
     }
 
-    /// The closed loop from the desired position, linear between ticks, to positions and feedback force.
+    /// From the desired position, linear between ticks, to positions and feedback force.
     ///
     /// The state includes the desired position of the next tick, `x = x' + b_next u`, so
     /// `x'+ = A x' + (A b_next + b_now) u`.
-    ///
-    /// # Errors
-    /// [`StabilityError`].
     pub fn closed_loop_system(&self) -> Result<LoopSystem, StabilityError> {
         let (a, [now, next], at_slave) = self.matrix()?;
         let (_, _, arrives) = self.open()?;
@@ -141,11 +112,7 @@ impl ClosedLoop {
         })
     }
 
-    /// All poles and zeros of the closed loop (to the feedback force) and of the loop gain; empty if a long delay needs
-    /// too many states.
-    ///
-    /// # Errors
-    /// [`StabilityError`].
+    /// Empty if a long delay needs too many states.
     pub fn poles_and_zeros(&self) -> Result<Vec<PolesAndZeros>, StabilityError> {
         if self.states() > MAX_STATES {
             return Ok(vec![]);
@@ -158,10 +125,6 @@ impl ClosedLoop {
 }
 
 impl Locus {
-    /// Computes the poles over values of a parameter.
-    ///
-    /// # Errors
-    /// [`StabilityError`].
     pub fn of(settings: &LinearLoop, axis: &super::Axis) -> Result<Self, StabilityError> {
         let at = |index: usize| -> Result<(f64, Vec<Complex64>), StabilityError> {
             let value = axis.value(index);

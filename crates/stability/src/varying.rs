@@ -1,31 +1,28 @@
 //! Delays that vary from tick to tick within a range, in any order.
 //!
-//! The receiver holds the arrived sample that was sent last. At tick `k` it has `y_(k-d_k)`, where `d_k` is between `a`
-//! and `b` ticks and `k - d_k` never decreases. Around a constant delay of `m` ticks,
+//! The receiver holds the arrived sample that was sent last, `y_(k-d_k)`, where `a <= d_k <= b` and `k - d_k` never
+//! decreases. Around a constant delay of `m` ticks,
 //!
 //! ```text
 //! y_(k-d_k) = y_(k-m) + e_k,      e = Δ u,      u_k = y_k - y_(k-1),      ‖Δ‖ <= g = max(m - a, b - m)
 //! ```
-//! `e_k` is a sum of at most `g` of the `u`, so `|e_k|² <= g Σ |u_i|²`. Because `k - d_k` never decreases, `u_i` is in
-//! the sums between tick `i + m` and the tick at which `k - d_k` reaches `i`: in at most `g` of them. Hence `Σ |e_k|²
-//! <= g² Σ |u_i|²`. (In continuous time: Shustin and Fridman 2007, *On delay-derivative-dependent stability of systems
-//! with fast-varying delays*.) Stability follows from small gain, as in Kao and Lincoln 2004, *Simple stability
-//! criteria for systems with time-varying delays* (Automatica 40), for one delay with `m = a` and `g = b - a`. Here
-//! each direction has its own `Δ`. With `P = H_master H_slave` and `L = z^-(m1 + m2) P`, the two `Δ` act on
+//! `e_k` is a sum of at most `g` of the `u`, and each `u_i` is in at most `g` of these sums, so
+//! `Σ |e_k|² <= g² Σ |u_i|²` (in continuous time: Shustin and Fridman, *Automatica* 43, 2007). Stability follows from
+//! small gain (for one delay: Kao and Lincoln, *Automatica* 40, 2004). With `P = H_master H_slave` and
+//! `L = z^-(m1 + m2) P`, the `Δ` of both directions act on
 //!
 //! ```text
 //! M = (1 - z^-1) / (1 - L) [ z^-m2 P   H_master ]        from (e1, e2) to (u1, u2)
 //!                          [ H_slave   z^-m1 P  ]
-//! The loop is stable for every order of the delays if it is stable with `m1` and `m2`, and if for one number `δ > 0`
-//! both singular values of `diag(g1, g2) diag(1, √δ)⁻¹ M diag(1, √δ)` are below 1 at every frequency. With
-//! `u = |1 - z^-1|`:
+//! ```
+//! The loop is stable for every order of the delays if it is stable with `m1` and `m2`, and if for one `δ > 0` both
+//! singular values of `diag(g1, g2) diag(1, √δ)⁻¹ M diag(1, √δ)` are below 1 at every frequency. With `u = |1 - z^-1|`:
 //!
 //! ```text
 //! u² (δ g1² |H_master|² + g2² |H_slave|² / δ + (g1² + g2² - g1² g2² u²) |P|²) < |1 - L|²,      g1 g2 u² |P| < |1 - L|
 //! ```
-//! (trace and determinant of its square). Both inequalities are verified on arcs of the unit circle and intervals of
-//! the stiffness that cover all points, with bounds of the responses in each. A relative slack allows for the rounding
-//! of numbers.
+//! (trace and determinant of its square). Bounds of the responses verify both on arcs of the unit circle and intervals
+//! of the stiffness.
 
 use std::f64::consts::PI;
 
@@ -40,22 +37,17 @@ use trocar_core::time::nearest_ticks;
 use trocar_lti::Complex64;
 use trocar_scenario::Scenario;
 
-/// Relative slack for rounding.
 const SLACK: f64 = 1e-6;
 
 const MAX_BOXES: usize = 100_000;
 
-/// Number of stiffness intervals, each with its scaling.
 const PIECES: u32 = 4;
 
 const MAX_JITTER_TICKS: u64 = 10_000;
 
-/// The range of one direction's delay in whole ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DelayRange {
-    /// Minimum age of the sample that the receiver holds, in ticks.
     pub min_ticks: u64,
-    /// Maximum age in ticks.
     pub max_ticks: u64,
 }
 
@@ -70,26 +62,18 @@ impl DelayRange {
     }
 }
 
-/// The ranges of varying delays, and the result of the proof.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct VaryingDelays {
-    /// From master to slave.
     pub forward: DelayRange,
-    /// From slave to master.
     pub backward: DelayRange,
-    /// True if the loop is proved stable for every order of these delays, at every constant stiffness up to the
-    /// largest, with the smallest and with the largest damping.
+    /// For every order of the delays, at every stiffness up to the largest, with the smallest and the largest damping.
     pub is_proved: bool,
-    /// True if a receiver can lack a new sample for so long that it detects an outage.
+    /// A receiver can lack a new sample for so long that it detects an outage.
     pub can_be_outage: bool,
 }
 
 impl VaryingDelays {
-    /// Analyses the delays of a scenario around the loop's delays. `None` if they are constant or unbounded: with lost
-    /// samples, outages, or a delay file that ends with a loss.
-    ///
-    /// # Errors
-    /// [`StabilityError`].
+    /// `None` if the delays are constant or unbounded.
     pub fn of(scenario: &Scenario, settings: &LinearLoop) -> Result<Option<Self>, StabilityError> {
         let Some([forward, backward]) = ranges(scenario, settings) else { return Ok(None) };
         let stiffest = LinearLoop { stiffness_n_per_m: settings.tissue.stiffest_n_per_m(), ..settings.clone() };
@@ -108,7 +92,6 @@ impl VaryingDelays {
     }
 }
 
-/// Range of each direction; `None` if both are constant or one is unbounded.
 fn ranges(scenario: &Scenario, settings: &LinearLoop) -> Option<[DelayRange; 2]> {
     let irregularity = &scenario.irregularity;
     let jitter = irregularity.jitter_ticks(settings.tick_s);
@@ -122,8 +105,7 @@ fn ranges(scenario: &Scenario, settings: &LinearLoop) -> Option<[DelayRange; 2]>
     (forward.width() + backward.width() > 0).then_some([forward, backward])
 }
 
-/// The largest jitter of both directions in ticks, on top of the loop's delays, with which the loop is proved stable
-/// for every order of the delays, on its tissue; `None` if unstable or unlimited.
+/// The largest with stability proved for every order of the delays; `None` if unstable or unlimited.
 pub(super) fn jitter_margin_ticks(settings: &LinearLoop) -> Result<Option<u64>, StabilityError> {
     let proof = Proof::new(settings)?;
     if !proof.closed.is_stable()? {
@@ -146,7 +128,7 @@ pub(super) fn jitter_margin_ticks(settings: &LinearLoop) -> Result<Option<u64>, 
     Ok(Some(proved))
 }
 
-/// A side that depends linearly on a share `κ` of the stiffness: `A + κ A'`, `c + κ c'`, in balanced states.
+/// Linear in a share `κ` of the stiffness: `A + κ A'`, `c + κ c'`, in balanced states.
 #[derive(Debug, Clone)]
 struct SideOfShare {
     a: DMatrix<f64>,
@@ -157,7 +139,6 @@ struct SideOfShare {
     slopes: (f64, f64),
 }
 
-/// The responses in a box: their centre, and the largest distances from it due to angle and stiffness.
 #[derive(Debug, Clone, Copy)]
 struct Disc {
     centre: Complex64,
@@ -182,8 +163,8 @@ impl SideOfShare {
         Self { a, a_slope, b: b.component_div(&scales), c: c.component_mul(&scales), c_slope, slopes }
     }
 
-    /// Bounds the responses at points of the unit circle within `reach` of `z` and shares within `spread` of `share`.
-    /// `None` if the box is too large or contains a pole of the side.
+    /// Bounds the responses within `reach` of `z` and `spread` of `share`; `None` if the box is too large or contains a
+    /// pole.
     ///
     /// Let `R = (z I - A)⁻¹`, `E` the change of its inverse, and `ε = ‖E‖ < 1 / ‖R‖`. The response is `(c + κ c') R' b`
     /// with `R' = R - R E R + R E R' E R` and `‖R'‖ <= ‖R‖ / (1 - ε ‖R‖)`: a linear part and a second-order remainder.
@@ -210,13 +191,11 @@ impl SideOfShare {
         let rest = rb.norm() * rest * (cr.norm() * change + spread * self.slopes.1);
         let of_share = cr.dot(&(self.a_slope.map(complex) * &rb)) + self.c_slope.map(complex).dot(&rb);
         let (by_angle, by_share) = (reach * cr.dot(&rb).norm(), spread * of_share.norm());
-        // Apportion the remainder between angle and share.
         let part = reach / change;
         Some(Disc { centre, by_angle: by_angle + rest * part, by_share: by_share + rest * (1.0 - part) })
     }
 }
 
-/// Middle and half width of an interval of angles (rad), and of shares of the stiffness.
 #[derive(Debug, Clone, Copy)]
 struct Region {
     angle: (f64, f64),
@@ -226,13 +205,12 @@ struct Region {
 enum Known {
     Holds,
     Fails,
-    /// Undecided: split the box along the share or the angle.
+    /// Split the box along the share or the angle.
     Open {
         along_share: bool,
     },
 }
 
-/// The nominal delays, the gains of the differences to them, and the scaling.
 #[derive(Debug, Clone, Copy)]
 struct Criterion {
     ticks: [f64; 2],
@@ -245,7 +223,6 @@ struct Proof {
     closed: ClosedLoop,
     master: SideOfShare,
     slave: SideOfShare,
-    /// The slave at the upper end of each stiffness interval and of the whole range.
     tops: Vec<(f64, Response)>,
 }
 
@@ -260,7 +237,6 @@ impl Proof {
         Self::of(closed, at)
     }
 
-    /// Builds the proofs; `slave` returns the slave at a share of the stiffness.
     fn of(closed: ClosedLoop, slave: impl Fn(f64) -> Result<Side, StabilityError>) -> Result<Self, StabilityError> {
         let top = |piece: u32| -> Result<_, StabilityError> {
             let share = f64::from(piece) / f64::from(PIECES);
@@ -274,8 +250,6 @@ impl Proof {
         })
     }
 
-    /// True if every order of delays is stable at every stiffness up to the loop's.
-    ///
     /// If the criterion holds, `L` is never 1, so no pole crosses the unit circle as the stiffness changes: the nominal
     /// loop is stable at all stiffnesses if it is at one.
     fn covers_stiffness(&self, forward: DelayRange, backward: DelayRange) -> Result<bool, StabilityError> {
@@ -390,11 +364,10 @@ impl Criterion {
     }
 }
 
-/// Largest change of the delay's phase between two points, in rad, and `ln |L|` below which it is negligible.
+/// Largest change of the delay's phase between points in rad, and `ln |L|` below which it is negligible.
 const TURN_OF_POINTS: f64 = 0.5;
 const LN_NEGLIGIBLE: f64 = -1.4;
 
-/// The middle of the scalings that satisfy the criterion at the points of a walk along the circle; `None` without one.
 fn scaling(criterion: &Criterion, nominal: &ClosedLoop, slave: &Response) -> Result<Option<f64>, StabilityError> {
     let [g1, g2] = criterion.gains;
     let delay = criterion.ticks[0] + criterion.ticks[1];

@@ -1,5 +1,3 @@
-//! The number of closed-loop poles outside a circle, by the argument principle.
-
 use std::f64::consts::PI;
 
 use super::response_path::{Path, Point, Segment};
@@ -7,31 +5,26 @@ use super::{ClosedLoop, StabilityError};
 use trocar_base::interrupt;
 use trocar_lti::Complex64;
 
-/// Relative distance from the circle below which an open-loop pole counts as on it.
+/// Relative; an open-loop pole closer to the circle counts as on it.
 const ON_THE_CIRCLE: f64 = 1e-9;
 
 /// `ln |L|` above which `1/L` is below the rounding of 1.
 const LN_HUGE: f64 = 40.0;
 
-/// Distance of `L` from 1, on the circle, below which a closed-loop pole counts as on it.
+/// Distance of `L` from 1 below which a closed-loop pole counts as on the circle.
 const TOUCHES: f64 = 1e-12;
 
 impl ClosedLoop {
-    /// The number of closed-loop poles outside or on a circle.
+    /// Includes poles on the circle.
     ///
     /// `1 - L = det(z I - M) / det(z I - M_open)`, with `M_open` the loop without its link. By the argument principle
-    /// the number of poles outside is the open loop's minus the winding number of `1 - L` along the circle.
+    /// the number of poles outside is the open loop's minus the winding number of `1 - L`.
     ///
-    /// The phase of the delay is exact, so the cost does not depend on it. If `|L| < 1`, `1 - L` stays in the right
-    /// half-plane and turns by the difference of its arguments at the ends. If `|L| > 1`, it equals `-L (1 - 1/L)` and
-    /// turns by the phase change of `L` (the sides' minus `N Δω` of the delay) plus that of `1 - 1/L`, which stays in
+    /// If `|L| < 1`, `1 - L` stays in the right half-plane and turns by the difference of its arguments at the ends. If
+    /// `|L| > 1`, it equals `-L (1 - 1/L)` and turns by the phase change of `L` plus that of `1 - 1/L`, which stays in
     /// the right half-plane.
     ///
-    /// The response does not exist at an open-loop pole on the circle. A radius smaller by a few parts in 10⁹ counts
-    /// such poles as outside.
-    ///
-    /// # Errors
-    /// [`StabilityError::TooFast`] if the response of the sides changes too fast to be resolved.
+    /// The response does not exist at an open-loop pole on the circle: a slightly smaller radius counts it as outside.
     pub fn poles_outside(&self, radius: f64) -> Result<usize, StabilityError> {
         interrupt::check();
         let mut radius = radius;
@@ -57,7 +50,6 @@ impl ClosedLoop {
             touches |= turn.is_nan() || (one - to.gain).norm() < TOUCHES;
             turned += turn;
         })?;
-        // The lower half of the circle contributes the same as the upper half.
         let turns = (turned / PI).round();
         if touches || !turns.is_finite() {
             return Ok(outside.max(1));

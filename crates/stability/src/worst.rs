@@ -1,5 +1,3 @@
-//! The linear loop of a scenario at the worst spring and damper of its tissue, and the verdict over all of them.
-
 use super::machines::Machines;
 use super::{ClosedLoop, LinearLoop, StabilityError, TissueRange};
 use trocar_engine::channel::Schedule;
@@ -7,41 +5,29 @@ use trocar_engine::plant::ActuatorLimits;
 use trocar_engine::teleoperation::{LinkSettings, PassivitySettings};
 use trocar_scenario::{Scenario, TissueByDepth};
 
-/// Number of stiffnesses at which the loop is analysed, and of divisions of the interval around the worst.
 const STIFFNESSES: u32 = 12;
 const REFINEMENTS: usize = 30;
 
-/// Number of stiffnesses from first contact on, and the ratio of the largest to the smallest.
 const POINTS: i32 = 25;
 const SPAN: f64 = 1e3;
 
-/// Number of dampings from the smallest to the largest.
 const DAMPINGS: u32 = 6;
 
-/// Relative width at which the bisection of the largest stable stiffness ends.
 const TOLERANCE: f64 = 1e-9;
 
-/// The verdict on a loop at every spring and damper of its tissue, and out of contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RangeVerdict {
-    /// True if the loop is stable at every spring and damper that the needle meets while it advances.
     pub is_stable_advancing: bool,
-    /// True if it is also stable at those that the needle meets while it is drawn back.
+    /// Also while the needle is drawn back.
     pub is_stable: bool,
-    /// Stiffness in N/m up to which the loop is stable at every damping of the tissue; at most the tissue's largest. `None`
-    /// if it is not stable out of contact.
+    /// At every damping; `None` if unstable out of contact.
     pub stable_up_to_n_per_m: Option<f64>,
-    /// True if the loop is stable at every stiffness with the smallest damping of the tissue.
     pub is_stable_with_least_damping: bool,
 }
 
 impl LinearLoop {
-    /// The loop of a scenario at the worst spring and damper of a range: the stiffest unstable one, otherwise the one with
-    /// the smallest gain margin. Of varying delays from a file it uses the shortest, because jitter is added to the delay
-    /// ([`VaryingDelays`](super::VaryingDelays)).
-    ///
-    /// # Errors
-    /// [`StabilityError`] if the loop cannot be analysed.
+    /// At the stiffest unstable spring and damper of a range, otherwise at the smallest gain margin. Uses the shortest
+    /// of varying delays, because jitter is added to it ([`VaryingDelays`](super::VaryingDelays)).
     pub fn of(scenario: &Scenario, tissue: TissueRange) -> Result<Self, StabilityError> {
         let delay_s = |schedule: &Schedule, delay_s: f64| {
             schedule.ages().map_or(delay_s, |(shortest, _)| scenario.grid.time_s(shortest))
@@ -83,7 +69,6 @@ impl LinearLoop {
         Ok(worst.0)
     }
 
-    /// The loop at the worst stiffness with this damping, and its [`ClosedLoop::destabilising_change`].
     fn at_worst_stiffness(&self, damping_n_s_per_m: f64) -> Result<(Self, f64), StabilityError> {
         let stiffest = Self { damping_n_s_per_m, ..self.clone() };
         let (low, high) = (self.tissue.springs.stiffness_n_per_m.0, self.tissue.stiffest_n_per_m());
@@ -121,11 +106,8 @@ impl LinearLoop {
         Ok((Self { stiffness_n_per_m: worst.stiffness_n_per_m, ..stiffest }, worst.change))
     }
 
-    /// The verdict at every stiffness from 0 (no contact) to the stiffest of its tissue, every damping up to the largest,
-    /// and with and without relaxation. The only error is between the points of a grid.
-    ///
-    /// # Errors
-    /// [`StabilityError`] if the loop cannot be analysed.
+    /// From no contact to the stiffest tissue, at every damping, with and without relaxation. The only error is between
+    /// grid points.
     pub fn in_range(&self) -> Result<RangeVerdict, StabilityError> {
         let (least, most) = self.tissue.springs.damping_n_s_per_m;
         let (advancing, stiffest) = (self.tissue.springs.stiffness_n_per_m.1, self.tissue.stiffest_n_per_m());
@@ -164,7 +146,6 @@ impl LinearLoop {
         })
     }
 
-    /// The stiffness in N/m up to which the loop is stable, at most `high`.
     fn stable_up_to(&self, machines: &Machines, high: f64) -> Result<f64, StabilityError> {
         let mut last: Option<ClosedLoop> = None;
         let mut is_stable = |stiffness_n_per_m: f64| -> Result<bool, StabilityError> {
@@ -190,8 +171,6 @@ impl LinearLoop {
         Ok(high)
     }
 
-    /// The loops at the ends of the tissue's ranges, and this one: they decide on a limit or a point of a map, where
-    /// [`LinearLoop::in_range`] would be too expensive.
     pub(super) fn at_ends(&self) -> Vec<Self> {
         let Self { stiffness_n_per_m, damping_n_s_per_m, .. } = *self;
         let (least, most) = self.tissue.springs.damping_n_s_per_m;
@@ -216,7 +195,6 @@ impl LinearLoop {
 
 struct Worst {
     stiffness_n_per_m: f64,
-    /// See [`ClosedLoop::destabilising_change`].
     change: f64,
 }
 

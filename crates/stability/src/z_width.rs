@@ -1,15 +1,14 @@
 //! The Z-width: the walls that a hand can touch through the loop, as ranges of stiffness over damping.
 //!
-//! A wall is a spring `K` and a damper `B` (Colgate and Brown 1994, *Factors affecting the Z-width of a haptic
-//! display*). It is either in the tissue, felt through the teleoperator, or virtual: computed by the master from its
-//! sampled position alone,
+//! A wall is a spring `K` and a damper `B` (Colgate and Brown, *ICRA* 1994), in the tissue or virtual: computed by the
+//! master from its sampled position,
 //!
 //! ```text
 //! F_k = K x_k + B (x_k - x_{k-1}) / T
 //! ```
 //! A wall is stable if the motion against it decays with the scenario's arm, and passive if it is stable with every
-//! passive hand. A virtual wall is passive if and only if `b > K T / 2 + |B|`, with `b` the damping of the master
-//! (Colgate and Schenkel 1997, *Passivity of a class of sampled-data systems*).
+//! passive hand: for a virtual wall, if and only if `b > K T / 2 + |B|`, with `b` the damping of the master (Colgate
+//! and Schenkel, *J. Robot. Syst.* 14, 1997).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -23,30 +22,25 @@ use trocar_engine::plant::Coupling;
 use trocar_engine::teleoperation::ControllerKind;
 use trocar_lti::{Complex64, eigenvalues};
 
-/// Range of the stiffness in N/m, number of scanned values and of bisections.
 const STIFFNESS: (f64, f64) = (0.1, 1e7);
 const SCAN: usize = 60;
 const BISECTIONS: usize = 40;
 
-/// The maximum stiffness of walls with one damping, in N/m; all softer walls share the property. `None` if no wall has
-/// it, infinite if all up to 1e7 N/m do.
+/// The maximum stiffness at one damping; all softer walls share the property. `None` if no wall has it, infinite above
+/// 1e7.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Walls {
-    /// Stable with the scenario's arm.
     pub stable_n_per_m: Option<f64>,
-    /// Passive at the hand.
     pub passive_n_per_m: Option<f64>,
 }
 
-/// The Z-width of a loop.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ZWidth {
-    /// Damping of the walls in N·s/m, increasing.
     pub damping_n_s_per_m: Vec<f64>,
-    /// Walls in the tissue, for each damping. Their passivity is the two-port's, up to a quarter of the sampling rate.
+    /// Passivity is the two-port's, up to a quarter of the sampling rate.
     pub tissue: Vec<Walls>,
-    /// Virtual walls. `None` if the master's force depends on more than the sampled position: with a force integral, a
-    /// motor lag, the coupling as printed, or a controller other than position-force.
+    /// `None` if the master's force depends on more than the sampled position: with a force integral, a motor lag, the
+    /// coupling as printed, a general master, or a controller other than position-force.
     pub virtual_walls: Option<Vec<Walls>>,
 }
 
@@ -72,7 +66,6 @@ fn up_to(holds: impl Fn(f64) -> Result<bool, StabilityError>) -> Result<Option<f
     Ok(Some(below))
 }
 
-/// The matrix of the master with its arm against a virtual wall, with the last position as an additional state.
 fn with_virtual_wall(master: &Side, tick_s: f64, stiffness: f64, damping: f64) -> DMatrix<f64> {
     let n = master.a.nrows();
     let mut position = DVector::zeros(n + 1);
@@ -89,10 +82,6 @@ fn with_virtual_wall(master: &Side, tick_s: f64, stiffness: f64, damping: f64) -
 }
 
 impl ZWidth {
-    /// Computes the Z-width over the values of an axis of [`Parameter::Damping`].
-    ///
-    /// # Errors
-    /// [`StabilityError`].
     pub fn of(settings: &LinearLoop, axis: &Axis) -> Result<Self, StabilityError> {
         let damping: Vec<f64> = (0..axis.count).map(|index| axis.value(index)).collect();
         let ports = Ports::new(settings)?;

@@ -1,5 +1,3 @@
-//! The operator's arm: the force of the hand as a function of master and desired position.
-
 use std::fmt::Write as _;
 
 use trocar_document::{TextFile, shortest};
@@ -12,27 +10,24 @@ use crate::IdentifyError;
 use crate::filter::{cubic_slope, half, slope};
 use crate::measured::{VELOCITY_HALF_S, span};
 
-/// Half the window in which velocities are estimated by a cubic, in s.
 const RATE_HALF_S: f64 = 2.5e-3;
 
-/// Stiffness and damping between arm and master that stand for a rigid grip, as multiples of those of the arm.
+/// Represents a rigid grip.
 const RIGID: f64 = 20.0;
 
-/// Ratios of the stiffness behind the arm to that of the grip, from which the optimiser starts.
+/// Ratio of the spring behind the arm to the grip.
 const STIFFNESS_RATIOS: [f64; 4] = [0.05, 1.0, 4.0, 20.0];
 
-/// Masses in kg from which the optimiser starts: a hand, and a hand with the forearm.
+/// A hand, and a hand with the forearm.
 const START_MASSES_KG: [f64; 2] = [0.5, 2.0];
 
-/// A structure of the arm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Structure {
     /// `F_h = k (x_d - x_h) + b (x_d' - x_h')`.
     Spring,
-    /// The same, with a mass at the master: `F_h = k (x_d - x_h) + b (x_d' - x_h') - m x_h''`.
+    /// Like `Spring`, with a mass at the master: `F_h = k (x_d - x_h) + b (x_d' - x_h') - m x_h''`.
     MassAtMaster,
-    /// A mass between two springs, as in eq. 32: `m_h x_a'' = k_h (x_d - x_a) + b_h (x_d' - x_a') - F_h`,
-    /// `F_h = k_a (x_a - x_h) + b_a (x_a' - x_h')`.
+    /// Eq. 32: `m_h x_a'' = k_h (x_d - x_a) + b_h (x_d' - x_a') - F_h`, `F_h = k_a (x_a - x_h) + b_a (x_a' - x_h')`.
     TwoSprings,
 }
 
@@ -47,7 +42,6 @@ impl Structure {
         }
     }
 
-    /// The structure with a key, which is one of those of [`Structure::key`].
     fn of_key(key: &str) -> Self {
         Self::ALL.into_iter().find(|structure| structure.key() == key).unwrap_or(Self::Spring)
     }
@@ -87,7 +81,7 @@ impl Structure {
         match self {
             Self::Spring => vec![vec![stiffness, damping, offset_m]],
             Self::MassAtMaster => vec![vec![stiffness, damping, mass_kg, offset_m]],
-            // From a stiff grip on a soft arm to a soft grip on a stiff one, all with the series of both springs.
+            // From a stiff grip on a soft arm to the opposite, with the same series of both springs.
             Self::TwoSprings => STIFFNESS_RATIOS
                 .into_iter()
                 .flat_map(|ratio| START_MASSES_KG.map(|mass_kg| (ratio, mass_kg)))
@@ -99,7 +93,6 @@ impl Structure {
         }
     }
 
-    /// Returns the simulated forces of the hand in N.
     fn simulate(self, values: &[f64], signals: &Signals) -> Option<Vec<f64>> {
         let Signals { position_m, interval_s, velocity_m_per_s, .. } = signals;
         let offset_m = values[values.len() - 1];
@@ -134,7 +127,6 @@ impl Structure {
     }
 }
 
-/// A spring, a damper and a mass that roughly follow the recordings.
 struct Rough {
     stiffness: f64,
     damping: f64,
@@ -223,13 +215,12 @@ pub(super) fn conclusions(training: &[Signals], chosen: &Chosen<'_>) -> Conclusi
     Conclusions { open, file: TextFile { name: "arm.toml".into(), text: scenario(chosen) } }
 }
 
-/// Returns a scenario with the identified arm.
 fn scenario(chosen: &Chosen<'_>) -> String {
     let value = |key: &str| chosen.value(key);
     let mut text =
         "# What does the identified arm do at the ruptures?\nbase = \"layers/skin-augmented\"\n\n[arm]\n".to_owned();
     let (stiffness, damping) = (value("static_stiffness_n_per_m"), value("static_damping_n_s_per_m"));
-    // A rigid grip: the series of both springs is the identified stiffness.
+    // The series of both springs is the identified stiffness.
     let factor = RIGID / (RIGID - 1.0);
     let (keys, comment): (Vec<(&str, f64)>, &str) = match Structure::of_key(chosen.candidate.key) {
         Structure::TwoSprings => {

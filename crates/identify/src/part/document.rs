@@ -1,5 +1,3 @@
-//! The document of an identified part.
-
 use trocar_document::figure::Figure;
 use trocar_document::{Cell, DataTable, Document, Number, Study, Table, TextFile, Unit, Verdict};
 

@@ -1,5 +1,3 @@
-//! The identification of a part: comparison of structures, estimation, prediction.
-
 use trocar_base::interrupt;
 use trocar_base::warning::Warning;
 use trocar_document::TextFile;
@@ -16,69 +14,57 @@ use crate::measured::{fit_percent, span};
 use crate::problem::Problem;
 use crate::whiteness::Whiteness;
 
-/// The held-out part of a recording decides between structures if its range is at least this share of the whole one.
+/// Minimum relative range of a held-out part for comparing structures on it.
 const EXCITED_SHARE: f64 = 1.0 / 3.0;
 
-/// The recordings of an identification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PartRequest {
-    /// The recordings that determine the parameters; at least one.
     pub training: Vec<Signals>,
-    /// The recordings that take no part in the estimation.
     pub predictions: Vec<Signals>,
 }
 
-/// The simulation of a recording with the identified part.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PartFit {
-    /// The recording; of a tissue that ruptures, the part before the rupture.
+    /// The part before the rupture of a tissue.
     pub signals: Signals,
-    /// Its part in the identification.
     pub role: Role,
-    /// The simulated force in N, or for a master the simulated position in m; `None` if the simulation diverges.
+    /// Force in N, or position in m for a master; `None` if the simulation diverges.
     pub simulated: Option<Vec<f64>>,
-    /// `100 (1 - |simulated - measured| / |measured - mean|)` in %, with 2-norms.
+    /// `100 (1 - |simulated - measured| / |measured - mean|)` with 2-norms.
     pub fit_percent: Option<f64>,
-    /// The correlation of the error in time.
     pub whiteness: Option<Whiteness>,
 }
 
-/// The simplest structure whose held-out error is at most this multiple of the smallest one is chosen.
+/// Maximum held-out error relative to the smallest one; the simplest structure within it is chosen.
 const TOLERANCE: f64 = 1.05;
 
-/// Two solutions of a structure differ if an essential parameter differs by more than this factor.
+/// Two solutions differ if the ratio of an essential parameter exceeds this.
 const OTHER_RATIO: f64 = 2.0;
 
-/// How the structures were compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Criterion {
-    /// By the fit on parts that are held out.
+    /// Fit on held-out parts.
     HeldOut,
-    /// By Bayes' information criterion, because the held-out parts have too little motion.
+    /// Bayes' information criterion, because the held-out parts have too little motion.
     Bayes,
 }
 
-/// A compared structure.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Compared {
     pub(crate) key: &'static str,
     pub(crate) name: &'static str,
-    /// Mean fit on the last third of the training recordings in %; `None` if it diverges.
+    /// On the last third of the training recordings; `None` if it diverges.
     pub(crate) held_out_percent: Option<f64>,
-    /// Bayes' information criterion; the smallest is the best.
+    /// The smallest is the best.
     pub(crate) bayes: f64,
 }
 
-/// An identified part.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PartIdentification {
-    /// The part.
     pub part: Part,
-    /// The recordings: those for training first.
     pub fits: Vec<PartFit>,
-    /// The warnings about the recordings.
     pub warnings: Vec<Warning>,
-    /// The word of the chosen structure, such as `kelvin-voigt`.
+    /// Such as `kelvin-voigt`.
     pub structure: &'static str,
     pub(crate) criterion: Criterion,
     pub(crate) compared: Vec<Compared>,
@@ -88,20 +74,16 @@ pub struct PartIdentification {
 }
 
 impl PartIdentification {
-    /// Returns the scenario with the identified part, as TOML.
     #[must_use]
     pub fn scenario(&self) -> &str {
         &self.file.text
     }
 
-    /// Returns the mean fit of the recordings of a role in %; `None` without recordings.
     #[must_use]
     pub fn mean_fit_percent(&self, role: Role) -> Option<f64> {
         mean_fit(self.fits.iter().filter(|fit| fit.role == role).map(|fit| fit.fit_percent))
     }
 
-    /// Returns the value and the 95 % interval of a parameter by its key in files, such as `stiffness_n_per_m`; `None`
-    /// if the structure has no such parameter.
     #[must_use]
     pub fn parameter(&self, key: &str) -> Option<(f64, [f64; 2])> {
         let (_, bounded) = self.parameters.iter().find(|(spec, _)| spec.key == key)?;
@@ -109,21 +91,15 @@ impl PartIdentification {
     }
 }
 
-/// A candidate that was fitted to the training recordings.
 struct Fitted<'a> {
     problem: Problem<PartSystem<'a>>,
     values: Vec<f64>,
     squares: f64,
-    /// Another start ends at other values of the essential parameters with nearly the same error.
+    /// Another start ends at other essential parameters with nearly the same error.
     is_ambiguous: bool,
 }
 
-/// Identifies a part from the training recordings, and predicts the others. `progress` gets the number of finished steps
-/// and that of all. The result is deterministic.
-///
-/// # Errors
-/// [`IdentifyError::NoTraining`], [`IdentifyError::Unexplained`] if no structure explains the recordings,
-/// [`IdentifyError::EarlyRupture`] and [`IdentifyError::Diverges`].
+/// Deterministic. `progress` receives the numbers of finished and of all steps.
 pub fn identify_part(
     part: Part,
     request: PartRequest,
@@ -199,7 +175,7 @@ pub fn identify_part(
     })
 }
 
-/// Returns recordings without what follows a rupture of a tissue, and the ruptures.
+/// Cuts recordings of a tissue at a rupture.
 fn whole(part: Part, recordings: Vec<Signals>) -> Result<(Vec<Signals>, Vec<NamedRupture>), IdentifyError> {
     let mut ruptures = vec![];
     let mut whole = vec![];
@@ -211,12 +187,11 @@ fn whole(part: Part, recordings: Vec<Signals>) -> Result<(Vec<Signals>, Vec<Name
     Ok((whole, ruptures))
 }
 
-/// Returns the first sample that is held out.
 fn cut(one: &Signals) -> usize {
     (FITTED_SHARE * one.len() as f64) as usize
 }
 
-/// Fits a candidate from all of its starts; `None` if every simulation diverges.
+/// Tries all starts; `None` if every simulation diverges.
 fn solved<'a>(part: Part, candidate: &'a Candidate, recordings: &'a [Signals]) -> Option<Fitted<'a>> {
     let system = PartSystem { part, specs: &candidate.specs, simulate: &candidate.simulate, recordings };
     let free: Vec<usize> = (0..candidate.specs.len()).collect();
@@ -251,18 +226,17 @@ fn sum_of_squares(problem: &Problem<PartSystem<'_>>, values: &Vec<f64>) -> f64 {
     problem.system().errors(values).iter().map(|error| error * error).sum()
 }
 
-/// Returns the mean fit on the last third of each recording in %.
 fn held_out(part: Part, candidate: &Candidate, values: &[f64], training: &[Signals]) -> Option<f64> {
     let fits = training.iter().map(|one| {
         let (simulated, from) = ((candidate.simulate)(values, one)?, cut(one));
-        // Relative to the variation of a third of the whole recording, because the end may be at rest.
+        // Relative to the variation of a third of the recording, because the end may be at rest.
         let variation = one.variation(part) * (1.0 - FITTED_SHARE).sqrt();
         Some(fit_percent(&simulated[from..], &one.predicted(part)[from..], variation))
     });
     mean_fit(fits)
 }
 
-/// Returns the number of independent samples with the correlation of the best structure's errors: n (1 - ρ)/(1 + ρ).
+/// n (1 - ρ)/(1 + ρ), with the correlation ρ of the best structure's errors.
 fn effective_samples(fitted: &[Option<Fitted<'_>>]) -> f64 {
     use crate::system::System as _;
     let best = fitted.iter().flatten().min_by(|a, b| a.squares.total_cmp(&b.squares));
@@ -272,8 +246,7 @@ fn effective_samples(fitted: &[Option<Fitted<'_>>]) -> f64 {
     (errors.len() as f64 * (1.0 - correlation) / (1.0 + correlation)).max(10.0)
 }
 
-/// Returns the candidates from the best to the worst one. By held-out fit, those close to the best fit are first, from the
-/// simplest one on.
+/// From best to worst. By held-out fit, those close to the best fit come first, the simplest one leading.
 fn ordered(compared: &[Compared], criterion: Criterion) -> Vec<usize> {
     let mut order: Vec<usize> = (0..compared.len()).collect();
     let fit = |index: usize| compared[index].held_out_percent.unwrap_or(f64::NEG_INFINITY);
@@ -292,7 +265,7 @@ fn ordered(compared: &[Compared], criterion: Criterion) -> Vec<usize> {
     order
 }
 
-/// Returns the intervals of a candidate, with the changes by the other estimate of the velocity.
+/// Adds the change by the alternative velocity estimate.
 fn bounds(part: Part, candidate: &Candidate, fitted: &Fitted<'_>) -> Vec<Bounded> {
     let Fitted { problem, values, .. } = fitted;
     let found = intervals(problem, values, &candidate.starts[0], None);

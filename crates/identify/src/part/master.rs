@@ -1,5 +1,3 @@
-//! The master: mass, friction, constant force and delay of its motor.
-
 use std::fmt::Write as _;
 
 use trocar_document::{TextFile, shortest};
@@ -13,34 +11,29 @@ use crate::machine::{Load, Machine};
 use crate::measured::{Measured, span};
 use crate::questions::reversals;
 
-/// A force of the size of the recorded ones displaces the simulated master from the measured one by this share of the
-/// motion. A free mass would drift away with the smallest error of a force.
+/// The recorded forces displace the simulated master by this share of the motion; a free mass would drift.
 const OBSERVER_SHARE: f64 = 0.2;
 
-/// Time constant with which the simulated master is drawn to the measured one, in s. Motions that are slower count by
-/// their forces alone, whatever the mass; those that are faster determine the mass.
+/// Time constant with which the simulated master returns to the measured one. Faster motions determine the mass.
 const OBSERVER_S: f64 = 0.02;
 
-/// Expected size of the motor's delay in s.
 const DELAY_SD_S: f64 = 5e-3;
 
-/// Half of the smoothing window of the start in s.
 const SMOOTHING_HALF_S: f64 = 10e-3;
 
-/// Below this velocity in m/s, the friction of the start is proportional to the velocity.
+/// Below it, the friction of the start is proportional to the velocity.
 const SLOW_M_PER_S: f64 = 2e-3;
 
-/// A structure of the master:
 /// `m x'' = F_hand(t) + F_motor(t - δ) + F_0 - b x' - F_c sign(x')`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Structure {
-    /// Coulomb friction F_c.
+    /// F_c.
     has_coulomb: bool,
-    /// Constant force F_0, which only reversals tell from Coulomb friction.
+    /// F_0, which only reversals distinguish from Coulomb friction.
     has_constant: bool,
-    /// Delay δ of the motor.
+    /// δ.
     has_delay: bool,
-    /// Stiffness in N/m with which the simulated master is drawn to the measured one.
+    /// Draws the simulated master to the measured one.
     observer_n_per_m: f64,
 }
 
@@ -97,7 +90,7 @@ impl Structure {
         }
     }
 
-    /// Returns the simulated positions in m: those of a slave that follows the measured master by a weak spring.
+    /// Simulates a slave that follows the measured master by a weak spring.
     fn simulate(self, values: &[f64], signals: &Signals) -> Option<Vec<f64>> {
         let mut further = values[2..].iter().copied();
         let mut next = |has: bool| if has { further.next().unwrap_or_default() } else { 0.0 };
@@ -115,7 +108,7 @@ impl Structure {
     }
 }
 
-/// Returns the recording of a slave whose load is minus the forces on the master.
+/// The load of the slave is minus the forces on the master.
 fn as_slave(signals: &Signals, delay_s: f64) -> Measured {
     let Signals { name, interval_s, position_m, velocity_m_per_s, .. } = signals;
     Measured {
@@ -125,8 +118,7 @@ fn as_slave(signals: &Signals, delay_s: f64) -> Measured {
         slave_m: position_m.clone(),
         force_n: forces(signals, delay_s).into_iter().map(|force_n| -force_n).collect(),
         actuator_n: None,
-        // The simulation integrates this velocity, which turns its noise into that of the position. A smoothed one would
-        // differ from the motion.
+        // Integrating this velocity reproduces the noise of the position; a smoothed one would differ from the motion.
         master_velocity_m_per_s: slope(position_m, 1, *interval_s),
         master_acceleration_m_per_s2: vec![0.0; signals.len()],
         start_velocity_m_per_s: velocity_m_per_s[0],
@@ -134,14 +126,12 @@ fn as_slave(signals: &Signals, delay_s: f64) -> Measured {
     }
 }
 
-/// Returns the sum of the forces of hand and motor in N.
 fn forces(signals: &Signals, delay_s: f64) -> Vec<f64> {
     let Signals { interval_s, force_n, input, .. } = signals;
     let motor_n = |sample| input.as_ref().map_or(0.0, |motor_n| delayed(motor_n, sample, delay_s, *interval_s));
     force_n.iter().enumerate().map(|(sample, force_n)| force_n + motor_n(sample)).collect()
 }
 
-/// A master that roughly follows the recordings.
 struct Rough {
     mass_kg: f64,
     viscous: f64,
@@ -151,7 +141,7 @@ struct Rough {
 }
 
 impl Rough {
-    /// Regresses the smoothed forces on acceleration, velocity and its sign; `None` if they explain too little of them.
+    /// Regresses smoothed forces on acceleration, velocity and its sign; `None` if they explain too little.
     fn of(training: &[Signals]) -> Option<Self> {
         let mut rows = vec![];
         let mut span_n = 0.0_f64;
@@ -163,7 +153,7 @@ impl Rough {
             let force_n = forces(one, 0.0);
             span_n = span_n.max(span(&force_n));
             let force_n = smooth(&force_n, half);
-            // Smoothing spoils the ends.
+            // Smoothing distorts the ends.
             for sample in 2 * half + 2..one.len() - 2 * half - 2 {
                 let sign = (velocity[sample] / SLOW_M_PER_S).tanh();
                 rows.push((vec![acceleration[sample], velocity[sample], sign, 1.0], force_n[sample]));
@@ -171,7 +161,7 @@ impl Rough {
         }
         let found = regression(&rows)?;
         let [mass, viscous, coulomb_n, constant_n] = [0, 1, 2, 3].map(|k| found.coefficients[k]);
-        // Friction and inertia take power from the hand; the opposite sign gives it.
+        // Friction and inertia take power from the hand; the opposite sign supplies it.
         if !found.explains_enough() || (mass < 0.0 && viscous < 0.0) || coulomb_n < -0.05 * span_n {
             return None;
         }
@@ -231,7 +221,6 @@ pub(super) fn conclusions(training: &[Signals], chosen: &Chosen<'_>) -> Conclusi
     Conclusions { open, file: TextFile { name: "master.toml".into(), text: scenario(chosen) } }
 }
 
-/// Returns a scenario with the identified master.
 fn scenario(chosen: &Chosen<'_>) -> String {
     let mut text =
         "# What does the identified master do at the ruptures?\nbase = \"layers/skin-augmented\"\n\n[master]\n"

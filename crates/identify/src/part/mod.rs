@@ -1,5 +1,3 @@
-//! Tissue, arm and master: parts whose parameters follow from the recorded positions and forces at one place.
-
 mod arm;
 mod document;
 mod estimate;
@@ -20,19 +18,17 @@ use crate::IdentifyError;
 use crate::system::{System, relative_errors};
 use rupture::Rupture;
 
-/// A part that [`identify_part`] identifies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
-    /// The tissue, from the position of the needle and the force on it.
+    /// From the position of the needle and the force on it.
     Tissue,
-    /// The operator's arm, from the position of the master, the force of the hand and the desired position.
+    /// From the position of the master, the force of the hand and the desired position.
     Arm,
-    /// The master, from its position, the force of the hand and the force of its motor.
+    /// From its position, the force of the hand and the force of its motor.
     Master,
 }
 
 impl Part {
-    /// Returns the word in files.
     pub(crate) fn word(self) -> &'static str {
         match self {
             Self::Tissue => "tissue",
@@ -41,7 +37,6 @@ impl Part {
         }
     }
 
-    /// Returns what moves, and the flag of its position.
     pub(crate) fn moving(self) -> (&'static str, &'static str) {
         match self {
             Self::Tissue => ("slave", "--slave"),
@@ -56,7 +51,7 @@ impl Part {
         }
     }
 
-    /// Returns the candidates, from the simplest to the most general one, all with starts from the recordings.
+    /// From the simplest to the most general.
     fn candidates(self, training: &[Signals]) -> Result<Vec<Candidate>, IdentifyError> {
         match self {
             Self::Tissue => tissue::candidates(training),
@@ -65,7 +60,6 @@ impl Part {
         }
     }
 
-    /// Returns what the recordings leave open, and the scenario of the identified part.
     fn conclusions(self, training: &[Signals], chosen: &Chosen<'_>) -> Conclusions {
         match self {
             Self::Tissue => tissue::conclusions(training, chosen),
@@ -75,26 +69,22 @@ impl Part {
     }
 }
 
-/// A parameter of a candidate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Spec {
-    /// The key in files.
     pub(crate) key: &'static str,
-    /// The name in tables.
     pub(crate) name: &'static str,
-    /// The SI unit; `1` for a plain number.
+    /// SI; `1` for a plain number.
     pub(crate) unit: &'static str,
     range: Range,
 }
 
-/// The values of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Range {
-    /// Above 0; its logarithm is the coordinate.
+    /// Above 0; the coordinate is its logarithm.
     Positive,
-    /// Any value; the first one and the scale of its changes.
+    /// The first value and the scale of its changes.
     Any(f64, f64),
-    /// Any value, expected at 0 within a standard deviation.
+    /// Expected at 0 within a standard deviation.
     Near0(f64),
 }
 
@@ -104,38 +94,33 @@ impl Spec {
     }
 }
 
-/// Simulates the predicted signal of a recording; `None` if it diverges.
+/// The predicted signal of a recording; `None` if it diverges.
 type Simulation = Box<dyn Fn(&[f64], &Signals) -> Option<Vec<f64>>>;
 
-/// A structure of a part with its parameters.
 struct Candidate {
-    /// The word in files.
     key: &'static str,
     name: &'static str,
     specs: Vec<Spec>,
-    /// Values from which the optimiser starts, each with one value per parameter.
+    /// One value per parameter in each start.
     starts: Vec<Vec<f64>>,
     simulate: Simulation,
-    /// The positive parameters that make the structure. If one of them cannot be distinguished from 0, a simpler
-    /// structure is used.
+    /// If one of these cannot be distinguished from 0, a simpler structure is used.
     essential: Vec<&'static str>,
-    /// The same structure with another estimate of the velocity. The change of a value is a part of its interval.
+    /// With another estimate of the velocity; the interval includes the change of a value.
     alternative: Option<Simulation>,
-    /// Factors by which the rounding of the positions may have reduced parameters.
+    /// Factors by which the rounding of the positions reduces parameters.
     reductions: Vec<(&'static str, f64)>,
 }
 
 impl Candidate {
-    /// Returns the value of a parameter; 0 if the structure has none of this key.
+    /// 0 if the structure has no such parameter.
     fn value(&self, values: &[f64], key: &str) -> f64 {
         self.specs.iter().position(|spec| spec.key == key).map_or(0.0, |index| values[index])
     }
 }
 
-/// A rupture with the name of its recording.
 type NamedRupture = (String, Rupture);
 
-/// The chosen candidate with its values.
 struct Chosen<'a> {
     candidate: &'a Candidate,
     values: &'a [f64],
@@ -148,15 +133,11 @@ impl Chosen<'_> {
     }
 }
 
-/// What follows from an identification.
 struct Conclusions {
-    /// What the recordings leave open, in sentences.
     open: Vec<String>,
-    /// The scenario with the identified part.
     file: TextFile,
 }
 
-/// A candidate against the training recordings.
 #[derive(Clone, Copy)]
 struct PartSystem<'a> {
     part: Part,

@@ -1,15 +1,12 @@
-//! Warnings about the units of a part's columns.
-
 use trocar_base::warning::{Code, Warning};
 
 use super::{Part, Signals};
 use crate::measured::span;
 use crate::plausibility::{LARGEST_RATIO, Warnings};
 
-/// Smaller forces have a unit that is probably wrong, in N.
+/// Smaller ranges suggest a wrong unit.
 const LEAST_FORCE_N: f64 = 5e-3;
 
-/// Returns the warnings about a recording.
 pub(super) fn warnings(part: Part, signals: &Signals) -> Vec<Warning> {
     let mut warnings = Warnings::of(&signals.name, signals.unfinished.as_ref());
     let (side, flag) = part.moving();
@@ -24,7 +21,7 @@ pub(super) fn warnings(part: Part, signals: &Signals) -> Vec<Warning> {
     match (&signals.input, part) {
         (Some(desired_m), Part::Arm) => {
             let ratio = span(desired_m) / moved_m;
-            // A desired position that does not change is one to hold.
+            // A constant desired position is a position to hold.
             if ratio > LARGEST_RATIO || (ratio > 0.0 && ratio < 1.0 / LARGEST_RATIO / LARGEST_RATIO) {
                 let message = format!("the desired motion is {ratio:.3e} times the master's");
                 let remedy = "give both in the same unit, as in --desired COLUMN:mm";

@@ -1,11 +1,9 @@
-//! Linear regression, for starts.
-
 use nalgebra::{DMatrix, DVector};
 
-/// A regression that explains less of the targets' variance is no start.
+/// Minimum explained share of the targets' variance for a start.
 const LEAST_SHARE: f64 = 0.2;
 
-/// The coefficients of a regression, the sum of its squared residuals, and that of the targets' deviations from their mean.
+/// `squares` of the residuals; `spread` of the targets around their mean.
 pub(super) struct Regression {
     pub(super) coefficients: Vec<f64>,
     pub(super) squares: f64,
@@ -13,13 +11,12 @@ pub(super) struct Regression {
 }
 
 impl Regression {
-    /// Returns true if the regression explains enough of the targets to be a start.
     pub(super) fn explains_enough(&self) -> bool {
         self.squares <= (1.0 - LEAST_SHARE) * self.spread
     }
 }
 
-/// Returns the regression of targets on rows of equal length; `None` without a unique solution.
+/// `None` without a unique solution.
 pub(super) fn regression(rows: &[(Vec<f64>, f64)]) -> Option<Regression> {
     let count = rows.first()?.0.len();
     let mut normal = DMatrix::zeros(count, count);

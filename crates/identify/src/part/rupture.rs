@@ -1,35 +1,31 @@
-//! The rupture of a tissue in a recording: what comes after it is no part of the intact tissue.
+//! The rupture of a tissue in a recording, which ends the intact part.
 
 use super::signals::Signals;
 use crate::filter::half;
 use crate::measured::span;
 
-/// The time in which a rupture takes place, in s.
+/// Duration of a rupture.
 const FALL_S: f64 = 5e-3;
 
-/// A rupture takes more than this share of the largest force so far.
+/// Share of the force's range so far, or of half the whole range.
 const FALL_SHARE: f64 = 0.4;
 
-/// A rupture takes more than this multiple of the median change of the force in the same time, such as by noise or by the
-/// motion of the needle.
+/// Multiple of the median change of the force in the same time, by noise or by the motion of the needle.
 const UNUSUAL: f64 = 4.0;
 
-/// The rupture of a tissue.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Rupture {
-    /// The first sample that takes no part, which is after the last one under the full force.
+    /// The first excluded sample, after the last one under full force.
     pub(super) sample: usize,
-    /// Force at the rupture in N.
     pub(super) force_n: f64,
-    /// Position of the needle at the rupture in m.
     pub(super) position_m: f64,
-    /// Median of the forces in the 50 ms after the rupture, in N.
+    /// Median of the 50 ms after the rupture.
     pub(super) after_n: f64,
 }
 
 impl Rupture {
-    /// Finds the first fall of the force by 40 % of its range so far within 5 ms, in which the needle does not retreat.
-    /// The force must stay low, and the fall must be [`UNUSUAL`]: a single wrong sample or noise is no rupture.
+    /// Finds the first large fall of the force within 5 ms in which the needle does not retreat. The force must stay
+    /// low, which excludes single wrong samples and noise.
     pub(super) fn of(signals: &Signals) -> Option<Self> {
         let Signals { force_n, position_m, interval_s, .. } = signals;
         let window = half(FALL_S, *interval_s);

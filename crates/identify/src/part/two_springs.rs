@@ -1,15 +1,11 @@
-//! The arm as a mass between two springs, eq. 32.
-
 use super::signals::Signals;
 
-/// The longest step of the simulation in s.
 const LONGEST_STEP_S: f64 = 5e-4;
 
-/// The largest number of steps per sample, for recordings at low rates.
+/// Per sample, for recordings at low rates.
 const MAX_STEPS: usize = 64;
 
-/// A mass between the spring at the master and the spring at the desired position:
-/// `m_h x_a'' = k_h (x_d - x_a) + b_h (x_d' - x_a') - F_h`, `F_h = k_a (x_a - x_h) + b_a (x_a' - x_h')`.
+/// Eq. 32: `m_h x_a'' = k_h (x_d - x_a) + b_h (x_d' - x_a') - F_h`, `F_h = k_a (x_a - x_h) + b_a (x_a' - x_h')`.
 pub(super) struct TwoSprings {
     pub(super) k_a: f64,
     pub(super) b_a: f64,
@@ -18,10 +14,8 @@ pub(super) struct TwoSprings {
     pub(super) mass_kg: f64,
 }
 
-/// Position in m and velocity in m/s.
 type State = [f64; 2];
 
-/// The motions of the master and of the desired position.
 pub(super) struct Motions<'a> {
     pub(super) master_m: &'a [f64],
     pub(super) master_rate: &'a [f64],
@@ -30,10 +24,7 @@ pub(super) struct Motions<'a> {
 }
 
 impl TwoSprings {
-    /// Returns the simulated forces of the hand in N.
-    ///
-    /// The arm moves before the recording begins. Its first position and velocity are those with the smallest squared
-    /// error of the force: both act linearly.
+    /// In N. The first state of the arm, which acts linearly, minimises the squared error of the force.
     pub(super) fn forces_n(&self, signals: &Signals, motions: &Motions<'_>) -> Vec<f64> {
         let share = self.k_a / (self.k_a + self.k_h);
         let between = |master: f64, desired: f64| share * master + (1.0 - share) * desired;
@@ -53,14 +44,13 @@ impl TwoSprings {
         forces_n
     }
 
-    /// Returns the forces in N from a state on, by the implicit midpoint rule. Without motions, master and desired
-    /// position stay at 0.
+    /// Forces in N by the implicit midpoint rule. Without motions, master and desired position stay at 0.
     fn response(&self, signals: &Signals, motions: Option<&Motions<'_>>, start: State) -> Vec<f64> {
         let Self { k_a, b_a, k_h, b_h, mass_kg } = *self;
         let steps = ((signals.interval_s / LONGEST_STEP_S - 1e-9).ceil() as usize).clamp(1, MAX_STEPS);
         let step_s = signals.interval_s / steps as f64;
         let denominator = 2.0 * mass_kg / step_s + b_a + b_h + 0.5 * step_s * (k_a + k_h);
-        // The force of the spring at the master, and that of both springs, on a mass at 0.
+        // On a mass at 0: the force of the spring at the master, and of both springs.
         let push_n = motions.map(|Motions { master_m, master_rate, desired_m, desired_rate }| {
             let at = |sample: usize| {
                 let master_n = k_a * master_m[sample] + b_a * master_rate[sample];
@@ -88,14 +78,12 @@ impl TwoSprings {
     }
 }
 
-/// Returns a signal between the second and the third of four samples, by the cubic of Catmull and Rom. A line would reduce
-/// fast perturbations.
+/// Between the second and the third sample, by the cubic of Catmull and Rom: a line would attenuate fast perturbations.
 fn between([a, b, c, d]: [f64; 4], at: f64) -> f64 {
     b + 0.5 * at * (c - a + at * (2.0 * a - 5.0 * b + 4.0 * c - d + at * (3.0 * (b - c) + d - a)))
 }
 
-/// Returns the coefficients of two columns whose sum is closest to the targets; those of columns that are not told apart
-/// are small.
+/// Coefficients of two columns whose sum is closest to the targets; regularised if the columns are similar.
 fn plane(first: &[f64], second: &[f64], targets: &[f64]) -> [f64; 2] {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let (aa, ab, bb) = (dot(first, first), dot(first, second), dot(second, second));

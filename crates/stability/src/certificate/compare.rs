@@ -1,21 +1,14 @@
-//! Comparison of the parts of a certificate file with the parts that its scenario requires.
-
 use nalgebra::DMatrix;
 
 use super::{Certificate, Inequality, Lyapunov, StateMap, Summand};
 
-/// Maximum relative difference of numbers: another computer can round `exp` differently. The proof does not depend on
-/// it, because the verification uses the required numbers.
+/// Relative: computers may round `exp` differently, and the verification uses the required numbers.
 const TOLERANCE: f64 = 1e-9;
 
-/// Maximum difference of an entry relative to the largest one of its matrix: a sum that cancels.
+/// Relative to the largest entry of the matrix, for sums that cancel.
 const CANCELLED: f64 = 1e-15;
 
 impl Certificate {
-    /// Checks that spaces, functions, maps and inequalities are those of `required`.
-    ///
-    /// # Errors
-    /// The first part that differs.
     pub(super) fn check_parts(&self, required: &Self) -> Result<(), String> {
         let spaces: Vec<_> = self.spaces.iter().collect();
         each(

@@ -1,8 +1,5 @@
-//! Interval arithmetic, to verify the solver's results.
-//!
-//! Each operation is rounded outwards by one step of a double, so the interval contains the exact result (Moore,
-//! *Interval Analysis*; Rump, *Acta Numerica* 2010, whose directed rounding is not available here). A symmetric
-//! interval matrix whose pivots stay above 0 contains only positive definite matrices.
+//! Interval arithmetic, rounded outwards by one step of a double (Moore, *Interval Analysis*; Rump, *Acta Numerica*
+//! 2010).
 
 use nalgebra::DMatrix;
 use std::ops::{Add, Mul, Sub};
@@ -18,9 +15,7 @@ impl Interval {
         Self { low: value, high: value }
     }
 
-    /// Encloses a computed number with several roundings.
     pub(crate) fn rounded(value: f64) -> Self {
-        /// Maximum number of roundings in an entry of a one-tick map.
         const ROUNDINGS: f64 = 16.0;
         let reach = (value.abs() * (ROUNDINGS * f64::EPSILON)).next_up();
         if value == 0.0 {
@@ -64,7 +59,7 @@ impl Sub for Interval {
 impl Mul for Interval {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
-        // Most entries of the maps are 0.
+        // Fast path: most entries of the maps are 0.
         if self.is_zero() || other.is_zero() {
             return Self::exact(0.0);
         }
@@ -85,7 +80,6 @@ pub(crate) fn exact(matrix: &DMatrix<f64>) -> Enclosure {
     (0..matrix.nrows()).map(|i| (0..matrix.ncols()).map(|j| Interval::exact(matrix[(i, j)])).collect()).collect()
 }
 
-/// `A B`.
 #[allow(clippy::needless_range_loop, reason = "adapters of iterators are calls if they are compiled in another unit")]
 pub(crate) fn product(a: &Enclosure, b: &Enclosure) -> Enclosure {
     let columns = b.first().map_or(0, Vec::len);
@@ -104,7 +98,7 @@ pub(crate) fn product(a: &Enclosure, b: &Enclosure) -> Enclosure {
     a.iter().map(of_row).collect()
 }
 
-/// `S⁻¹ A` for a lower triangular `S`, by forward substitution.
+/// `S⁻¹ A` for a lower triangular `S`.
 pub(crate) fn solved(scale: &DMatrix<f64>, mut rows: Enclosure) -> Enclosure {
     for i in 0..rows.len() {
         for k in (0..i).filter(|&k| scale[(i, k)] != 0.0) {
@@ -119,12 +113,10 @@ pub(crate) fn solved(scale: &DMatrix<f64>, mut rows: Enclosure) -> Enclosure {
     rows
 }
 
-/// `A + B`.
 pub(crate) fn sum(a: &Enclosure, b: &Enclosure) -> Enclosure {
     a.iter().zip(b).map(|(a, b)| a.iter().zip(b).map(|(x, y)| *x + *y).collect()).collect()
 }
 
-/// `Aⁿ`, by squaring.
 pub(crate) fn power(a: &Enclosure, mut n: u64) -> Enclosure {
     let one = DMatrix::identity(a.len(), a.len());
     let (mut result, mut base) = (exact(&one), a.clone());
@@ -150,7 +142,7 @@ pub(crate) fn transpose(a: &Enclosure) -> Enclosure {
     (0..columns).map(|j| a.iter().map(|row| row[j]).collect()).collect()
 }
 
-/// True if every symmetric matrix within is positive definite; false also if undecided.
+/// False also if undecided.
 pub(crate) fn is_positive_definite(matrix: &Enclosure) -> bool {
     let n = matrix.len();
     let mut rest = matrix.clone();

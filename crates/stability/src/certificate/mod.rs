@@ -1,5 +1,3 @@
-//! The certificate of events and its verification, which know nothing of the search.
-
 mod compare;
 pub(crate) mod interval;
 mod rows;
@@ -102,7 +100,6 @@ pub struct Inequality {
 }
 
 impl Inequality {
-    /// Number of conditions: one for each power.
     fn conditions(&self) -> u64 {
         self.powers.map_or(1, |(begin, end)| end - begin + 1)
     }
@@ -150,13 +147,12 @@ pub struct Certificate {
 }
 
 impl Certificate {
-    /// Number of conditions, counting each power.
     #[must_use]
     pub fn conditions(&self) -> u64 {
         self.inequalities.iter().map(Inequality::conditions).sum()
     }
 
-    /// A bound of the growth per event for a dwell that is at least the certificate's.
+    /// An upper bound for a dwell of at least the certificate's.
     #[must_use]
     pub fn growth_after(&self, dwell_ticks: u64, tick_s: f64) -> f64 {
         let Choice { contraction, rate_per_s, .. } = self.choice;
@@ -166,7 +162,7 @@ impl Certificate {
         (contraction * decay.powf(longer as f64)).sqrt() * (1.0 + 1e-12)
     }
 
-    /// Returns `P` of the function at the beginning of events, for unscaled states.
+    /// For unscaled states.
     #[must_use]
     pub fn p_at_events(&self) -> DMatrix<f64> {
         let function = &self.functions[self.at_events];

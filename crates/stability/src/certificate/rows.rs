@@ -1,5 +1,3 @@
-//! A matrix in a file: a list of rows.
-
 use nalgebra::DMatrix;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serializer};

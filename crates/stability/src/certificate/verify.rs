@@ -1,5 +1,3 @@
-//! The verification of a certificate, in interval arithmetic.
-
 use nalgebra::DMatrix;
 
 use super::interval::{
@@ -10,13 +8,8 @@ use crate::SwitchingSettings;
 use crate::switching::required;
 
 impl Certificate {
-    /// Verifies the certificate for a loop: it has every map and inequality that the loop requires, and every inequality
-    /// holds for every power. Maps and inequalities are rebuilt from the settings, and maps and factors are taken as
-    /// rounded numbers; only the claims, the functions and the scales are taken from the certificate. Returns the number
-    /// of conditions.
-    ///
-    /// # Errors
-    /// The first part that differs or does not hold.
+    /// Takes only claims, functions and scales from the certificate and rebuilds the rest. Returns the number of
+    /// conditions.
     pub fn verify(&self, settings: &SwitchingSettings) -> Result<u64, String> {
         let required = required(self, settings)?;
         self.check_parts(&required)?;
@@ -29,8 +22,6 @@ impl Certificate {
         }
     }
 
-    /// Checks that scales are lower triangular and functions symmetric, and that their sizes are right and all numbers
-    /// finite.
     fn check_functions(&self) -> Result<(), String> {
         let is_finite = |matrix: &DMatrix<f64>| matrix.iter().all(|value| value.is_finite());
         for (name, space) in &self.spaces {
@@ -51,7 +42,6 @@ impl Certificate {
     }
 }
 
-/// The inequalities that are not verified, each with its first power.
 pub(crate) fn unverified(certificate: &Certificate) -> impl Iterator<Item = (usize, u64)> {
     let scale = |space: &String| &certificate.spaces[space].scale;
     let maps: Vec<Enclosure> = (certificate.maps.iter())
@@ -97,16 +87,15 @@ fn first_unverified(certificate: &Certificate, maps: &[Enclosure], inequality: &
     })
 }
 
-/// `M^n R` for all `n` of a range, as products of a few powers, which limits the rounding.
+/// `M^n R` for a range of `n`, as products of few powers to limit the rounding.
 pub(crate) struct Powers {
     begin: u64,
     /// `M^k` for `k` below the stride.
     steps: Vec<Enclosure>,
-    /// `M^n R` for every whole number of strides above the first `n`.
+    /// `M^n R` at multiples of the stride.
     leaps: Vec<Enclosure>,
 }
 
-/// Each power is the product of two powers of half its exponent.
 pub(crate) fn first_powers(base: &Enclosure, count: usize) -> Vec<Enclosure> {
     let mut all = vec![power(base, 0), base.clone()];
     for n in 2..count {

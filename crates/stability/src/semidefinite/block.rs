@@ -1,5 +1,3 @@
-//! A matrix that must be positive semidefinite, as a sum of congruences of unknown matrices.
-
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
@@ -12,7 +10,6 @@ pub(in super::super) struct Congruence {
     pub(in super::super) factor: f64,
     /// The first variable of `Z`; its triangle follows column by column.
     pub(in super::super) start: usize,
-    /// `M`, with one column per row of the block.
     pub(in super::super) map: DMatrix<f64>,
 }
 
@@ -21,16 +18,13 @@ pub(in super::super) struct Congruence {
 pub(in super::super) struct Block {
     pub(in super::super) size: usize,
     pub(in super::super) congruences: Vec<Congruence>,
-    /// Single variables with their symmetric matrices.
     pub(in super::super) loose: Vec<(usize, DMatrix<f64>)>,
 }
 
-/// The unknown matrix that begins at `start`.
 pub(in super::super) fn matrix_at(y: &DVector<f64>, start: usize, size: usize) -> DMatrix<f64> {
     DMatrix::from_fn(size, size, |i, j| y[start + row(i.min(j), i.max(j))])
 }
 
-/// The weight of a triangle's entry in an inner product: off the diagonal it counts twice.
 fn twice_off_diagonal(p: usize, q: usize) -> f64 {
     if p == q { 1.0 } else { 2.0 }
 }
@@ -48,7 +42,7 @@ impl Block {
         symmetric(&sum)
     }
 
-    /// Adds `<A_i, X>` to row `i` for each variable.
+    /// Adds `<A_i, X>` to row `i`.
     pub(super) fn add_adjoint(&self, x: &DMatrix<f64>, rows: &mut DVector<f64>) {
         for Congruence { factor, start, map } in &self.congruences {
             let product = times_transposed(&times(map, x), map);
@@ -63,10 +57,10 @@ impl Block {
         }
     }
 
-    /// Adds `<Gᵀ A_i G, Gᵀ A_j G>` for all variables, as the sum of `h` and its transpose.
+    /// Adds `<Gᵀ A_i G, Gᵀ A_j G>` as the sum of `h` and its transpose.
     ///
-    /// With `N = M G` and `Q = N N'ᵀ` the entry for `Z_pq` and `Z'_rs` is `Q_pr Q_qs + Q_ps Q_qr`, which avoids a
-    /// matrix per variable.
+    /// With `N = M G` and `Q = N N'ᵀ` the entry for `Z_pq` and `Z'_rs` is `Q_pr Q_qs + Q_ps Q_qr`, without a matrix per
+    /// variable.
     #[allow(
         clippy::needless_range_loop,
         reason = "adapters of iterators are calls if they are compiled in another unit"
@@ -94,7 +88,6 @@ impl Block {
                             for p in 0..=q {
                                 target[p] += u[p] * x + v[p] * y;
                             }
-                            // The last entry is on the diagonal.
                             target[q] -= (1.0 - FRAC_1_SQRT_2 / SQRT_2) * (of_r[q] * x + of_s[q] * y);
                         }
                     }

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// `H = L Lᵀ`, by rows within the envelope.
 pub(super) struct Factors {
-    /// The upper triangle of `H`. By symmetry, its columns are the rows of the lower triangle, and contiguous.
+    /// Its columns are the contiguous rows of the lower triangle.
     upper: DMatrix<f64>,
     first: Vec<usize>,
     rows: Vec<Vec<f64>>,
@@ -31,10 +31,9 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
-/// Number of rows and columns of a tile of a matrix that fits into the cache.
 const TILE: usize = 32;
 
-/// Adds the transpose to the upper triangle of a matrix, tile by tile, because the transpose is read across columns.
+/// Works tile by tile, because the transpose is read across columns.
 pub(super) fn add_transpose_to_upper(matrix: &mut DMatrix<f64>) {
     let n = matrix.nrows();
     for first_column in (0..n).step_by(TILE) {
@@ -49,8 +48,7 @@ pub(super) fn add_transpose_to_upper(matrix: &mut DMatrix<f64>) {
 }
 
 impl Factors {
-    /// Factors a symmetric matrix, given by its upper triangle, with a relative increase of its diagonal; `None` if it is
-    /// not positive definite.
+    /// `None` if not positive definite.
     pub(super) fn new(upper: DMatrix<f64>, increase: f64) -> Option<Self> {
         let n = upper.nrows();
         let row = |i: usize| &upper.as_slice()[i * n..i * n + i + 1];
@@ -75,7 +73,6 @@ impl Factors {
         Some(Self { upper, first, rows })
     }
 
-    /// Returns `H x`.
     pub(super) fn product(&self, x: &DVector<f64>) -> DVector<f64> {
         let (n, values) = (self.rows.len(), x.as_slice());
         let mut product = DVector::zeros(n);
@@ -92,7 +89,6 @@ impl Factors {
         product
     }
 
-    /// Returns `H⁻¹ b`.
     pub(super) fn solve(&self, b: &DVector<f64>) -> DVector<f64> {
         let n = self.rows.len();
         let mut x = b.clone();

@@ -1,5 +1,3 @@
-//! Linear matrix inequalities and their solution.
-
 use nalgebra::{DMatrix, DVector};
 
 use super::{Block, Congruence, Programme, Status, matrix_at, row, starts};
@@ -16,7 +14,7 @@ pub(crate) struct Term {
 #[derive(Debug, Clone)]
 pub(crate) struct Condition {
     pub(crate) terms: Vec<Term>,
-    /// The weight of the margin: smaller for a condition per tick than for one per event.
+    /// Smaller for a condition per tick than for one per event.
     pub(crate) weight: f64,
 }
 
@@ -32,11 +30,9 @@ impl Unknown {
     }
 }
 
-/// The minimum accuracy of a found margin.
 const MIN_ACCURACY: f64 = 1e-4;
 
-/// The matrices with the maximum common margin of the conditions, or with a margin of at least `enough`, and the
-/// margin. The conditions are feasible if it is positive. The traces are 1 on average over the rows.
+/// Maximises the common margin of the conditions, or reaches `enough`. The conditions are feasible if it is positive.
 pub(crate) fn solve(
     unknowns: &[Unknown],
     conditions: &[Condition],
@@ -83,7 +79,6 @@ pub(crate) fn solve(
     for (&start, (unknown, part)) in first.iter().zip(&parts) {
         matrices[*unknown] += part.tr_mul(&(matrix_at(&solution.y, start, part.nrows()) * *part));
     }
-    // Restores exact symmetry.
     let matrices = matrices.iter().map(|matrix| (matrix + matrix.transpose()) * 0.5).collect();
     Ok((matrices, solution.y[margin]))
 }

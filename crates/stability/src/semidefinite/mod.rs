@@ -4,17 +4,12 @@
 //! maximise   bᵀy
 //! such that  S_k = Σ_i y_i A_ki  is positive semidefinite for each block k,   aᵀy = e
 //! ```
-//! The blocks have matrices `X_k` as multipliers, the equation has a number `λ`. At the optimum `S_k` and `X_k` are
-//! positive semidefinite, `S_k X_k = 0` and `b + Σ_k A_kᵀ X_k = λ a`.
+//! The multipliers are matrices `X_k` and a number `λ`. At the optimum `S_k` and `X_k` are positive semidefinite,
+//! `S_k X_k = 0` and `b + Σ_k A_kᵀ X_k = λ a`.
 //!
-//! A primal-dual interior-point method: Mehrotra's predictor and corrector along the Nesterov-Todd direction, from an
-//! infeasible start (Vandenberghe and Boyd, *SIAM Review* 38, 1996; Todd, Toh and Tütüncü, *SIAM J. Optim.* 8, 1998;
-//! steps in scaled coordinates after Vandenberghe, *The CVXOPT linear and quadratic cone program solvers*, 2010).
-//! Implemented here because the available libraries call BLAS and LAPACK, whose unmangled symbols would become part of
-//! every program that uses this crate.
-//!
-//! Each iteration factors one matrix with a row per variable, within its envelope, built from the small maps of each
-//! block without a matrix per variable.
+//! A primal-dual interior-point method: Mehrotra's predictor and corrector along the Nesterov-Todd direction
+//! (Vandenberghe and Boyd, *SIAM Review* 38, 1996; Todd, Toh and Tütüncü, *SIAM J. Optim.* 8, 1998). Available
+//! libraries would add the unmangled symbols of BLAS and LAPACK to every program that uses this crate.
 
 mod block;
 mod factors;
@@ -39,7 +34,7 @@ pub(super) struct Programme {
     /// `a` and `e`.
     pub(super) equation: (DVector<f64>, f64),
     pub(super) blocks: Vec<Block>,
-    /// A sufficient objective: the search ends when it is reached or proved unreachable.
+    /// Ends the search when reached or proved unreachable.
     pub(super) enough: Option<f64>,
 }
 
@@ -47,9 +42,9 @@ pub(super) struct Programme {
 pub(super) enum Status {
     /// Feasible and optimal to [`TOLERANCE`], or the question of `enough` is decided.
     Solved,
-    /// Rounding errors or the iteration limit ended the search; the best point is returned.
+    /// Rounding errors or the iteration limit ended the search.
     Stalled,
-    /// The multipliers prove that no `y` with a norm below [`MAX_NORM`] satisfies the conditions.
+    /// No `y` with a norm below [`MAX_NORM`] is feasible.
     Infeasible,
 }
 
@@ -57,26 +52,20 @@ pub(super) enum Status {
 pub(super) struct Solution {
     pub(super) y: DVector<f64>,
     pub(super) status: Status,
-    /// The largest of the relative residuals and the relative gap between the objective and its bound.
     pub(super) accuracy: f64,
 }
 
-/// Maximum relative residuals and gap of a solved programme.
 const TOLERANCE: f64 = 1e-8;
 
-/// Maximum relative residuals of a point or its multipliers for deciding on `enough`.
 const DECIDED: f64 = 1e-9;
 
-/// Maximum norm of `y` for a proof of infeasibility.
 const MAX_NORM: f64 = 1e6;
 
-/// Maximum number of iterations; 10 to 30 are usual.
+/// 10 to 30 are usual.
 const MAX_ITERATIONS: usize = 60;
 
-/// Fraction of the distance to the cone's boundary that a step covers.
 const STEP: f64 = 0.98;
 
-/// Minimum step; below it the iterates stall.
 const MIN_STEP: f64 = 1e-4;
 
 struct Iterate {
@@ -102,7 +91,7 @@ struct Direction {
     x: Vec<DMatrix<f64>>,
 }
 
-/// Solves a programme. The stacked maps of all blocks must have independent columns.
+/// The stacked maps of all blocks must have independent columns.
 pub(super) fn solve(programme: &Programme) -> Solution {
     let variables = programme.objective.len();
     let none = Solution { y: DVector::zeros(variables), status: Status::Stalled, accuracy: f64::INFINITY };
@@ -186,7 +175,7 @@ impl Programme {
         Residuals { of_multipliers, of_blocks, of_equation: e - a.dot(&now.y) }
     }
 
-    /// Returns `λ e`, a bound of the objective if the multipliers satisfy their equation.
+    /// `λ e`: a bound of the objective if the multipliers satisfy their equation.
     fn bound(&self, now: &Iterate) -> f64 {
         now.multiplier * self.equation.1
     }
@@ -213,8 +202,8 @@ impl Programme {
         .fold(0.0, |max, value| if value > max || value.is_nan() { value } else { max })
     }
 
-    /// True if the multipliers prove that no `y` with a norm below [`MAX_NORM`] satisfies the conditions: it would give
-    /// `0 <= Σ_k <S_k, X_k> = β + yᵀd` with `β = λ e` and `d = Σ_k A_kᵀ X_k - λ a`.
+    /// A feasible `y` with a norm below [`MAX_NORM`] would give `0 <= Σ_k <S_k, X_k> = β + yᵀd` with `β = λ e` and
+    /// `d = Σ_k A_kᵀ X_k - λ a`.
     fn is_infeasible(&self, now: &Iterate, residuals: &Residuals) -> bool {
         let bound = self.bound(now);
         MAX_NORM * (&residuals.of_multipliers - &self.objective).norm() < -bound

@@ -31,7 +31,7 @@ pub(super) struct Newton<'a> {
 }
 
 impl<'a> Newton<'a> {
-    /// Sets up and factors the equations; `None` if rounding makes `H` indefinite.
+    /// `None` if rounding makes `H` indefinite.
     pub(super) fn new(programme: &'a Programme, scalings: &'a [Scaling], residuals: &'a Residuals) -> Option<Self> {
         let n = programme.objective.len();
         let mut h = DMatrix::zeros(n, n);
@@ -64,7 +64,7 @@ impl<'a> Newton<'a> {
         (u, v)
     }
 
-    /// The direction to targets; `None` is the target 0.
+    /// `None` is the target 0.
     pub(super) fn direction(&self, targets: Option<&[DMatrix<f64>]>) -> Direction {
         let blocks = &self.programme.blocks;
         let mut rhs = self.residuals.of_multipliers.clone();

@@ -1,5 +1,4 @@
-//! The Nesterov-Todd scaling of one block: coordinates in which a matrix and its multiplier equal the same diagonal
-//! matrix.
+//! Nesterov-Todd scaling: a matrix and its multiplier become the same diagonal matrix.
 
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
@@ -15,9 +14,8 @@ pub(super) struct Scaling {
 }
 
 impl Scaling {
-    /// Scales two positive definite matrices; `None` if rounding makes one of them indefinite.
-    ///
-    /// With `S = L Lᵀ` and `Lᵀ X L = Q D Qᵀ`, `G = L⁻ᵀ Q D^¼` and `λ = D^½`.
+    /// With `S = L Lᵀ` and `Lᵀ X L = Q D Qᵀ`, `G = L⁻ᵀ Q D^¼` and `λ = D^½`; `None` if rounding makes `S` or `X`
+    /// indefinite.
     pub(super) fn new(s: &DMatrix<f64>, x: &DMatrix<f64>) -> Option<Self> {
         let l = Cholesky::new(s.clone())?.unpack();
         let found = eigen(symmetric(&(l.transpose() * x * &l)))?;
@@ -43,7 +41,6 @@ impl Scaling {
         &self.g
     }
 
-    /// `Gᵀ A G`.
     pub(super) fn scaled(&self, a: &DMatrix<f64>) -> DMatrix<f64> {
         symmetric(&transposed_times(&self.g, &times(a, &self.g)))
     }
@@ -58,7 +55,7 @@ impl Scaling {
         DMatrix::from_fn(r.nrows(), r.ncols(), |i, j| 2.0 * r[(i, j)] / (lambda[i] + lambda[j]))
     }
 
-    /// The maximum `t` with a positive semidefinite `Λ + t D`; infinite if every `t` qualifies.
+    /// The maximum `t` with a positive semidefinite `Λ + t D`.
     pub(super) fn longest_step(&self, d: &DMatrix<f64>) -> f64 {
         let root = self.lambda.map(f64::sqrt);
         let relative = DMatrix::from_fn(d.nrows(), d.ncols(), |i, j| d[(i, j)] / (root[i] * root[j]));

@@ -2,17 +2,15 @@
 
 use nalgebra::DMatrix;
 
-/// `A B`.
 pub(in super::super) fn times(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     combined(a, b.ncols(), |k, j| b[(k, j)])
 }
 
-/// `A Bᵀ`.
 pub(super) fn times_transposed(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     combined(a, b.nrows(), |k, j| b[(j, k)])
 }
 
-/// A matrix of `count` columns; column `j` is the sum over `k` of column `k` of `a` times `factor(k, j)`.
+/// Column `j` is the sum over `k` of column `k` of `a` times `factor(k, j)`.
 #[allow(clippy::needless_range_loop, reason = "adapters of iterators are calls if they are compiled in another unit")]
 fn combined(a: &DMatrix<f64>, count: usize, factor: impl Fn(usize, usize) -> f64) -> DMatrix<f64> {
     let (rows, inner) = a.shape();
@@ -33,7 +31,6 @@ fn combined(a: &DMatrix<f64>, count: usize, factor: impl Fn(usize, usize) -> f64
     product
 }
 
-/// `Aᵀ B`.
 pub(super) fn transposed_times(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     times(&a.transpose(), b)
 }

@@ -1,8 +1,6 @@
-//! Symmetric matrices stored by their upper triangle.
-
 use nalgebra::DMatrix;
 
-/// The index of entry `(i, j)`, `i <= j`, in the triangle, column by column.
+/// `i <= j`, column by column.
 pub(in super::super) fn row(i: usize, j: usize) -> usize {
     j * (j + 1) / 2 + i
 }

@@ -1,9 +1,8 @@
 //! A greedy adversary, to compare the bounds of [`Peaks`](super::Peaks) with motions that exist.
 //!
-//! A sequence of events fixes the map `M_k` of each tick except for the tissue. The position `c x_N` under forces `|w| <= 1`
-//! is at most `Σ |p_{k+1}ᵀ b_k|` with `p_N = c` and `p_k = M_kᵀ p_{k+1}`, and the forces of these signs reach it. Backwards
-//! from the last tick, the adversary takes in each tick the spring and damper that makes `p_k` largest, or the same in
-//! every tick, whichever moves the position farther.
+//! Under forces `|w| <= 1`, the position `c x_N` reaches `Σ |p_{k+1}ᵀ b_k|` with `p_N = c` and `p_k = M_kᵀ p_{k+1}`.
+//! Backwards from the last tick, the adversary chooses the tissue that makes `p_k` largest, or one tissue for all
+//! ticks.
 
 use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
@@ -16,13 +15,9 @@ use super::modes::{Modes, Space};
 use super::settings::SwitchingSettings;
 use crate::StabilityError;
 
-/// Extra ticks of teleoperation between events, at most.
 const EXTRA_TICKS: [u64; 3] = [0, 20, 400];
 
-/// The largest motions of needle and hand in m/N that the adversary finds in this number of random sequences of events.
-///
-/// # Errors
-/// [`StabilityError`].
+/// Returns the largest motions of needle and hand in m/N.
 pub fn adversary(
     settings: &SwitchingSettings,
     (sequences, events): (u64, usize),
@@ -44,7 +39,7 @@ pub fn adversary(
     Ok(largest)
 }
 
-/// The maps of the ticks, each with its choices, and true if the additional force acts.
+/// The choices of a tick, and true if the additional force acts.
 type Step = (Choices, bool);
 
 fn sequence(steps: &Steps<'_>, events: usize, rng: &mut ChaCha8Rng) -> Vec<Step> {
@@ -57,7 +52,7 @@ fn sequence(steps: &Steps<'_>, events: usize, rng: &mut ChaCha8Rng) -> Vec<Step>
         all.push((Arc::clone(&steps.freeze), false));
         all.extend(force(&steps.frozen, rng.random_range(phases.held.0..=phases.held.1)));
         all.push((Arc::clone(&steps.release), false));
-        // The gap shrinks at any rate; it is closed before the time of teleoperation begins.
+        // The gap closes at any rate, before the required teleoperation begins.
         let closes_in = if modes.gap_closes() { rng.random_range(0..2 * phases.blend + 1) } else { phases.blend };
         for tick in 0..phases.blend.max(closes_in) {
             all.extend(force(steps.blends.get(tick as usize).unwrap_or(&steps.teleoperation), 1));
@@ -81,7 +76,6 @@ fn reached(modes: &Modes, steps: &[Step], row: &DMatrix<f64>, constant: Option<u
     let mut p = row.clone();
     let mut sum = 0.0;
     for (choices, is_driven) in steps.iter().rev() {
-        // A map without a choice has one entry, and a law with a floor two for each spring.
         let next = match constant {
             Some(vertex) => choices.get(vertex * choices.len() / modes.vertices().len()).map(|map| &p * map),
             None => choices.iter().map(|map| &p * map).max_by(|a, b| size(a, &input).total_cmp(&size(b, &input))),
@@ -96,7 +90,6 @@ fn reached(modes: &Modes, steps: &[Step], row: &DMatrix<f64>, constant: Option<u
     sum
 }
 
-/// The size of `p` without the force, and the effect of the force.
 fn size(p: &DMatrix<f64>, input: &DMatrix<f64>) -> f64 {
     p.norm() + (p * input)[(0, 0)].abs()
 }

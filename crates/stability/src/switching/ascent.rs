@@ -1,10 +1,8 @@
 //! The worst sequences, with a tissue that can change at every tick.
 //!
-//! A sequence of events fixes the map of each tick except for the tissue. The growth over a cycle, or a quantity at a
-//! later tick, is linear in the tissue of each single tick, so its maximum lies at a vertex of the range in each tick.
-//! One forward and one backward pass give the derivatives for all ticks. Each tick then takes the vertex that the
-//! derivative prefers, as long as the result improves (a bang-bang ascent). The sequence exists, so the result is a
-//! lower bound of the maximum.
+//! The growth over a cycle is linear in the tissue of each tick, so its maximum lies at a vertex of the range. A
+//! forward and a backward pass give the derivatives; each tick takes the preferred vertex, as long as the result
+//! improves (bang-bang ascent). The result is a lower bound of the maximum.
 
 use nalgebra::{Complex, DMatrix, DVector};
 use std::sync::Arc;
@@ -18,36 +16,28 @@ use trocar_base::parallel::try_map;
 use trocar_core::augmentation::cross_fade;
 use trocar_lti::eigenvalues;
 
-/// Minimum number of ticks with the same map for computing its power.
 const LONG_RUN: usize = 20;
 
 const MAX_STEPS: usize = 25;
 
-/// Tried additions to the shortest teleoperation, in s.
 const EXTRA_S: [f64; 2] = [0.0, 0.05];
 
-/// Tried times until the gap closes, in s. Any shrinking gap is a mixture of such pulses.
+/// Any shrinking gap is a mixture of such pulses.
 const PULSES_S: [f64; 3] = [0.0, 0.15, 0.5];
 
-/// An event with the teleoperation after it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cycle {
-    /// Frozen ticks.
     pub held_ticks: u64,
-    /// Ticks after the release until the gap closes.
+    /// From the release until the gap closes.
     pub gap_ticks: u64,
-    /// Ticks of teleoperation after the gap closes.
     pub dwell_ticks: u64,
 }
 
-/// The worst cycle found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Growth {
-    /// Factor per event when the cycle repeats: a lower bound of the maximum.
+    /// Factor per event: a lower bound of the maximum.
     pub found: f64,
-    /// The worst cycle.
     pub cycle: Option<Cycle>,
-    /// Number of changes of the tissue during the cycle.
     pub changes: usize,
 }
 
@@ -118,7 +108,6 @@ impl<'a> Steps<'a> {
     }
 }
 
-/// `Aⁿ`.
 pub(super) fn power(a: &DMatrix<f64>, mut n: u64) -> DMatrix<f64> {
     let (mut result, mut base) = (DMatrix::identity(a.nrows(), a.nrows()), a.clone());
     while n > 0 {
@@ -189,7 +178,6 @@ pub(super) fn radius(matrix: &DMatrix<f64>) -> Result<f64, StabilityError> {
 
 type Changes = Vec<(usize, usize, f64)>;
 
-/// Makes all preferred changes at once, or only the strongest ones if that does not help.
 fn improve(
     chosen: &mut Vec<usize>,
     value: &mut f64,
@@ -302,7 +290,7 @@ pub(super) fn growth(steps: &Steps<'_>, dwell: u64) -> Result<Growth, StabilityE
         let (found, chosen) = ascend(modes, &steps.cycle(cycle), first)?;
         Ok::<_, StabilityError>((found, cycle, chosen.windows(2).filter(|pair| pair[0] != pair[1]).count()))
     })?;
-    // The first of equal results, so that it does not depend on the order of the threads.
+    // The first of equal results, independent of the order of the threads.
     let best = results.into_iter().reduce(|best, one| if one.0 > best.0 { one } else { best });
     Ok(best.map_or(Growth { found: 0.0, cycle: None, changes: 0 }, |(found, cycle, changes)| Growth {
         found,

@@ -1,5 +1,3 @@
-//! The attempt to find a certificate for a choice of its functions: a solver finds it, interval arithmetic verifies it.
-
 use nalgebra::DMatrix;
 
 use super::ascent;
@@ -12,20 +10,18 @@ use crate::certificate::interval::middle;
 use crate::certificate::{Certificate, Choice, unverified};
 use crate::semidefinite::inequalities as sdp;
 
-/// Minimum margin of a certificate: far above the solver's accuracy of 1e-8, so every computer finds the same dwell.
+/// Far above the solver's accuracy of 1e-8, so every computer finds the same dwell.
 const MIN_MARGIN: f64 = 1e-3;
 
-/// Minimum margin with an additional force, which no search for a shortest dwell compares. The verification decides.
 const MIN_DRIVEN_MARGIN: f64 = 2e-6;
 
-/// Positions in a condition's range of ticks for the solver. The verification covers the whole range.
+/// Shares of a range of ticks; the verification covers the whole range.
 const KNOWN_SHARES: [f64; 8] = [0.0, 0.005, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0];
 
-/// Maximum calls of the solver. Each adds the tick counts that failed verification.
 const MAX_ROUNDS: usize = 5;
 
-/// Maximum delay in ticks for which a function has a full matrix. With a longer delay, it has a diagonal part, and a
-/// full part on `SEGMENTS` means of the delayed positions.
+/// In ticks. With longer delays a function has a diagonal part, and a full part on `SEGMENTS` means of the delayed
+/// positions.
 const MAX_FULL_DELAY: usize = 4;
 const SEGMENTS: usize = 4;
 
@@ -98,7 +94,7 @@ impl<'a> ForSolver<'a> {
     }
 }
 
-/// Like [`attempt`], without a certificate if the solver fails: the states of an unstable loop cannot be scaled.
+/// `None` if the solver fails: the states of an unstable loop cannot be scaled.
 pub(super) fn certify(modes: &Modes, phases: Phases, choice: Choice) -> Result<Option<Certificate>, StabilityError> {
     match attempt(modes, phases, choice) {
         Err(StabilityError::Solver { .. }) => Ok(None),
@@ -106,7 +102,6 @@ pub(super) fn certify(modes: &Modes, phases: Phases, choice: Choice) -> Result<O
     }
 }
 
-/// Narrows a bound between a certified and a smaller, uncertified one until their ratio is at most `max_ratio`.
 pub(super) fn narrowed(
     (mut bound, mut certificate): (f64, Certificate),
     mut fails: f64,

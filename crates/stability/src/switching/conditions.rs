@@ -1,13 +1,11 @@
 //! The inequalities of a certificate.
 //!
-//! Each phase has a quadratic function `V = zᵀ P z` of the states `z` that affect it, and inequalities link the phases
-//! along an event. They use the maps of `modes.rs` at every vertex `v` of the tissue's range, and are convex in the
-//! maps: they hold for every tissue within the range, even if it changes from tick to tick.
+//! Each phase has a quadratic function `V = zᵀ P z`. Inequalities link the phases at every vertex of the tissue's
+//! range. They are convex in the maps, so they hold even if the tissue changes from tick to tick.
 //!
-//! The gap `g` of a ramp only shrinks: `g_k = g_0 (w_1 [k < n_1] + w_2 [k < n_2] + …)` with weights of sum 1. The maps
-//! are linear, so the motion is the same mixture of motions with pulses: gaps that are held for `n` ticks and then
-//! 0. The function at the next event is convex, so it suffices that it decays for every pulse. There are two branches:
-//!    "held" on the states with the gap, "dropped" on those without:
+//! The gap `g` of a ramp only shrinks, so the motion is a mixture of motions with pulses: gaps held for `n` ticks and
+//! then 0. The function at the next event is convex, so it suffices that it decays for every pulse: "held" on the
+//! states with the gap, "dropped" on those without.
 //!
 //! ```text
 //! entering   P_S(0) after release, freeze and the last tick, < ρ P_T(d-1); for each length of the freeze
@@ -18,16 +16,14 @@
 //!            V decreases by a factor μ per tick of teleoperation
 //! ```
 //! `max(P_H, γ g²)` cannot grow while the gap is held. With at least `d` ticks of teleoperation between events, `V` at
-//! the beginning of an event is at most `ρ μ^(d-1) < 1` times its value at the previous event: the state converges
-//! exponentially for every order and length of the phases (dwell-time conditions after Geromel and Colaneri, *SIAM J.
-//! Control Optim.* 45, 2006; functions linear between nodes after Allerhand and Shaked, *IEEE Trans. Autom. Control*
-//! 56, 2011).
+//! an event is at most `ρ μ^(d-1) < 1` times its value at the previous one (dwell time: Geromel and Colaneri, *SIAM J.
+//! Control Optim.* 45, 2006; linear between nodes: Allerhand and Shaked, *IEEE Trans. Autom. Control* 56, 2011).
 //!
-//! The functions and the condition for a tick are linear in time between nodes; the condition holds in a piece if it
-//! holds at its first and last tick. If the frozen map depends on the tissue, functions `P_F(t)` on the frozen states
-//! replace its powers; with `Γ` on the states that are constant while frozen, `max(P_F, Γ)` cannot grow.
+//! A condition is linear in time between nodes, so it suffices at the first and last tick of a piece. If the frozen map
+//! depends on the tissue, functions `P_F(t)` replace its powers; with `Γ` on the constant states, `max(P_F, Γ)` cannot
+//! grow.
 //!
-//! A gap that fades, `g_{k+1} = a g_k`, is a state like the others: there is one branch, on `(x, φ, g)` and `(x, g)`.
+//! A gap that fades, `g_{k+1} = a g_k`, is an ordinary state: one branch, on `(x, φ, g)` and `(x, g)`.
 //!
 //! A quantity is bounded, `|c z| < 1` for `|w| <= 1`, if `s (c z)² < V` in each phase and `ω < s`.
 
@@ -39,10 +35,8 @@ use crate::certificate::Choice;
 use crate::certificate::interval::{Interval, power};
 use trocar_core::augmentation::cross_fade;
 
-/// Weight of a condition per second relative to one per event; a tick's condition has its share.
 const PER_SECOND: f64 = 10.0;
 
-/// Nodes of the functions while frozen, as shares of the shortest freeze.
 const FROZEN_SHARES: [f64; 4] = [0.0, 0.1, 0.3, 1.0];
 
 #[derive(Debug, Clone)]
@@ -53,15 +47,14 @@ pub(super) struct NamedMap {
     pub(super) matrix: DMatrix<f64>,
 }
 
-/// How often a map is applied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Count {
     Once,
-    /// Once to the power of each number in the condition's range.
+    /// Raised to each number in the condition's range.
     Each,
 }
 
-/// `f Mᵀ P M`, with `M` a product of maps, the first one applied last.
+/// `f Mᵀ P M`; the first map of `M` is applied last.
 #[derive(Debug, Clone)]
 pub(super) struct Term {
     pub(super) factor: Interval,
@@ -75,7 +68,6 @@ pub(super) struct Condition {
     pub(super) terms: Vec<Term>,
     pub(super) rows: Space,
     pub(super) weight: f64,
-    /// The first and the last number for [`Count::Each`].
     pub(super) counts: Option<(u64, u64)>,
 }
 
@@ -105,7 +97,7 @@ struct Builder<'a> {
     /// `μ` and `ρ`.
     decay: f64,
     at_entry: f64,
-    /// `ω`, if the additional force acts.
+    /// `ω`.
     input: Option<usize>,
 }
 
@@ -120,7 +112,7 @@ struct Roles {
     held: Option<usize>,
     /// `γ`.
     gap: Option<usize>,
-    /// `P_F` with the ticks since the alarm; the last one remains constant.
+    /// `P_F`, with the ticks since the alarm.
     frozen: Vec<(usize, u64)>,
     /// `Γ`.
     constants: Option<usize>,
@@ -130,15 +122,14 @@ fn number(value: f64) -> Interval {
     Interval::exact(value)
 }
 
-/// `ρ`, the factor of `V` from event to event without its decay `μ^(d-1)` in teleoperation.
+/// `ρ`: the factor of `V` from event to event without the decay `μ^(d-1)`.
 pub(super) fn at_entry(choice: Choice, tick_s: f64) -> f64 {
     let decay = (-tick_s * choice.rate_per_s).exp();
     let of_dwell = power(&vec![vec![number(decay)]], choice.dwell_ticks - 1)[0][0];
     (choice.contraction / of_dwell.high).next_down()
 }
 
-/// The positions of needle and hand over their bounds, as rows over all states: quantities that stay within ±1 for an
-/// additional force within ±1 N. In each space the bound holds for every row that is not 0 there.
+/// Within ±1 for an additional force within ±1 N.
 pub(super) fn quantities(modes: &Modes, choice: Choice) -> Option<[DMatrix<f64>; 2]> {
     choice.bounds_m_per_n.map(|[needle, hand]| [modes.slave() / needle, modes.hand_position() / hand])
 }
@@ -199,13 +190,12 @@ impl Builder<'_> {
     fn roles(&mut self, (dwell, fade): (&[u64], &[u64]), is_driven: bool) -> Roles {
         let modes = self.modes;
         let fading = fade.len() + 1;
-        // A gap that fades is a state like the others, and needs no branches.
+        // A gap that fades needs no branches.
         let is_held = modes.has_gap() && !modes.gap_fades();
         // Linked functions are adjacent to keep the solver's matrix narrow.
         let (mut frozen, mut constants) = (vec![], None);
         if !modes.is_frozen_map_unique() {
             let shortest = self.phases.held.0 as f64;
-            // Dense nodes after the alarm, where the motion is fast.
             let mut ticks: Vec<u64> = FROZEN_SHARES.iter().map(|share| (share * shortest) as u64).collect();
             ticks.dedup();
             for (node, tick) in ticks.into_iter().enumerate() {
@@ -260,19 +250,18 @@ impl Builder<'_> {
         self.list.push(Condition { name, terms, rows, weight: self.per_tick, counts: None });
     }
 
-    /// Adds the condition that `to` after `map` is below `from`.
+    /// `to` after `map` is below `from`.
     fn below(&mut self, name: &'static str, rows: Space, to: usize, map: usize, from: Vec<Term>) {
         let mut terms = from;
         terms.push(self.term(number(-1.0), to, &[map]));
         self.add(name, rows, terms);
     }
 
-    /// The space of the rows of a condition in which the additional force acts.
     fn driven(&self, space: Space) -> Space {
         if self.input.is_some() { space.driven() } else { space }
     }
 
-    /// Adds `factor ω w²` to the terms, if the additional force acts.
+    /// `factor ω w²`.
     fn drive(&mut self, terms: &mut Vec<Term>, rows: Space, factor: f64) {
         if let Some(input) = self.input {
             let of_input = self.select(rows, Space::Input);
@@ -280,7 +269,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Adds `μ P(t) - Mᵀ P(t+1) M` at the first and last tick of a piece with linear `P`, with `(1 - μ) ω w²`.
+    /// `μ P(t) - Mᵀ P(t+1) M + (1 - μ) ω w²` at the first and last tick of a piece with linear `P`.
     fn decaying(
         &mut self,
         name: &'static str,
@@ -305,8 +294,8 @@ impl Builder<'_> {
         }
     }
 
-    /// `a P + (1 - a) Γ` for a function on `space` and its companion on constant states, whose share the additional
-    /// force halves. The weights sum to 1, so the larger of the functions and of `ω w²` cannot grow.
+    /// `a P + (1 - a) Γ`; the additional force halves the companion's share. The weights sum to 1, so the larger of the
+    /// functions and of `ω w²` cannot grow.
     fn level(&mut self, rows: Space, function: usize, companion: Option<usize>) -> Vec<Term> {
         let (of_function, rest) = self.held;
         let one = self.select(rows, self.functions[function].space);
@@ -347,7 +336,7 @@ impl Builder<'_> {
         let rows = self.driven(self.modes.teleoperated());
         let level = self.at_events(roles, rows);
         if let (true, [(released, _)]) = (self.modes.is_frozen_map_unique(), &roles.frozen[..]) {
-            // The additional force acts at the first tick and at the release, but not between them.
+            // The additional force acts only at the first tick and at the release.
             self.freeze(*released, None, (rows, &level));
         } else if roles.frozen.is_empty() {
             for vertex in self.releases() {
@@ -371,7 +360,7 @@ impl Builder<'_> {
         self.between(format!("release_{vertex}"), from, to, |modes| modes.release(vertex))
     }
 
-    /// Adds the condition that `to` after an entry, any length of the freeze, and a release if given is below `level`.
+    /// `to` after an entry, any length of the freeze, and a release if given, is below `level`.
     fn freeze(&mut self, to: usize, release: Option<usize>, (rows, level): (Space, &[Term])) {
         let frozen = self.between("frozen".into(), Space::Frozen, Space::Frozen, |modes| modes.frozen(0, 1.0));
         for vertex in self.modes.vertices() {
@@ -385,7 +374,6 @@ impl Builder<'_> {
         }
     }
 
-    /// Adds the conditions of the functions `P_F(t)` and `Γ`.
     fn evolve(&mut self, roles: &Roles, (rows, level): (Space, &[Term])) {
         for vertex in self.modes.vertices() {
             for function in std::iter::once(roles.frozen[0].0).chain(roles.constants) {
@@ -408,7 +396,6 @@ impl Builder<'_> {
                     for tick in if ticks == 1 { vec![0] } else { vec![0, ticks - 1] } {
                         let mut terms = vec![];
                         for term in self.level(rows, from, roles.constants) {
-                            // Only the function on the frozen states changes along a piece.
                             if term.unknown == from && ticks > 1 && tick > 0 {
                                 let at = |part| share(part, ticks) * term.factor;
                                 terms.push(Term { factor: at(ticks - tick), ..term.clone() });
@@ -438,7 +425,6 @@ impl Builder<'_> {
             let rows = self.driven(space);
             let mut begin = 0;
             for (piece, &ticks) in lengths.iter().enumerate() {
-                // The weights from the piece's first tick to its last.
                 let (min, max) = (weight(begin + 1), weight(begin + ticks));
                 begin += ticks;
                 for vertex in self.modes.vertices() {

@@ -1,14 +1,8 @@
-//! Events: teleoperation, frozen, re-engaging, as a switched linear system.
+//! Events as a switched linear system: teleoperation, frozen, re-engaging.
 //!
-//! The paper does not analyse the stability of its event-based scheme, which "would require hybrid modelling". This
-//! module does:
-//!
-//! - `modes`: the maps of each phase;
-//! - `conditions`, `attempt`, `rebuild`: a certificate that every sequence of events with a minimum dwell between them decays,
-//!   found by semidefinite programming and verified by `crate::certificate`;
-//! - `peaks`: bounds of motions under a tissue force in addition to springs and dampers: the statement about a scenario;
-//! - `ascent`, `products`: the worst sequences found, with a tissue that changes at every tick or is constant, to show
-//!   how tight the certificate is.
+//! The paper does not analyse its event-based scheme, which "would require hybrid modelling". Here semidefinite
+//! programming finds a certificate that every sequence of events with a minimum dwell decays, and `crate::certificate`
+//! verifies it. The worst sequences found (`ascent`, `products`) show how tight it is.
 
 mod adversary;
 mod ascent;
@@ -37,64 +31,46 @@ use modes::Modes;
 use search::Search;
 use trocar_base::parallel::try_map;
 
-/// The maximum dwell in the search for a certificate, in s.
 pub const LONGEST_DWELL_S: f64 = 4.0;
 
-/// The gap at the end of an event, in m: the hand's travel in the paper's figure 16.
+/// The hand's travel in the paper's figure 16.
 pub const GAP_M: f64 = 0.009;
 
-/// The maximum number of pieces of a certificate's functions in time, in each phase.
 const MAX_PIECES: u64 = 8;
 
-/// The result for one dwell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DwellPoint {
-    /// Ticks of teleoperation between two events.
     pub dwell_ticks: u64,
-    /// The verified growth per event, in the norm of the certificate; `None` without a certificate.
+    /// Verified, in the norm of the certificate.
     pub certified: Option<f64>,
-    /// The largest growth per event found.
     pub found: f64,
 }
 
-/// The analysis of the switching.
 #[derive(Debug, Clone)]
 pub struct Switching {
-    /// The loop and its events.
     pub settings: SwitchingSettings,
-    /// The phases of an event.
     pub phases: Phases,
-    /// The certificate with the shortest dwell; `None` if no dwell up to [`LONGEST_DWELL_S`] has one.
+    /// Has the shortest dwell; `None` if none up to [`LONGEST_DWELL_S`].
     pub certificate: Option<Certificate>,
-    /// The certificate with the smallest growth at the supervisor's refractory time.
+    /// Has the smallest growth at the refractory time.
     pub at_refractory: Option<Certificate>,
-    /// True if the certificate also covers loss of contact at any tick; `None` if contact itself is not certified.
+    /// `None` if contact itself is not certified.
     pub covers_lost_contact: Option<bool>,
-    /// Bounds of the motion per newton of additional tissue force, with the decay of every motion; `None` if not certified.
     pub peaks: Option<Peaks>,
-    /// The worst growth per event found at the refractory time, with a tissue chosen at every tick.
     pub growth: Growth,
-    /// The growth at the refractory time on one constant stiffness, which a scenario can simulate.
+    /// The worst on one constant stiffness, which a scenario can simulate.
     pub shown: SimulatedGrowth,
-    /// The longest tried dwell at which some sequence grows, up to the refractory time or the certified dwell.
     pub growing_dwell_ticks: Option<u64>,
-    /// The results by dwell, increasing.
     pub by_dwell: Vec<DwellPoint>,
-    /// The end of one event, for each policy.
     pub events: Vec<EventBound>,
 }
 
 impl Switching {
-    /// Analyses the switching.
-    ///
-    /// # Errors
-    /// [`StabilityError`].
     pub fn of(settings: &SwitchingSettings) -> Result<Self, StabilityError> {
         let (springs, peaks) = rayon::join(|| Self::of_springs(&settings.with_least_damping()), || Peaks::of(settings));
         Ok(Self { settings: settings.clone(), peaks: peaks?, ..springs? })
     }
 
-    /// The analysis without the damping that some tissues have in addition, and without an additional force.
     fn of_springs(settings: &SwitchingSettings) -> Result<Self, StabilityError> {
         let phases = settings.phases();
         let modes = Modes::new(settings)?;
@@ -147,7 +123,6 @@ impl Switching {
         })
     }
 
-    /// The longest tried dwell, from `dwell` down by factors of four, at which some sequence grows.
     fn growing_dwell(
         steps: &Steps<'_>,
         mut dwell: u64,
@@ -165,10 +140,6 @@ impl Switching {
         }
     }
 
-    /// Returns only the shortest certified dwell, in ticks; `None` if there is none up to [`LONGEST_DWELL_S`].
-    ///
-    /// # Errors
-    /// [`StabilityError`].
     pub fn certified_dwell(settings: &SwitchingSettings) -> Result<Option<u64>, StabilityError> {
         let settings = &settings.with_least_damping();
         let modes = Modes::new(settings)?;
@@ -176,36 +147,29 @@ impl Switching {
         Ok(search.shortest()?.map(|found| found.choice.dwell_ticks))
     }
 
-    /// True if `dwell_ticks` of teleoperation between events are certified. Solves one or a few programmes, where
-    /// [`Switching::certified_dwell`] solves a dozen, of seconds each with long delays.
-    ///
-    /// # Errors
-    /// [`StabilityError`].
+    /// Much cheaper than [`Switching::certified_dwell`].
     pub fn certifies(settings: &SwitchingSettings, dwell_ticks: u64) -> Result<bool, StabilityError> {
         let settings = &settings.with_least_damping();
         let modes = Modes::new(settings)?;
         Search::new(settings, &modes, settings.phases()).is_certified(dwell_ticks.max(1))
     }
 
-    /// The shortest certified dwell in ticks.
     #[must_use]
     pub fn dwell_ticks(&self) -> Option<u64> {
         self.certificate.as_ref().map(|found| found.choice.dwell_ticks)
     }
 
-    /// The certified growth per event at the refractory time, if it is certified.
     #[must_use]
     pub fn certified_growth(&self) -> Option<f64> {
         self.at_refractory.as_ref().map(|found| found.choice.contraction.sqrt())
     }
 
-    /// True if a sequence on one stiffness makes the motion grow. A gap that out of contact does not change is no growth.
+    /// A gap that out of contact does not change is no growth.
     #[must_use]
     pub fn shows_growth(&self) -> bool {
         self.shown.found > 1.0 + 1e-6
     }
 
-    /// True if the refractory time is at least the certified dwell: every sequence of events is stable.
     #[must_use]
     pub fn is_certified(&self) -> bool {
         self.dwell_ticks().is_some_and(|dwell| dwell <= self.phases.refractory)
@@ -236,7 +200,6 @@ impl AtRefractory {
     }
 }
 
-/// Dwells for which the growth is shown, as multiples of the refractory time.
 const LONGER: [u64; 3] = [1, 2, 4];
 
 fn by_dwell(

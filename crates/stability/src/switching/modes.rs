@@ -1,5 +1,3 @@
-//! The one-tick maps of teleoperation, of the frozen phase and of re-engaging.
-
 use nalgebra::{DMatrix, DVector};
 
 use crate::machines::Machines;
@@ -7,7 +5,6 @@ use crate::side::{LocalCommand, Side};
 use crate::{LinearLoop, StabilityError, SwitchingSettings};
 use trocar_core::augmentation::{ForceMap, Freeze, HoldMap, ReturnMap};
 
-/// A space of states: the loop's states `x` and the extra states that a phase uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Space {
     /// `x`: teleoperation.
@@ -18,26 +15,25 @@ pub(super) enum Space {
     Fading,
     /// `(x, φ, g)`: the cross-fade with a gap.
     FadingGap,
-    /// `(x, r, φ, F*, F_t)`, without the ones that the force law does not use: frozen.
+    /// Frozen: `(x, r, φ, F*, F_t)`, without the states that the force law does not use.
     Frozen,
-    /// `(r, F*, F_t)`, without the ones that the force law does not use: constant while frozen.
+    /// Constant while frozen: `(r, F*, F_t)`, likewise.
     Held,
     /// `g`.
     Gap,
     /// `w`, the tissue force in addition to `K p + B v`.
     Input,
-    /// `(x, w)`, and likewise for the next ones.
+    /// `(x, w)`, and likewise below.
     DrivenLoop,
     DrivenLoopGap,
     DrivenFading,
     DrivenFadingGap,
     DrivenFrozen,
-    /// A quantity to bound.
     Number,
     All,
 }
 
-/// Indices of the extra states after the loop's states.
+/// The index of `v_h` in `x`; the other indices begin after the loop's states.
 const HAND_VELOCITY: usize = 1;
 
 const REFERENCE: usize = 0;
@@ -49,7 +45,6 @@ const INPUT: usize = 5;
 const EXTRA: usize = 6;
 
 impl Space {
-    /// The space with the input in addition.
     pub(super) fn driven(self) -> Self {
         match self {
             Self::Loop => Self::DrivenLoop,
@@ -61,7 +56,6 @@ impl Space {
         }
     }
 
-    /// The space without the input, and true if it had one.
     pub(super) fn undriven(self) -> (Self, bool) {
         match self {
             Self::DrivenLoop => (Self::Loop, true),
@@ -74,14 +68,13 @@ impl Space {
     }
 }
 
-/// One end of the tissue's range: `f = K p + B v`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Vertex {
     stiffness_n_per_m: f64,
     damping_n_s_per_m: f64,
 }
 
-/// The linear maps of the phases. Positions are relative to the tissue's surface and to the hand's desired position.
+/// Linear maps of the phases. Positions are relative to the tissue's surface and to the hand's desired position.
 ///
 /// ```text
 /// (x, r, φ, F*, F_t, g, w)  x: master's side, slave's side, hand positions on the way, latest first;
@@ -89,28 +82,22 @@ struct Vertex {
 ///                           force at the alarm, g the gap: x_ref = hand + g;
 ///                           w the tissue force in addition to K p + B v, an input
 /// ```
-/// The supervisor and the slave use the hand's position that has arrived; mode and force reach the master after the
-/// backward delay. The master's states are therefore taken when the slave's samples arrive: both sides switch at the
-/// same time, and the whole delay lies between the hand and the slave.
-///
-/// A map starts from the states before the tick's force: an event that begins at tick `k` uses `x`, the anchor `F*` and
-/// the last reference at `k - 1`.
+/// Supervisor and slave use the arrived hand position. The master's states are taken when the slave's samples arrive,
+/// so both sides switch at the same time and the whole delay lies between hand and slave. A map starts before the
+/// tick's force: an event at tick `k` uses `x`, `F*` and the reference at `k - 1`.
 #[derive(Debug, Clone)]
 pub(crate) struct Modes {
     master: Side,
     slaves: Vec<Side>,
-    /// Whole ticks of both delays.
     delay: usize,
     integral: bool,
     law: ForceMap,
     /// True if the slave follows the hand during events, so they leave no gap.
     follows: bool,
     freeze: Freeze,
-    /// What happens to the gap that an event leaves.
     returns: ReturnMap,
-    /// Factor of a fading gap per tick; 1 for other returns.
+    /// 1 unless a gap fades.
     gap_factor: f64,
-    /// Decay factor of the force per tick.
     decay_factor: f64,
     pub(super) tick_s: f64,
 }
@@ -121,7 +108,6 @@ impl Modes {
         let (softest, stiffest) = settings.stiffness_n_per_m;
         let (least, most) = settings.damping_n_s_per_m;
         let corners = [(softest, most), (stiffest, most)];
-        // The first two are the ends of the range of stiffness, which may coincide.
         let mut vertices: Vec<Vertex> = [softest, stiffest]
             .map(|stiffness_n_per_m| Vertex { stiffness_n_per_m, damping_n_s_per_m: least })
             .to_vec();
@@ -189,17 +175,15 @@ impl Modes {
         self.delay
     }
 
-    /// The states of teleoperation without an event: with a gap that fades, it is one of them.
     pub(super) fn teleoperated(&self) -> Space {
         if self.gap_fades() { Space::LoopGap } else { Space::Loop }
     }
 
-    /// The states of the cross-fade, without a gap unless it fades.
     pub(super) fn faded(&self) -> Space {
         if self.gap_fades() { Space::FadingGap } else { Space::Fading }
     }
 
-    /// The smallest decay rate of teleoperation over the vertices, in 1/s; 0 without decay.
+    /// 0 without decay.
     pub(super) fn slowest_decay_per_s(&self) -> Result<f64, StabilityError> {
         let mut largest: f64 = 0.0;
         for vertex in self.vertices() {
@@ -255,7 +239,6 @@ impl Modes {
         self.returns != ReturnMap::Jumps
     }
 
-    /// True if the gap is closed when the next event begins.
     pub(super) fn gap_closes(&self) -> bool {
         matches!(self.returns, ReturnMap::Closes | ReturnMap::Jumps)
     }
@@ -323,7 +306,6 @@ impl Modes {
         map.select_rows(&self.places(to)).select_columns(&self.places(from))
     }
 
-    /// Selects the states that two spaces share; the other states of `to` are 0.
     pub(super) fn selection(&self, from: Space, to: Space) -> DMatrix<f64> {
         self.between(&DMatrix::identity(self.states() + EXTRA, self.states() + EXTRA), from, to)
     }
@@ -351,7 +333,7 @@ impl Modes {
         self.extra(INPUT) * weight
     }
 
-    /// The slave's target: the arrived, scaled hand position and the slave's contribution, in m.
+    /// The arrived, scaled hand position plus the slave's part, in m.
     pub(crate) fn hand(&self, vertex: usize) -> DMatrix<f64> {
         let nothing = DVector::zeros(self.master.c.len());
         let local = self.weights(&nothing, &self.slaves[vertex].local) + self.input(self.slaves[vertex].external.local);
@@ -375,7 +357,6 @@ impl Modes {
         self.weights(&DVector::zeros(self.master.c.len()), &slave.force) + self.input(slave.external.measured)
     }
 
-    /// The last feedback force in N.
     pub(super) fn fed_back(&self) -> DMatrix<f64> {
         self.extra(FED_BACK)
     }
@@ -401,7 +382,6 @@ impl Modes {
         }
     }
 
-    /// The map of both sides and the delay without reference and feedback force. Keeps all extra states.
     pub(crate) fn apart(&self, vertex: usize) -> DMatrix<f64> {
         let slave = &self.slaves[vertex];
         let (m, s, n) = (self.master.a.nrows(), slave.a.nrows(), self.states());
@@ -431,7 +411,7 @@ impl Modes {
         if self.has_gap() { hand + self.extra(GAP) * self.gap_factor } else { hand }
     }
 
-    /// The map of a teleoperation tick, with the gap if there is one. Stores reference and force for an event.
+    /// Stores reference and force for an event.
     pub(super) fn teleoperation(&self, vertex: usize) -> DMatrix<f64> {
         let (reference, force) = (self.reference(vertex), self.force(vertex));
         let mut map = self.tick(vertex, &reference, &force);
@@ -451,8 +431,8 @@ impl Modes {
         map
     }
 
-    /// The map of a tick of an event. The law `amplify` has a floor: `share` is 1 without it and 0 for the constant `F*`;
-    /// the floored force lies between the two. Of the added damping of `damp`, which rises, `share` has risen.
+    /// `amplify` has a floor: `share` is 1 above it and 0 for the constant `F*`; the floored force lies between. For
+    /// `damp`, `share` is the risen part of the damping.
     pub(super) fn frozen(&self, vertex: usize, share: f64) -> DMatrix<f64> {
         let fed_back = match self.law {
             ForceMap::Decays { ratio, .. } => {
@@ -472,7 +452,7 @@ impl Modes {
         map
     }
 
-    /// True if the frozen map is the same for every tissue and force: its powers are exact.
+    /// The same for every tissue and force, so its powers are exact.
     pub(super) fn is_frozen_map_unique(&self) -> bool {
         !self.follows
             && matches!(self.law, ForceMap::Decays { .. })
@@ -486,17 +466,14 @@ impl Modes {
         }
     }
 
-    /// True if the additional force changes the slave's target at once.
     pub(super) fn drives_target(&self) -> bool {
         self.slaves.iter().any(|slave| slave.external.local != 0.0)
     }
 
-    /// The hand's position in m.
     pub(super) fn hand_position(&self) -> DMatrix<f64> {
         self.unit(0)
     }
 
-    /// True if the slave's target and the machines do not depend on the tissue.
     pub(super) fn has_unique_motion(&self) -> bool {
         let alike = |slave: &Side| slave.a == self.slaves[0].a && slave.local == self.slaves[0].local;
         self.slaves.iter().all(alike)

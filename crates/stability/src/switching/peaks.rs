@@ -1,16 +1,14 @@
 //! Bounds of the motion under a tissue force in addition to springs and dampers.
 //!
-//! The tissue's force is `f = K p + B v + w`. `K` and `B` may change at any tick within their ranges and close the loop.
-//! `w` is an input within `±W`: it contains the drop at a rupture, cutting, friction and relaxation. In each tick the
-//! functions satisfy
+//! The tissue force is `f = K p + B v + w`. `K` and `B` may change at any tick; the input `w` within `±W` contains the
+//! drop at a rupture, cutting, friction and relaxation. In each tick
 //!
 //! ```text
 //! V_{k+1} < a V_k + (1 - a) ω w²,  0 < a < 1
 //! ```
-//! so `max(V, ω W²)` cannot grow: from rest, `V <= ω W²` (reachable ellipsoid, Boyd et al., *Linear Matrix Inequalities in
-//! System and Control Theory*, 1994, section 6.1; Abedor, Nagpal and Poolla, *Int. J. Robust Nonlinear Control* 6, 1996).
-//! With `s (c z)² < V` and `ω < s b²` the quantity `c z` stays within `b W`. Without `w`, `V` decays under any sequence of
-//! events, and so does the effect of everything that has happened before.
+//! so `max(V, ω W²)` cannot grow: from rest, `V <= ω W²` (reachable ellipsoid, Boyd et al., *Linear Matrix Inequalities
+//! in System and Control Theory*, 1994, section 6.1; Abedor, Nagpal and Poolla, *Int. J. Robust Nonlinear Control* 6,
+//! 1996). With `s (c z)² < V` and `ω < s b²` the quantity `c z` stays within `b W`.
 
 use nalgebra::DMatrix;
 
@@ -20,8 +18,8 @@ use super::settings::SwitchingSettings;
 use crate::StabilityError;
 use crate::certificate::{Certificate, Choice};
 
-/// Tried pieces of the functions in time, decay rates of `V` as shares of twice the rate of the slowest mode, and time
-/// constants of the function on a held gap in s. Few pieces and fast decays come first: they give smaller bounds sooner.
+/// Pieces, decay rate as a share of twice the slowest mode's, and time constant of a held gap in s. The first ones give
+/// smaller bounds sooner.
 const TRIED: [(u64, f64, f64); 8] = [
     (2, 0.5, 0.1),
     (2, 0.25, 0.1),
@@ -33,36 +31,26 @@ const TRIED: [(u64, f64, f64); 8] = [
     (8, 0.004, 0.2),
 ];
 
-/// Number of tried choices if there is a certificate of similar settings.
 const SIMILAR: usize = 3;
 
-/// The ratio of the smallest certified bound to the largest uncertified one at which the search ends, and the largest
-/// tried bound relative to the motion without events.
 const MAX_RATIO: f64 = 1.2;
 const LARGEST: f64 = 1e3;
 
-/// Maximum time of a simulated response in s, and its length in time constants of the slowest mode.
 const LONGEST_S: f64 = 20.0;
 const TIME_CONSTANTS: f64 = 20.0;
 
-/// Verified bounds of the motion per newton of additional tissue force, under any sequence of events.
 #[derive(Debug, Clone)]
 pub struct Peaks {
-    /// The certificate.
     pub certificate: Certificate,
-    /// Bound of the needle's motion in m/N.
     pub needle_m_per_n: f64,
-    /// Bound of the hand's motion in m/N.
     pub hand_m_per_n: f64,
-    /// The largest motions of needle and hand without events on one of the springs, in m/N: lower bounds.
+    /// Lower bounds: without events, on one of the springs.
     pub found_m_per_n: [f64; 2],
-    /// Decay rate of the motion during teleoperation in 1/s.
     pub decay_per_s: f64,
-    /// The index in `TRIED` of the functions.
     tried: usize,
 }
 
-/// The loop, its phases, and the choices of functions to try. `None` if no functions can exist.
+/// `None` if no functions can exist.
 fn tried(settings: &SwitchingSettings) -> Result<Option<(Modes, f64, [Choice; TRIED.len()])>, StabilityError> {
     let modes = Modes::new(&SwitchingSettings { loses_contact: true, ..settings.clone() })?;
     let slowest_per_s = modes.slowest_decay_per_s()?;
@@ -79,10 +67,6 @@ fn tried(settings: &SwitchingSettings) -> Result<Option<(Modes, f64, [Choice; TR
 }
 
 impl Peaks {
-    /// The smallest bounds found, for a needle that may lose contact at any tick and the enforced time between events.
-    ///
-    /// # Errors
-    /// [`StabilityError`].
     pub fn of(settings: &SwitchingSettings) -> Result<Option<Self>, StabilityError> {
         let Some((modes, slowest_per_s, choices)) = tried(settings)? else { return Ok(None) };
         let rows = [modes.slave(), modes.hand_position()];
@@ -111,11 +95,6 @@ impl Peaks {
         }))
     }
 
-    /// True if every motion decays, without bounds of the motion. Tries the functions of a certificate of similar
-    /// settings, if there is one, and the next less cautious ones.
-    ///
-    /// # Errors
-    /// [`StabilityError`].
     pub fn exist(settings: &SwitchingSettings, similar: Option<&Self>) -> Result<bool, StabilityError> {
         let Some((modes, _, choices)) = tried(settings)? else { return Ok(false) };
         let (first, count) = similar.map_or((0, TRIED.len()), |peaks| (peaks.tried, SIMILAR));
@@ -128,8 +107,7 @@ impl Peaks {
     }
 }
 
-/// The largest response of each row to an input within ±1 N, on the constant spring and damper for which it is largest:
-/// the sum of the magnitudes of the impulse response.
+/// The sum of the magnitudes of the impulse response, on the worst constant spring and damper.
 fn largest_without_events(modes: &Modes, rows: &[DMatrix<f64>; 2], slowest_per_s: f64) -> [f64; 2] {
     let ticks = ((TIME_CONSTANTS / slowest_per_s).min(LONGEST_S) / modes.tick_s) as u64;
     let narrow = [0, 1].map(|k: usize| modes.row(&rows[k], Space::Loop));

@@ -1,7 +1,7 @@
-//! Growth on one constant tissue, which a scenario can simulate, from products of cycles.
+//! Growth on one constant tissue, which a scenario can simulate.
 //!
-//! A cycle is an event and the teleoperation after it: one matrix for given lengths. Products of cycles are extended
-//! while the minimum norm of their prefixes exceeds the best growth (Gripenberg, *Linear Algebra Appl.* 234, 1996).
+//! A cycle (an event and the teleoperation after it) is one matrix. Products of cycles are extended while the minimum
+//! norm of their prefixes exceeds the best growth (Gripenberg, *Linear Algebra Appl.* 234, 1996).
 
 use nalgebra::DMatrix;
 
@@ -12,34 +12,26 @@ use crate::StabilityError;
 use trocar_base::interrupt;
 use trocar_core::augmentation::cross_fade;
 
-/// Minimum excess of a prefix's norm over the best growth for extending the prefix.
 const TOLERANCE: f64 = 0.01;
 
 const MAX_EVENTS: usize = 8;
 
 const MAX_PRODUCTS: usize = 20_000;
 
-/// Number of tried lengths of teleoperation, and their range in ticks above the shortest.
 const DWELLS: usize = 10;
 const EXTRA_TICKS: u64 = 400;
 
-/// An event with the teleoperation after it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SimulatedCycle {
-    /// Frozen ticks.
     pub held_ticks: u64,
-    /// Ticks of teleoperation after the event.
     pub dwell_ticks: u64,
-    /// The end of the stiffness range: 0 softest, 1 stiffest.
+    /// 0 softest, 1 stiffest.
     pub vertex: usize,
 }
 
-/// The result of the enumeration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SimulatedGrowth {
-    /// Factor per event of the worst product found.
     pub found: f64,
-    /// The worst product found, in order of time.
     pub worst: Vec<SimulatedCycle>,
 }
 
@@ -49,9 +41,7 @@ struct Node {
     min_norm: f64,
 }
 
-/// A cycle from the last tick before an event to the last tick before the next one, on `(x, g)` if the gap is kept,
-/// otherwise on `x`. Assumes motions so small that a ramp closes its gap in one tick and the force of `amplify` stays
-/// above its floor.
+/// Assumes motions so small that a ramp closes its gap in one tick and the force of `amplify` stays above its floor.
 fn matrix(modes: &Modes, phases: Phases, cycle: SimulatedCycle) -> DMatrix<f64> {
     let SimulatedCycle { held_ticks, dwell_ticks, vertex } = cycle;
     let space = if modes.gap_closes() { Space::Loop } else { Space::LoopGap };
@@ -110,7 +100,6 @@ pub(super) fn growth(
                 let root = |value: f64| value.powf(1.0 / events as f64);
                 let (radius, min_norm) = (root(radius(&matrix)?), root(length(&matrix)).min(node.min_norm));
                 let word: Vec<usize> = node.word.iter().copied().chain([k]).collect();
-                // Prefers the shortest of equal products.
                 if radius > found.found * (1.0 + 1e-9) {
                     found.found = radius;
                     found.worst = word.iter().map(|&k| cycles[k]).collect();

@@ -1,5 +1,3 @@
-//! The certificate that conditions, functions and scales form, for the search and for the verification.
-
 use std::collections::BTreeMap;
 
 use nalgebra::DMatrix;
@@ -59,7 +57,7 @@ impl Condition {
     }
 }
 
-/// The certificate that a loop requires for the claims of `stated`, with its functions and scales.
+/// Takes only claims, functions and scales from `stated`.
 pub(crate) fn required(stated: &Certificate, settings: &SwitchingSettings) -> Result<Certificate, String> {
     let choice = stated.choice;
     if settings.keeps_gap() {
@@ -81,7 +79,6 @@ pub(crate) fn required(stated: &Certificate, settings: &SwitchingSettings) -> Re
     Ok(conditions.certificate(&modes, choice, scale, functions))
 }
 
-/// Checks that numbers are in the ranges that the conditions assume.
 fn check(choice: Choice, settings: &SwitchingSettings) -> Result<(), String> {
     let Choice { dwell_ticks, contraction, rate_per_s, bounds_m_per_n, is_driven, hold_s, pieces } = choice;
     let longest = settings.longest_dwell_ticks().max(settings.phases().refractory);

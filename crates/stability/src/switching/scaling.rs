@@ -1,38 +1,33 @@
-//! Coordinates that give the states of each space similar sizes.
-
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::modes::{Modes, Space};
 use crate::StabilityError;
 use crate::certificate::interval::{Enclosure, exact, product, rounded, solved};
 
-/// Number of doublings in a Gramian's sum: 2^40 ticks, longer than any transient.
+/// 2^40 ticks exceed any transient.
 const DOUBLINGS: usize = 40;
 
-/// Lower triangular maps from scaled states to states, for each space. They map the unit ball to the states that the
-/// loop's inputs reach.
+/// Lower triangular maps from the unit ball to the states that the loop's inputs reach.
 #[derive(Debug, Clone)]
 pub(super) struct Scales {
     of_loop: DMatrix<f64>,
     metre: f64,
     newton: f64,
-    /// The scale of a quantity to bound.
     number: f64,
 }
 
-/// The largest power of two up to a positive number: scaling by it is exact.
+/// Scaling by a power of two is exact.
 fn power_of_two(value: f64) -> f64 {
     if value > 0.0 && value.is_finite() { value.log2().floor().exp2() } else { 1.0 }
 }
 
 impl Scales {
     pub(super) fn new(modes: &Modes) -> Result<Self, StabilityError> {
-        // The hand's positions on the way have the hand's scale; the rest is scaled without a delay.
+        // The delayed hand positions have the hand's scale; the rest is scaled without a delay.
         let (n, machines) = (modes.states(), modes.states() - modes.delay());
         let direct = modes.without_delay();
         let of_loop = |map: &DMatrix<f64>| map.view((0, 0), (machines, map.ncols().min(machines))).into_owned();
         let middle = (of_loop(&direct.teleoperation(0)) + of_loop(&direct.teleoperation(1))) * 0.5;
-        // Each input is normalised by the position that it reaches.
         let inputs = [direct.of_reference(), direct.of_force(), direct.of_desired()].map(|input| of_loop(&input));
         let mut gramian: DMatrix<f64> = DMatrix::zeros(machines, machines);
         for input in &inputs {
@@ -54,7 +49,6 @@ impl Scales {
             .map(|found| found.l())
             .ok_or(StabilityError::Solver { status: "the loop's states do not scale".into() })?;
         let inverse = root.clone().try_inverse().ok_or(StabilityError::Solver { status: "singular".into() })?;
-        // The equilibria of 1 m of reference and 1 N of force.
         let rest = |input: &DMatrix<f64>| {
             let apart = DMatrix::identity(machines, machines) - of_loop(&direct.apart(0));
             let state = apart.lu().solve(input).unwrap_or_else(|| input.clone());
@@ -91,7 +85,6 @@ impl Scales {
             }
             Space::Gap => return DMatrix::from_element(1, 1, gap),
             Space::Number => return DMatrix::from_element(1, 1, self.number),
-            // `undriven` has no input.
             Space::DrivenLoop
             | Space::DrivenLoopGap
             | Space::DrivenFading
@@ -109,7 +102,7 @@ impl Scales {
         scale
     }
 
-    /// Encloses a map between scaled states, `S_to⁻¹ M S_from`.
+    /// `S_to⁻¹ M S_from`.
     pub(super) fn scaled(&self, modes: &Modes, map: &DMatrix<f64>, (from, to): (Space, Space)) -> Enclosure {
         solved(&self.of(modes, to), product(&rounded(map), &exact(&self.of(modes, from))))
     }

@@ -1,5 +1,3 @@
-//! The search for the certificates with the shortest dwell and with the smallest growth.
-
 use super::attempt;
 use super::modes::Modes;
 use super::settings::Phases;
@@ -8,28 +6,21 @@ use crate::StabilityError;
 use crate::certificate::{Certificate, Choice};
 use trocar_base::parallel::try_map;
 
-/// The ratio of dwells at which the search for the shortest one ends.
 const MAX_RATIO: f64 = 1.05;
 
-/// The dwells that the search tries first, in s.
 const DWELLS_S: [f64; 6] = [0.01, 0.03, 0.1, 0.3, 1.0, LONGEST_DWELL_S];
 
-/// The tried time constants of a function on a held gap, in s.
 const HOLDS_S: [f64; 4] = [0.1, 0.2, 0.05, 0.4];
 
-/// Decay rates of `V` in teleoperation as shares of the slowest mode's; the first with a certificate is used.
+/// Relative to the slowest mode's; the first with a certificate is used.
 const RATES: [f64; 2] = [0.95, 0.0];
 
-/// The ratio of growths at which the search for the smallest one ends.
 const MAX_GROWTH_RATIO: f64 = 2.0;
 
-/// Pieces of the functions in each phase, also for a force law that depends on the tissue while the slave is frozen, for
-/// loops with at most this many states; otherwise one.
 const PIECES: u64 = 2;
 const PIECES_ON_TISSUE: u64 = MAX_PIECES;
 const MAX_STATES_WITH_PIECES: usize = 12;
 
-/// Pieces of the functions in time that a loop of this size affords.
 fn pieces(modes: &Modes) -> u64 {
     match (modes.states() <= MAX_STATES_WITH_PIECES, modes.is_frozen_map_unique()) {
         (false, _) => 1,
@@ -42,11 +33,9 @@ pub(super) struct Search<'a> {
     modes: &'a Modes,
     phases: Phases,
     longest: u64,
-    /// True if a gap can remain, which the functions do not cover.
     keeps_gap: bool,
     pieces: u64,
     holds_s: &'static [f64],
-    /// The time constant of the certificate with the shortest dwell.
     hold_s: Option<f64>,
 }
 
@@ -121,7 +110,7 @@ impl<'a> Search<'a> {
         Ok(Some(best))
     }
 
-    /// The certificate with the smallest growth per event at a dwell; the simulated growth `found` is a lower bound.
+    /// The simulated growth `found` is a lower bound.
     pub(super) fn tightest(&self, dwell: u64, found: f64) -> Result<Option<Certificate>, StabilityError> {
         let Some(hold_s) = self.hold_s else { return Ok(None) };
         let slowest = self.modes.slowest_decay_per_s()?;

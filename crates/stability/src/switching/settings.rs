@@ -1,5 +1,3 @@
-//! The settings of the switching analysis.
-
 use super::LONGEST_DWELL_S;
 use crate::LinearLoop;
 use crate::coverage::{FORCE_STEPS, left_out};
@@ -8,41 +6,30 @@ use trocar_core::time::nearest_ticks;
 use trocar_engine::teleoperation::ControllerKind;
 use trocar_scenario::Scenario;
 
-/// A loop with events, on a tissue whose stiffness varies within a range at every tick.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SwitchingSettings {
-    /// The loop in teleoperation.
     pub of_loop: LinearLoop,
-    /// The augmentation.
     pub augmentation: AugmentationSettings,
-    /// Minimum and maximum `K` in N/m. The force is `K(t) p + B v` with any `K(t)` between them: every nonlinear tissue
-    /// whose force stays in the sector.
+    /// Range of `K(t)` in `K(t) p + B v`: covers every nonlinear tissue whose force stays in the sector.
     pub stiffness_n_per_m: (f64, f64),
-    /// Minimum and maximum `B` in N·s/m, which may also change at any tick.
+    /// May change at any tick.
     pub damping_n_s_per_m: (f64, f64),
-    /// True if the needle can lose contact, with a force of 0, at any tick.
+    /// At any tick.
     pub loses_contact: bool,
 }
 
-/// Maximum of both delays together.
 const MAX_DELAY_TICKS: u64 = 24;
 
-/// Lengths of the phases in ticks.
+/// In ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Phases {
-    /// Minimum and maximum duration of the freeze, in ticks.
     pub held: (u64, u64),
-    /// Duration of the cross-fade in ticks.
     pub blend: u64,
-    /// Minimum ticks of teleoperation between two events, enforced by the supervisor.
+    /// Enforced by the supervisor between two events.
     pub refractory: u64,
 }
 
 impl SwitchingSettings {
-    /// Builds the settings of a scenario with its loop.
-    ///
-    /// # Errors
-    /// The reason why the switching cannot be analysed.
     pub fn of(scenario: &Scenario, of_loop: LinearLoop, stiffness_n_per_m: (f64, f64)) -> Result<Self, &'static str> {
         let (forward, backward) = (of_loop.forward(), of_loop.backward());
         if !scenario.augmentation.enabled {
@@ -78,19 +65,17 @@ impl SwitchingSettings {
         Ok(Self { of_loop, augmentation, stiffness_n_per_m, damping_n_s_per_m, loses_contact: false })
     }
 
-    /// Returns both delays together in whole ticks.
     #[must_use]
     pub fn delay_ticks(&self) -> u64 {
         self.of_loop.forward().whole + self.of_loop.backward().whole
     }
 
-    /// The same tissue without the damping that it has at some depths only.
+    /// Without the damping that the tissue has at some depths only.
     pub(super) fn with_least_damping(&self) -> Self {
         let (least, _) = self.damping_n_s_per_m;
         Self { damping_n_s_per_m: (least, least), ..self.clone() }
     }
 
-    /// The lengths of the phases.
     #[must_use]
     pub fn phases(&self) -> Phases {
         let ticks = |seconds: f64| nearest_ticks(seconds, self.of_loop.tick_s);
@@ -108,7 +93,6 @@ impl SwitchingSettings {
         ((LONGEST_DWELL_S / self.of_loop.tick_s) as u64).max(2)
     }
 
-    /// True if an event leaves a gap that is kept.
     #[must_use]
     pub fn keeps_gap(&self) -> bool {
         self.augmentation.hold.map() == Some(HoldMap::Frozen)

@@ -1,11 +1,9 @@
-//! The loading law of a tissue, and the velocity in it.
-
 use super::super::signals::Signals;
 use super::super::{Range, Spec};
 use crate::filter::half;
 use crate::measured::{VELOCITY_HALF_S, deviation};
 
-/// The loading law at the depth d > 0 and the velocity v.
+/// At the depth d > 0 and the velocity v.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Law {
     /// `f = K d + B v`.
@@ -38,7 +36,7 @@ impl Law {
         }
     }
 
-    /// Returns the force in N at a depth above 0.
+    /// In N, at a depth above 0.
     pub(super) fn force_n(self, values: &[f64], depth_m: f64, velocity: f64) -> f64 {
         match self {
             Self::KelvinVoigt => values[0] * depth_m + values[1] * velocity,
@@ -47,7 +45,7 @@ impl Law {
         }
     }
 
-    /// Returns values with the stiffness and the damping of a spring and damper at half the depth.
+    /// Matches a spring and damper at half the depth.
     pub(super) fn start(self, stiffness: f64, damping: f64, depth_m: f64) -> Vec<f64> {
         match self {
             Self::KelvinVoigt => vec![stiffness, damping],
@@ -60,12 +58,12 @@ impl Law {
     }
 }
 
-/// The estimate of the needle's velocity.
+/// Estimate of the needle's velocity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Velocity {
-    /// Slope in 5 ms, for tissues.
+    /// Over 5 ms, for tissues.
     Slope,
-    /// Difference to the sample before, as the program of a virtual tissue computes it.
+    /// To the sample before, as the program of a virtual tissue computes it.
     Difference,
 }
 
@@ -81,14 +79,13 @@ impl Velocity {
         }
     }
 
-    /// Returns the factor by which rounded positions reduce a damping that is estimated with this velocity: `1 - σ²/s²`
-    /// with the variance s² of the velocity and that of its rounding error, σ². Positions are rounded to their smallest
-    /// change q; each has an error with the variance q²/12.
+    /// Factor by which rounded positions reduce the estimated damping: `1 - σ²/s²` with the variances s² of the
+    /// velocity and σ² of its rounding error. Positions rounded to q have an error of variance q²/12.
     pub(super) fn reduction(self, recordings: &[Signals]) -> f64 {
         let (mut rounding, mut total) = (0.0, 0.0);
         for one in recordings {
             let changes = one.position_m.windows(2).map(|pair| (pair[1] - pair[0]).abs());
-            // Differences of equal numbers of double precision are below this.
+            // Smaller differences are rounding errors of double precision.
             let step_m = changes.filter(|change| *change > 1e-12).fold(f64::INFINITY, f64::min);
             // Σ of the squared weights of the positions in the velocity, times the interval squared.
             let weights = match self {

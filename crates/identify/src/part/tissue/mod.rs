@@ -1,5 +1,3 @@
-//! The tissue: the force as a function of depth and velocity.
-
 mod law;
 mod rough;
 mod scenario;
@@ -18,16 +16,15 @@ use law::{Law, Velocity};
 use rough::Rough;
 use scenario::scenario;
 
-/// Expected size of the sensor's lag in s.
 const LAG_SD_S: f64 = 5e-3;
 
-/// A structure: the law, then the contact and the lag, then the optional parts.
+/// Order of the parameters: law, contact, lag, optional parts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Structure {
     law: Law,
     /// The zero of the force sensor is unknown.
     has_zero: bool,
-    /// Friction of the shaft: a spring that slides at a force.
+    /// A spring that slides at a force.
     has_friction: bool,
     velocity: Velocity,
 }
@@ -106,10 +103,8 @@ impl Structure {
         }
     }
 
-    /// Returns the simulated readings of the force sensor in N.
-    ///
-    /// `reading(t) = f(d(t - lag), v(t - lag)) + g(t - lag) + zero`; the friction g follows the needle like a spring
-    /// and is limited to ± its maximum.
+    /// `reading(t) = f(d(t - lag), v(t - lag)) + g(t - lag) + zero` in N; the friction g follows the needle like a
+    /// spring up to its maximum.
     fn simulate(self, values: &[f64], signals: &Signals) -> Option<Vec<f64>> {
         let Signals { position_m, interval_s, .. } = signals;
         let laws = self.law.specs().iter().flatten().count();
@@ -125,8 +120,8 @@ impl Structure {
             let (depth_m, moved_m) = (here_m - contact_m, here_m - before_m);
             before_m = here_m;
             let velocity = delayed(&velocities, sample, lag_s, *interval_s);
-            // The needle crosses the surface at an unknown time within an interval. Without this ramp, the errors would jump
-            // with the position of the surface, and the optimiser would see no slope.
+            // The needle crosses the surface at an unknown time within an interval. Without this ramp the errors would
+            // be discontinuous in the position of the surface.
             let contact = (0.5 + depth_m / (velocity.abs() * interval_s).max(1e-9)).clamp(0.0, 1.0);
             if contact == 0.0 {
                 grip_n = 0.0;
@@ -140,10 +135,6 @@ impl Structure {
     }
 }
 
-/// Returns the part of a recording before a rupture.
-///
-/// # Errors
-/// [`IdentifyError::EarlyRupture`] if this part is too short.
 pub(super) fn intact(recording: Signals) -> Result<(Signals, Option<Rupture>), IdentifyError> {
     let Some(rupture) = Rupture::of(&recording) else { return Ok((recording, None)) };
     let at_s = rupture.sample as f64 * recording.interval_s;
@@ -210,7 +201,7 @@ pub(super) fn conclusions(training: &[Signals], chosen: &Chosen<'_>) -> Conclusi
     Conclusions { open, file: TextFile { name: "tissue.toml".into(), text: scenario(training, chosen, &fitted) } }
 }
 
-/// Fits the other values again at the nearest power that a scenario can have.
+/// Refits the other values at the nearest power that a scenario can have.
 fn with_quarter_power(training: &[Signals], chosen: &Chosen<'_>) -> Vec<f64> {
     let Candidate { specs, simulate, .. } = chosen.candidate;
     let mut start = chosen.values.to_vec();

@@ -1,4 +1,4 @@
-//! A spring and damper that roughly follows the recordings, for the start of the optimiser.
+//! A spring and damper that roughly follows the recordings, to start the optimiser.
 
 use super::super::regression::{Regression, regression};
 use super::super::signals::Signals;
@@ -6,34 +6,30 @@ use super::law::Velocity;
 use crate::filter::delayed;
 use crate::measured::{deviation, span};
 
-/// The lags from which the optimiser may start end here, in s.
+/// Longest lag of the starts.
 const LONGEST_LAG_S: f64 = 12e-3;
 
-/// The most lags that are tried.
 const MAX_LAGS: usize = 25;
 
-/// The lowest positions, as a share of their range, that may be free of contact.
+/// Share of the range of positions that may be free of contact.
 const LOWEST_SHARE: f64 = 0.15;
 
-/// The lowest positions are free of contact if the force rises there by less than this share of its rise in the whole
-/// recording.
+/// Maximum rise of the force without contact, relative to its rise in the whole recording.
 const FLAT_SHARE: f64 = 1.0 / 3.0;
 
-/// The lowest positions are free of contact if the standard deviation of the force is below this share of its range.
+/// Maximum standard deviation of the force without contact, relative to its range.
 const QUIET_SHARE: f64 = 0.1;
 
-/// A spring and damper that roughly follows the recordings.
 pub(super) struct Rough {
-    /// Mean force in the part without contact, if there is one.
+    /// Mean force without contact.
     pub(super) zero_n: Option<f64>,
     pub(super) contact_m: f64,
     pub(super) stiffness_n_per_m: f64,
     pub(super) damping_n_s_per_m: f64,
     pub(super) lag_s: f64,
     pub(super) velocity: Velocity,
-    /// Factor by which the rounding of the positions may reduce the damping, at most 1.
+    /// Factor of the damping by the rounding of the positions; at most 1.
     pub(super) reduction: f64,
-    /// The largest depth.
     pub(super) depth_m: f64,
     pub(super) span_m: f64,
     pub(super) span_n: f64,
@@ -80,7 +76,7 @@ impl Rough {
             return None;
         }
         let regressed_m = lowest_m - (coefficients[2] - zero_n.unwrap_or(0.0)) / stiffness;
-        // Where a part is free, a line through all forces of a stiffening tissue would begin too deep.
+        // A line through all forces of a stiffening tissue would begin too deep.
         let contact_m = if free.is_some() {
             regressed_m.clamp(begin_m - 0.1 * span_m, begin_m + 0.1 * span_m)
         } else {
@@ -101,14 +97,13 @@ impl Rough {
     }
 }
 
-/// The part of recordings without contact.
 struct Free {
     zero_n: f64,
     contact_m: f64,
 }
 
 impl Free {
-    /// Looks for flat forces at the lowest positions; `None` if the needle is in contact there.
+    /// `None` if the needle is in contact at the lowest positions.
     fn of(positions: &[f64], forces: &[f64]) -> Option<Self> {
         let lowest_m = positions.iter().copied().fold(f64::INFINITY, f64::min);
         let end_m = lowest_m + LOWEST_SHARE * span(positions);

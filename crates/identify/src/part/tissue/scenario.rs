@@ -1,5 +1,3 @@
-//! The scenario with an identified tissue.
-
 use std::fmt::Write as _;
 
 use trocar_document::shortest;
@@ -8,7 +6,6 @@ use super::super::Chosen;
 use super::super::rupture::Rupture;
 use super::super::signals::Signals;
 
-/// Returns a scenario with the identified tissue.
 pub(super) fn scenario(training: &[Signals], chosen: &Chosen<'_>, values: &[f64]) -> String {
     let candidate = chosen.candidate;
     let value = |key: &str| candidate.value(values, key);
@@ -44,7 +41,8 @@ pub(super) fn scenario(training: &[Signals], chosen: &Chosen<'_>, values: &[f64]
     text
 }
 
-/// Writes the layer. Without a rupture, it ruptures at twice the largest deflection, or at the deepest allowed one.
+/// Without a rupture in the recording, the layer ruptures at twice the largest deflection, or at the deepest allowed
+/// one.
 fn layer(text: &mut String, training: &[Signals], rupture: Option<&Rupture>, value: &dyn Fn(&str) -> f64) {
     const DEEPEST_M: f64 = 0.099;
     let (stiffness, stiffening) = (value("stiffness_n_per_m"), value("stiffening_n_per_m2"));
