@@ -1,12 +1,3 @@
-//! The simulated insertion: machines, tissue, operator, sensors and link, the controllers, the engine that steps all of
-//! them tick by tick, and observers.
-//!
-//! It uses `trocar-core`, `trocar-base`, `trocar-lti` and `trocar-fmu-import`, and neither scenario files nor studies.
-//! The crate `trocar` re-exports it.
-//!
-//! Without its features `fmu` and `dop853`, units and numerical integration are refused by errors.
-
-// Without an integrator, the equations of the integrated machines are not evaluated.
 #![cfg_attr(not(feature = "dop853"), allow(dead_code))]
 
 pub mod channel;
@@ -17,8 +8,7 @@ pub mod sensor;
 pub mod teleoperation;
 pub mod tissue;
 
-/// Lanes of wide instructions. Values require [`engine::InstructionSet::is_available`], so the package `trocar` does
-/// not re-export them.
+/// Creating a lane requires [`engine::InstructionSet::is_available`], so the package `trocar` does not re-export them.
 #[cfg(target_arch = "x86_64")]
 #[doc(hidden)]
 pub mod wide_lanes {

@@ -1,5 +1,3 @@
-//! Random delays and losses of samples.
-
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -13,13 +11,10 @@ use trocar_core::time::nearest_ticks;
 const MAX_JITTER_TICKS: u64 = 100_000;
 
 trocar_core::settings! {
-    /// Random delays and losses of a link.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct Irregularity in "channel." {
         /// Maximum extra random delay of each sample, in both directions; a sample that arrives after a later one is
         /// dropped.
-        ///
-        /// Uniformly distributed, in whole ticks.
         jitter_s: f64 [NON_NEGATIVE] = 0.0,
         /// Probability that a sample is lost, in both directions; the receiver holds the last sample.
         loss: f64 [SHARE] = 0.0,
@@ -27,41 +22,32 @@ trocar_core::settings! {
 }
 
 impl Irregularity {
-    /// Checks the ranges of the fields for ticks of `tick_s`.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first setting out of range.
     pub fn validate_on_ticks(&self, tick_s: f64) -> Result<(), InvalidValue> {
         self.validate()?;
         let held = self.jitter_s / tick_s <= MAX_JITTER_TICKS as f64;
         require("channel.jitter_s", self.jitter_s, held, "at most 100000 ticks").map(drop)
     }
 
-    /// The maximum extra delay in ticks of `tick_s`.
     #[must_use]
     pub fn jitter_ticks(&self, tick_s: f64) -> u64 {
         nearest_ticks(self.jitter_s, tick_s).min(MAX_JITTER_TICKS)
     }
 
-    /// True if every sample arrives with the same delay.
     #[must_use]
     pub fn is_none(&self) -> bool {
         self.jitter_s == 0.0 && self.loss == 0.0
     }
 }
 
-/// A sample in transit, with the tick at which it was sent.
 #[derive(Debug, Clone, Copy)]
 struct Sent<L, const N: usize> {
     stamp: L,
     sample: [L; N],
 }
 
-/// One direction of an irregular link. The receiver holds the arrived sample that was sent last; a sample that arrives
-/// after a later one is dropped.
+/// A sample that arrives after a later one is dropped.
 #[derive(Debug, Clone)]
 pub(super) struct Irregular<L, const N: usize> {
-    /// The sample that arrives at each future tick; if several arrive, the one sent last.
     arriving: Box<[Sent<L, N>]>,
     held: Sent<L, N>,
     tick: u64,
@@ -90,7 +76,7 @@ impl Draws {
     }
 }
 
-/// The delays of one direction, equal to those of the first lane of a [`Delay`](super::Delay) with the same settings.
+/// Draws the same delays as the first lane of a [`Delay`](super::Delay) with the same settings.
 #[derive(Debug, Clone)]
 pub struct SampleDelays {
     tick: u64,
@@ -101,7 +87,6 @@ pub struct SampleDelays {
 }
 
 impl SampleDelays {
-    /// Creates the delays around `delay_ticks` for ticks of `tick_s`, with random `(seed, stream)`.
     #[must_use]
     pub fn new(
         (irregularity, schedule): (&Irregularity, &Schedule),
@@ -117,13 +102,11 @@ impl SampleDelays {
         }
     }
 
-    /// The number of the next sample.
     #[must_use]
     pub fn tick(&self) -> u64 {
         self.tick
     }
 
-    /// The delay of the next sample in ticks; `None` if it is lost.
     pub fn next_ticks(&mut self) -> Option<u64> {
         let delay = self.schedule.delay(self.tick, self.delay_ticks);
         let extra = self.draws.extra_ticks(&mut self.stream);

@@ -1,6 +1,3 @@
-//! The link between the sides. Each direction delays its samples by whole ticks; the plants handle the fraction of a
-//! tick.
-
 mod irregular;
 mod schedule;
 
@@ -12,11 +9,9 @@ use trocar_core::lane::{Lane, Mask};
 
 const MAX_LANES: usize = trocar_core::lane::LANES;
 
-/// Longest delay in ticks.
 pub const MAX_DELAY_TICKS: u64 = 1_000_000;
 
 trocar_core::settings! {
-    /// Delays of the link.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct DelaySettings in "channel." {
         /// Delay each way, of any length; replaces the forward_delay_s and backward_delay_s of a base, but has lower
@@ -31,52 +26,42 @@ trocar_core::settings! {
 }
 
 impl DelaySettings {
-    /// The key of the delay each way.
     pub const BOTH: &str = "channel.delay_s";
 
-    /// The key and the delay (s) of each way: forward, backward.
     #[must_use]
     pub fn of_each_way(&self) -> [(&'static str, f64); 2] {
         [("channel.forward_delay_s", self.forward_delay_s), ("channel.backward_delay_s", self.backward_delay_s)]
     }
 
-    /// True if a key is the delay of one way.
     #[must_use]
     pub fn is_one_way(key: &str) -> bool {
         matches!(key, "channel.forward_delay_s" | "channel.backward_delay_s")
     }
 }
 
-/// The receiver's state at a tick: the last sample that has arrived, of `N` numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct Arrival<L: Lane, const N: usize> {
-    /// The last sample that has arrived.
     pub sample: [L; N],
-    /// Lanes in which it has arrived at this tick.
     pub is_fresh: L::Mask,
 }
 
-/// One direction of the link, for samples of `N` numbers. The receiver holds the initial sample until the first
-/// arrival.
 #[derive(Debug, Clone)]
 pub struct Delay<L: Lane, const N: usize> {
     line: Box<[[L; N]]>,
     next: usize,
-    /// Delay of each lane in ticks, if the lanes differ: from 1 to the length of the line.
+    /// If the lanes differ: from 1 to the length of the line.
     lane_ticks: Option<Box<[usize]>>,
     irregular: Option<Box<Irregular<L, N>>>,
 }
 
 impl<L: Lane, const N: usize> Delay<L, N> {
-    /// Creates a delay of `ticks` (0: the same tick; limited to [`MAX_DELAY_TICKS`]) that holds `initial`.
     #[must_use]
     pub fn new(ticks: u64, initial: [L; N]) -> Self {
         let line = vec![initial; ticks.min(MAX_DELAY_TICKS) as usize].into_boxed_slice();
         Self { line, next: 0, lane_ticks: None, irregular: None }
     }
 
-    /// Adds random and scheduled delays and losses for ticks of `tick_s`. `random` is `(seed, first_stream)`; lane `i`
-    /// uses stream `first_stream + i`.
+    /// `random` is `(seed, first_stream)`; lane `i` uses stream `first_stream + i`.
     #[must_use]
     pub fn irregular(
         mut self,
@@ -92,19 +77,16 @@ impl<L: Lane, const N: usize> Delay<L, N> {
         self
     }
 
-    /// True if a sample arrives at the tick that sends it.
     #[must_use]
     pub fn is_immediate(&self) -> bool {
         self.line.is_empty() && self.irregular.is_none()
     }
 
-    /// Maximum delay in ticks of a sample that arrives.
     #[must_use]
     pub fn longest_ticks(&self) -> u64 {
         self.irregular.as_ref().map_or(self.line.len() as u64, |link| link.longest_ticks())
     }
 
-    /// Sends a sample and returns the sample that arrives.
     #[inline(always)]
     pub fn exchange(&mut self, sample: [L; N]) -> Arrival<L, N> {
         if let Some(link) = &mut self.irregular {
@@ -134,7 +116,6 @@ impl<L: Lane, const N: usize> Delay<L, N> {
 impl<const N: usize> trocar_core::lane::Gather for Delay<f64, N> {
     type Of<L: Lane> = Delay<L, N>;
 
-    /// The line is as long as the longest delay; different delays are at least one tick.
     fn gather<L: Lane>(all: [&Self; trocar_core::lane::LANES]) -> Option<Delay<L, N>> {
         use trocar_core::lane::Gather;
         let lengths = trocar_core::lane::of_each!(all, |one| one.line.len());
@@ -146,7 +127,6 @@ impl<const N: usize> trocar_core::lane::Gather for Delay<f64, N> {
             let line = Gather::gather(trocar_core::lane::of_each!(all, |one| &one.line))?;
             return Some(Delay { line, next: 0, lane_ticks: None, irregular });
         }
-        // Nothing has been sent yet, so every entry of a line is the initial sample.
         let initial: [L; N] = Gather::gather(trocar_core::lane::of_each!(all, |one| one.line.first()?))?;
         let longest = lengths.into_iter().max().unwrap_or(0);
         let line = vec![initial; longest].into_boxed_slice();

@@ -1,11 +1,8 @@
-//! Scheduled outages and logged delays.
-
 use std::ops::Range;
 use std::sync::Arc;
 
 use super::MAX_DELAY_TICKS;
 
-/// The schedule of one direction, by the tick at which a sample is sent. The default has no effect.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Schedule {
     delays: Arc<[u32]>,
@@ -13,36 +10,29 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// The delay of a sample that never arrives.
     pub const LOST: u32 = u32::MAX;
 
-    /// Creates a schedule. `delays` holds for each tick the delay in whole ticks of its sample (limited to
-    /// [`MAX_DELAY_TICKS`]), or [`Schedule::LOST`]. The last delay applies to all later samples; without delays the
-    /// link's delay does. Samples sent in an outage are lost. Outages must ascend without overlap.
+    /// The last of `delays` (ticks or [`Schedule::LOST`]) applies to all later samples. Outages ascend without overlap.
     #[must_use]
     pub fn new(delays: Arc<[u32]>, outages: Arc<[Range<u64>]>) -> Self {
         Self { delays, outages }
     }
 
-    /// True if the schedule has no effect.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.delays.is_empty() && self.outages.is_empty()
     }
 
-    /// True if the schedule contains delays.
     #[must_use]
     pub fn has_delays(&self) -> bool {
         !self.delays.is_empty()
     }
 
-    /// True if the schedule contains outages.
     #[must_use]
     pub fn has_outages(&self) -> bool {
         !self.outages.is_empty()
     }
 
-    /// Extends the schedule to tick `until` by repeating the delays of the ticks `from` to `to`, without outages.
     #[must_use]
     pub fn repeating(&self, from: u64, to: u64, until: u64) -> Self {
         let Some(&last) = self.delays.last().filter(|_| from < to) else { return self.clone() };
@@ -53,14 +43,11 @@ impl Schedule {
         Self { delays: (0..until.max(to)).map(delay).collect(), outages: self.outages.clone() }
     }
 
-    /// Minimum and maximum age in ticks of the sample that the receiver holds, from the first arrival on. Of the samples
-    /// that have arrived, it holds the one sent last. `None` without scheduled delays, or if all samples from some tick
-    /// on are lost.
+    /// `None` without scheduled delays, or if all samples from some tick on are lost.
     #[must_use]
     pub fn ages(&self) -> Option<(u64, u64)> {
         let last = arriving(*self.delays.last()?)?;
         let end = self.delays.len() + last as usize;
-        // The last sent of the samples that arrive at each tick.
         let mut arrived = vec![None; end];
         for (sent, delay) in self.delays.iter().enumerate() {
             if let Some(place) = arriving(*delay).and_then(|delay| arrived.get_mut(sent + delay as usize)) {
@@ -68,7 +55,6 @@ impl Schedule {
             }
         }
         let mut held = None;
-        // After the end of the list the age is the last delay.
         let mut range = (last, last);
         for (tick, arrived) in arrived.into_iter().enumerate() {
             held = held.max(arrived);
@@ -89,11 +75,9 @@ fn arriving(delay: u32) -> Option<u64> {
     (delay != Schedule::LOST).then(|| u64::from(delay).min(MAX_DELAY_TICKS))
 }
 
-/// A schedule that is read tick by tick.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Running {
     schedule: Schedule,
-    /// The first outage that has not ended.
     outage: usize,
 }
 
@@ -102,8 +86,7 @@ impl Running {
         Self { schedule, outage: 0 }
     }
 
-    /// The delay in ticks of the sample sent at `tick`, which must not decrease; `None` if it is lost. `link_ticks`
-    /// applies without scheduled delays.
+    /// `None` if the sample is lost; `tick` must not decrease.
     pub(super) fn delay(&mut self, tick: u64, link_ticks: u64) -> Option<u64> {
         let Schedule { delays, outages } = &self.schedule;
         while outages.get(self.outage).is_some_and(|outage| outage.end <= tick) {

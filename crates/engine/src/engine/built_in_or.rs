@@ -1,5 +1,3 @@
-//! A role that is filled by a built-in or a user-defined part.
-
 use super::{IntegrationError, MasterOutput, Plants, SlaveOutput, TissueForce};
 use crate::operator::Operator;
 use crate::teleoperation::{AtMaster, AtSlave, Connection, LinkReport};
@@ -8,17 +6,14 @@ use trocar_core::augmentation::{AugmentedTick, ForceLaw, ModeChange, Modes, Moti
 use trocar_core::detector::{Decision, Detector, DetectorInput};
 use trocar_core::estimation::{Estimate, Estimator};
 
-/// A built-in part, which is inlined in the tick, or a user-defined part, which is called dynamically.
+/// A built-in part is inlined, a user-defined part is called dynamically.
 pub enum BuiltInOr<B, D: ?Sized> {
-    /// A built-in part.
     BuiltIn(B),
-    /// A user-defined part.
     UserDefined(Box<D>),
 }
 
 trocar_core::variants!(each of BuiltInOr { BuiltIn, UserDefined });
 
-/// Implements a trait by delegation to the contained part.
 macro_rules! by_the_part_that_is_there {
     ($Trait:ident { $(fn $name:ident($($reference:tt)+) ($($argument:ident: $Type:ty),*) $(-> $Result:ty)?;)* }) => {
         impl<B: $Trait<f64>> $Trait<f64> for BuiltInOr<B, dyn $Trait<f64> + Send> {

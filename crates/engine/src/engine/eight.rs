@@ -1,14 +1,8 @@
-//! Eight lanes in the registers of an instruction set.
-//!
-//! Every operation equals that of `f64`, lane by lane: no fused multiply-add, no reassociation, `min` and `max` with
-//! the same order of arguments. The bits equal those of a single run.
-
 use core::fmt::{self, Debug, Formatter};
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use trocar_core::lane::{LANES, Lane, Mask};
 
-/// Calls an intrinsic of an instruction set.
 macro_rules! intrinsic {
     ($arch:ident::$name:ident($($argument:expr),*)) => {
         // SAFETY: `trocar-studies` creates these numbers only for packs of runs, after a check that the machine has
@@ -17,7 +11,6 @@ macro_rules! intrinsic {
     };
 }
 
-/// Defines a number and a mask of eight lanes by the intrinsics of a module, in the listed parts.
 macro_rules! eight {
     ($(#[$doc:meta])* $Number:ident, $Truth:ident, $arch:ident, $count:literal: $($part:literal)*) => {
         $(#[$doc])*
@@ -25,7 +18,6 @@ macro_rules! eight {
         #[repr(C, align(64))]
         pub struct $Number([$arch::Vector; $count]);
 
-        /// A truth value for each lane.
         #[derive(Clone, Copy)]
         pub struct $Truth([$arch::Truth; $count]);
 
@@ -198,16 +190,13 @@ macro_rules! eight {
 }
 
 eight! {
-    /// Eight numbers in two registers of 256 bits.
     Avx2, Avx2Truth, avx2, 2: 0 1
 }
 
 eight! {
-    /// Eight numbers in one register of 512 bits.
     Avx512, Avx512Truth, avx512, 1: 0
 }
 
-/// Defines modules of intrinsics with the same names.
 macro_rules! intrinsics {
     ($module:ident: $Vector:ty, $Truth:ty;
      $($name:ident($($argument:ident: $type:ty),*) -> $result:ty: $body:expr;)*) => {

@@ -1,21 +1,16 @@
-//! The plants with an exact step, by the matrix exponentials of `plant`.
-
 use super::{IntegrationError, MasterOutput, Plants, SlaveOutput, TissueForce};
 use crate::plant::{MASTER_STATES, MasterStep, SLAVE_STATES, SlaveStep};
 use trocar_core::lane::{Gather, LANES, Lane, by_index, of_each};
 
-/// Rows of the master's matrix: `x_h, v_h, x_a, v_a`; then the force integral and `F_h` at the next tick.
+/// `x_h, v_h, x_a, v_a`; then the force integral and `F_h` at the next tick.
 const MOTION_ROWS: usize = MASTER_STATES - 1;
 const FORCE_ROWS: usize = 2;
-/// Columns: the states, `x_d` now and next, `F_ed`.
 const MASTER_COLUMNS: usize = MASTER_STATES + 3;
-/// Rows of the slave's matrix. An even number, so that pairs fill a vector register; the last row is 0.
+/// Even, to fill vector registers; the last row is 0.
 const SLAVE_ROWS: usize = SLAVE_STATES + 1;
 const SLAVE_COLUMNS: usize = SLAVE_STATES + 1;
 
-/// An entry of a matrix over lanes.
 pub trait Coefficient<L>: Copy {
-    /// The coefficient in each lane.
     fn in_lanes(self) -> L;
 }
 
@@ -26,7 +21,6 @@ impl<L: Lane> Coefficient<L> for L {
     }
 }
 
-/// A coefficient that is the same in all lanes.
 #[derive(Debug, Clone, Copy)]
 pub struct Shared(f64);
 
@@ -37,26 +31,20 @@ impl<L: Lane> Coefficient<L> for Shared {
     }
 }
 
-/// Both plants as two matrices, column by column, and their states.
-///
-/// A tick reads mostly the matrices. If all lanes have the same machines, the entries are [`Shared`], an eighth of the
-/// size. The alignment keeps each vector within a cache line. The field order separates the states: adjacent states
-/// would be written and read as vectors with other bounds, and the reads would stall on the store buffer.
+/// The alignment keeps each vector within a cache line. The field order separates the states: adjacent states would be
+/// written and read as vectors with other bounds, and the reads would stall on the store buffer.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
 pub struct ExactPlants<L, C = L> {
-    /// Rows of the master for its motion.
     motion: [[C; MOTION_ROWS]; MASTER_COLUMNS],
     motion_state: [L; MOTION_ROWS],
     slave: [[C; SLAVE_ROWS]; SLAVE_COLUMNS],
     slave_state: [L; SLAVE_ROWS],
-    /// Rows of the master for the force integral and `F_h`.
     forces: [[C; FORCE_ROWS]; MASTER_COLUMNS],
     force_state: [L; FORCE_ROWS],
 }
 
 impl<L: Lane> ExactPlants<L> {
-    /// Creates both plants at rest: master and arm at `master_m`, the slave at `reference_m`.
     #[must_use]
     pub fn new(master: &MasterStep, slave: &SlaveStep, master_m: f64, reference_m: f64) -> Self {
         let motion =
@@ -90,7 +78,6 @@ impl<L: Lane> ExactPlants<L> {
     }
 }
 
-/// Effect of a unit of feedback force on the master's rows.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ForceColumn<L> {
     motion: [L; MOTION_ROWS],
@@ -121,7 +108,7 @@ impl<L: Lane> ExactPlants<L> {
     }
 }
 
-/// `Σ_j columns[j] · inputs[j]` as two sums, over even and odd `j`: half the latency, in a fixed order.
+/// Two sums, over even and odd `j`: half the latency, in a fixed order.
 #[inline(always)]
 pub(super) fn combine<L: Lane, C: Coefficient<L>, const ROWS: usize, const COLUMNS: usize>(
     columns: &[[C; ROWS]; COLUMNS],
@@ -170,7 +157,6 @@ impl<L: Lane, C: Coefficient<L>> Plants<L> for ExactPlants<L, C> {
         let [x_e, v_e, third, _] = self.slave_state;
         self.slave_state = combine(&self.slave, [x_e, v_e, third, reference - deflection]);
         if L::WIDTH > 1 {
-            // The rows fill registers, so the padding row need not be computed.
             self.slave_state[SLAVE_STATES] = L::zero();
         }
         Ok(())
@@ -201,19 +187,15 @@ impl ExactPlants<f64> {
     }
 }
 
-/// The plants of eight cases. One type for both kinds, so an engine is compiled once: a branch per tick costs less than
-/// a second copy of every run.
+/// One type for both kinds: a branch per tick costs less than compiling every run twice.
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant, reason = "the machines of eight cases each are eight times as large")]
 pub enum GatheredPlants<L> {
-    /// All cases have the same machines.
     Alike(ExactPlants<L, Shared>),
-    /// Each case has different machines.
     Different(ExactPlants<L>),
 }
 
 impl<L: Lane> GatheredPlants<L> {
-    /// Combines the plants of eight cases, the first in lane 0.
     pub fn gather(all: [&ExactPlants<f64>; LANES]) -> Option<Self> {
         ExactPlants::gather_alike(all).map(Self::Alike).or_else(|| ExactPlants::gather(all).map(Self::Different))
     }

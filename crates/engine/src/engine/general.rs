@@ -1,5 +1,3 @@
-//! The plants with a general master or slave. The slave is any linear machine, or a mass with Coulomb friction, under a controller on the tick.
-
 use super::integrated_slave::IntegratedSlave;
 use super::{
     ControlledMaster, ExactPlants, IntegratedPlants, IntegrationError, LimitedPlants, MasterOutput, Plants,
@@ -9,29 +7,20 @@ use crate::plant::{
     ActuatorLimits, MachineColumn, MachineStep, PlantError, Rest, SampledController, SampledGains, SlaveParameters,
 };
 
-/// The plants whose master side is used. Their slave, if any, rests.
 #[derive(Debug, Clone)]
 pub enum MasterPlants {
-    /// With an exact step.
     Exact(Box<ExactPlants<f64>>),
-    /// With motors that saturate or lag.
     Limited(Box<LimitedPlants<f64>>),
-    /// Integrated numerically.
     Integrated(Box<IntegratedPlants>),
-    /// A master other than the appendix'; it has no slave.
     General(Box<ControlledMaster>),
 }
 
-/// The machine of a general slave.
 #[derive(Debug, Clone)]
 pub enum SlaveMachine {
-    /// With an exact step.
     Exact(Box<MachineStep>, MachineColumn),
-    /// Integrated numerically.
     Integrated(Box<IntegratedSlave>),
 }
 
-/// A general slave with its controller on the tick.
 #[derive(Debug, Clone)]
 pub struct GeneralSlave {
     machine: SlaveMachine,
@@ -39,10 +28,6 @@ pub struct GeneralSlave {
 }
 
 impl GeneralSlave {
-    /// Creates a slave with an exact step, at rest under the reference `reference_m`.
-    ///
-    /// # Errors
-    /// [`PlantError`] for a machine that cannot be stepped or cannot rest.
     pub fn exact(
         slave: &SlaveParameters,
         limits: &ActuatorLimits,
@@ -54,10 +39,6 @@ impl GeneralSlave {
         Ok(Self { machine, controller: controller(slave, limits, tick_s, &rest, reference_m) })
     }
 
-    /// Like [`GeneralSlave::exact`], with a machine that is integrated numerically at a tenth of the tick.
-    ///
-    /// # Errors
-    /// [`PlantError`], as for [`GeneralSlave::exact`].
     pub fn integrated(
         slave: &SlaveParameters,
         limits: &ActuatorLimits,
@@ -70,7 +51,6 @@ impl GeneralSlave {
         Ok(Self { machine, controller: controller(slave, limits, tick_s, &rest, reference_m) })
     }
 
-    /// Returns the position in m and the velocity in m/s.
     #[must_use]
     pub fn output(&self) -> [f64; 2] {
         match &self.machine {
@@ -79,10 +59,6 @@ impl GeneralSlave {
         }
     }
 
-    /// Steps to the next tick under a held reference in m and the tissue's force.
-    ///
-    /// # Errors
-    /// [`IntegrationError`] if the numerical integrator fails.
     pub fn step(&mut self, reference_m: f64, force: TissueForce<f64>) -> Result<(), IntegrationError> {
         let motion = self.output();
         let command = self.controller.command(reference_m - motion[0], motion, force.measured_n);
@@ -114,7 +90,6 @@ fn controller(
     )
 }
 
-/// A master with a general slave.
 #[derive(Debug, Clone)]
 pub struct GeneralPlants {
     master: MasterPlants,
@@ -122,7 +97,6 @@ pub struct GeneralPlants {
 }
 
 impl GeneralPlants {
-    /// Combines the master side of `master` with a slave.
     #[must_use]
     pub fn new(master: MasterPlants, slave: GeneralSlave) -> Self {
         Self { master, slave }

@@ -1,5 +1,3 @@
-//! A master other than the appendix', with the arm and the force controller on the tick.
-
 use super::integrated_master::IntegratedMaster;
 use super::{IntegrationError, MasterOutput};
 use crate::plant::{ActuatorLimits, ArmedColumn, ArmedRest, ArmedStep, GeneralMaster, PlantError};
@@ -10,8 +8,6 @@ enum Machine {
     Integrated(Box<IntegratedMaster>),
 }
 
-/// A general master with its controller on the tick, `T` long:
-///
 /// ```text
 /// U_k = F_ed + K_i I_k, limited in range and in change per tick
 /// I_{k+1} = I_k + T (F_ed - F_h) unless this would increase what a limit cuts off
@@ -21,17 +17,12 @@ pub struct ControlledMaster {
     machine: Machine,
     integral_gain: f64,
     tick_s: f64,
-    /// Largest `U_m` in N and largest change per tick; infinite without a limit.
     bounds: (f64, f64),
     integral: f64,
     motor_n: f64,
 }
 
 impl ControlledMaster {
-    /// Creates a master with an exact step, at rest under a desired position in m.
-    ///
-    /// # Errors
-    /// [`PlantError`] for a machine that cannot be stepped or cannot rest.
     pub fn exact(
         master: &GeneralMaster<'_>,
         limits: &ActuatorLimits,
@@ -43,10 +34,6 @@ impl ControlledMaster {
         Ok(Self::with(machine, master, limits, tick_s, &rest))
     }
 
-    /// Like [`ControlledMaster::exact`], with a machine that is integrated numerically at a tenth of the tick.
-    ///
-    /// # Errors
-    /// [`PlantError`], as for [`ControlledMaster::exact`].
     pub fn integrated(
         master: &GeneralMaster<'_>,
         limits: &ActuatorLimits,
@@ -67,7 +54,7 @@ impl ControlledMaster {
         rest: &ArmedRest,
     ) -> Self {
         let integral_gain = master.parameters.force_integral_gain;
-        // The motor resists: its force in the direction of insertion is -U_m.
+        // The force in the direction of insertion is -U_m.
         let motor_n = -rest.motor_n;
         let bounds = (limits.max_master_force_n(), limits.max_master_change_n(tick_s));
         Self {
@@ -80,7 +67,6 @@ impl ControlledMaster {
         }
     }
 
-    /// Returns position, velocity and hand force.
     #[must_use]
     pub fn output(&self) -> MasterOutput<f64> {
         match &self.machine {
@@ -93,14 +79,10 @@ impl ControlledMaster {
         }
     }
 
-    /// Steps to the next tick, with the desired position linear (m) and the feedback force held (N).
-    ///
-    /// # Errors
-    /// [`IntegrationError`] if the numerical integrator fails.
     pub fn step(&mut self, desired_m: [f64; 2], feedback_n: f64) -> Result<(), IntegrationError> {
         let wanted_n = feedback_n + self.integral_gain * self.integral;
         let (range, change) = self.bounds;
-        // Unlike `clamp`, `max` and `min` do not panic if a diverged command is NaN.
+        // Unlike `clamp`, `max` and `min` accept a diverged (NaN) command.
         let within = wanted_n.max(-range).min(range);
         let limited = within.max(self.motor_n - change).min(self.motor_n + change);
         self.motor_n = if wanted_n.is_nan() { wanted_n } else { limited };

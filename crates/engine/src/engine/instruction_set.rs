@@ -1,29 +1,22 @@
-//! The instruction set, chosen at run time.
-//!
-//! The same source is compiled for several instruction sets. All give the same bits, because no fused multiply-add is
-//! enabled and sums keep their order.
+//! All instruction sets give the same bits, because no fused multiply-add is enabled and sums keep their order.
 
 #[cfg(target_arch = "x86_64")]
 use super::{Avx2, Avx512};
 use super::{Engine, EngineError, EventObserver, Observer, Plants, SelectedSignals, Wiring};
 use trocar_core::lane::Lane;
 
-/// The instruction set for several cases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InstructionSet {
-    /// Eight lanes, eight numbers in a register.
     Avx512,
-    /// Eight lanes, four numbers in a register.
     Avx2,
-    /// One case after another, with the baseline instructions (SSE2 on x86-64), which lanes would not speed up.
+    /// SSE2 on x86-64, one case after another, because lanes would not be faster.
     Baseline,
 }
 
 impl InstructionSet {
-    /// All instruction sets, the widest first.
+    /// The widest first.
     pub const ALL: [Self; 3] = [Self::Avx512, Self::Avx2, Self::Baseline];
 
-    /// True if this machine supports the instruction set.
     #[must_use]
     pub fn is_available(self) -> bool {
         #[cfg(target_arch = "x86_64")]
@@ -42,14 +35,12 @@ impl InstructionSet {
         }
     }
 
-    /// The widest instruction set that this machine supports.
     #[must_use]
     pub fn widest() -> Self {
         Self::ALL.into_iter().find(|set| set.is_available()).unwrap_or(Self::Baseline)
     }
 }
 
-/// Runs an engine, compiled for its observer, in wider registers if the machine has them.
 #[cfg_attr(target_arch = "x86_64", allow(unsafe_code, reason = "calls a function compiled for an instruction set"))]
 pub(super) fn run<P: Plants<W::Lane>, W: Wiring, O: Observer<W::Lane>>(
     engine: &mut Engine<P, W>,
@@ -80,22 +71,15 @@ fn run_avx2<P: Plants<W::Lane>, W: Wiring, O: Observer<W::Lane>>(
     engine.run_ticks(observer)
 }
 
-/// Eight lanes of an instruction set.
 pub trait Wide: Lane {
-    /// [`Engine::run`] in this instruction set.
-    ///
-    /// # Errors
-    /// See [`Engine::run`].
     fn run<P: Plants<Self>, W: Wiring<Lane = Self>, O: Observer<Self>>(
         engine: &mut Engine<P, W>,
         observer: &mut O,
     ) -> Result<(), EngineError>;
 
-    /// [`EventObserver::observe`] in this instruction set.
     fn observe<O: EventObserver<Self>>(observer: &mut O, signals: &SelectedSignals<Self>);
 }
 
-/// An observer compiled for the instruction set of its lanes, for any caller.
 pub struct InSet<O>(pub O);
 
 impl<L: Wide, O: EventObserver<L>> EventObserver<L> for InSet<O> {

@@ -1,7 +1,5 @@
-//! The plants integrated numerically between ticks (Dormand-Prince 8(5,3)), as an independent check of the exact step.
-//!
-//! The equations use the paper's letters and coefficients and no code of `lti`, so an error in a realisation or a hold
-//! shows as a difference. About a hundred times slower than the exact step.
+//! Numerical integration (Dormand-Prince 8(5,3)), as an independent check of the exact step: the equations use the
+//! paper's letters and no code of `lti`.
 
 use nalgebra::SVector;
 
@@ -14,7 +12,6 @@ use crate::plant::{
 /// `x_h, v_h, x_a, v_a, ∫(F_ed - F_h)`, the slave in observer form `z_1 = x_e, z_2, z_3`, and `x_d`.
 type State = SVector<f64, 9>;
 
-/// `State`, and the outputs `U_m` and `U_s` of motors with a lag.
 type LaggedState = SVector<f64, 11>;
 
 #[derive(Debug, Clone)]
@@ -22,24 +19,21 @@ struct Equations {
     master: MasterParameters,
     arm: ArmParameters,
     timing: ControlTiming,
-    /// Slave: `x_e''' + a[2] x_e'' + a[1] x_e' + a[0] x_e = b[1] u' + b[0] u`.
+    /// `x_e''' + a[2] x_e'' + a[1] x_e' + a[0] x_e = b[1] u' + b[0] u`
     a: [f64; 3],
     b: [f64; 2],
     proportional_gain: f64,
     velocity_gain: f64,
     damping: Damping,
-    /// Used only with sampled control.
     limits: ActuatorLimits,
     desired_velocity: f64,
     feedback: f64,
     reference: f64,
-    /// Held over the tick with sampled control.
     motor: f64,
     held_slave_control: f64,
 }
 
-/// The equations with motors that follow the held commands with a lag. A separate type, so the two extra states do not
-/// affect the integrator's step size without a lag.
+/// The two extra states would affect the integrator's step size without a lag.
 struct Lagged<'a>(&'a Equations);
 
 impl Equations {
@@ -117,24 +111,18 @@ impl Differential<LaggedState> for Lagged<'_> {
     }
 }
 
-/// Both plants between ticks, integrated numerically.
 #[derive(Debug, Clone)]
 pub struct IntegratedPlants {
     equations: Equations,
     tick_s: f64,
     state: State,
-    /// Outputs `U_m` and `U_s` of motors with a lag.
     actual: [f64; 2],
-    /// Times at which feedback force and reference arrive within a tick, as fractions of the tick.
     arrivals: [f64; 2],
-    /// Last received reference in m, without the deflection of the slave.
+    /// The reference without the deflection of the slave.
     received: f64,
 }
 
 impl IntegratedPlants {
-    /// Creates both plants at rest: master and arm at `master_m`, the slave at `reference_m`.
-    ///
-    /// The parameters must be valid for `plant`.
     #[must_use]
     pub fn new(
         (master, arm, slave): (&MasterParameters, &ArmParameters, &SlaveParameters),
@@ -148,7 +136,6 @@ impl IntegratedPlants {
             Damping::Velocity => slave.proportional_gain,
             Damping::AsPrinted => slave.proportional_gain + slave.velocity_gain,
         };
-        // At rest only the constant coefficients act.
         let (held, pushed) = (slave.denominator.last().unwrap_or(&0.0), slave.numerator.last().unwrap_or(&0.0));
         let load = held + pushed * stiffness;
         let gain = if load == 0.0 { 1.0 } else { pushed * slave.proportional_gain / load };
@@ -176,8 +163,7 @@ impl IntegratedPlants {
         Self { equations, tick_s, state, actual: [0.0; 2], arrivals: [0.0; 2], received: reference_m }
     }
 
-    /// Lets feedback force and reference arrive within each tick, at fractions from 0 to 1; until then the previous
-    /// values are held. Requires continuous control: sampled control reads at the tick.
+    /// Arrival times within each tick, as fractions; with continuous control only.
     #[must_use]
     pub fn split(mut self, feedback_share: f64, reference_share: f64) -> Self {
         self.arrivals = [feedback_share, reference_share];
@@ -202,8 +188,6 @@ impl IntegratedPlants {
         Ok(())
     }
 
-    /// Adds range limits, rate limits and lags to the motors of plants at rest. Requires sampled control: continuous
-    /// control ignores limits.
     #[must_use]
     pub fn limited(mut self, limits: &ActuatorLimits) -> Self {
         let equations = &mut self.equations;
@@ -222,12 +206,10 @@ fn limited(wanted: f64, last: f64, range: f64, rate: Option<f64>, tick_s: f64) -
     if way.abs() > rate * tick_s { last + rate * tick_s * way.signum() } else { within }
 }
 
-/// Converts the coefficients of a slave of degree 2 or 3 to degree 3, lowest power first, with leading coefficient 1.
 fn third_order(numerator: &[f64], denominator: &[f64]) -> ([f64; 3], [f64; 2]) {
     let trim = |c: &[f64]| c.iter().copied().skip_while(|&v| v == 0.0).collect::<Vec<f64>>();
     let (mut numerator, mut denominator) = (trim(numerator), trim(denominator));
     if denominator.len() == 3 {
-        // Multiplying both by s does not change the function.
         numerator.push(0.0);
         denominator.push(0.0);
     }
@@ -261,7 +243,7 @@ impl Plants<f64> for IntegratedPlants {
         self.state[8] = desired;
         self.equations.desired_velocity = (next - desired) / self.tick_s;
         let [feedback_share, reference_share] = self.arrivals;
-        // The last reference is held until the new one arrives; this tick's deflection acts throughout.
+        // The last reference is held until the new one arrives.
         self.equations.reference = self.received - deflection;
         let mut past = 0.0;
         for share in [feedback_share.min(reference_share), feedback_share.max(reference_share)] {

@@ -1,8 +1,5 @@
-//! A general master with the arm, integrated numerically (Dormand-Prince 8(5,3)) at a tenth of the tick, as an
-//! independent check of the exact step.
-//!
-//! The equations use no code of `lti` or of the exact step with friction. Friction keeps its direction over a tenth of
-//! the tick; a mass whose velocity changes its sign within one stops there.
+//! An independent check of the exact step, integrated at a tenth of the tick. A velocity that changes its sign within a
+//! tenth stops the mass.
 
 use nalgebra::DVector;
 
@@ -13,10 +10,8 @@ use crate::plant::{ArmParameters, GeneralMaster, MasterModel, PlantError};
 
 const PARTS: usize = 10;
 
-/// The machine's states, position and velocity of the arm, and the desired position.
 type State = DVector<f64>;
 
-/// The equations over a part of a tick.
 struct Driven<'a> {
     master: &'a IntegratedMaster,
     desired_m_per_s: f64,
@@ -43,7 +38,6 @@ impl Differential<State> for Driven<'_> {
     }
 }
 
-/// A master with the arm, integrated from tick to tick.
 #[derive(Debug, Clone)]
 pub(super) struct IntegratedMaster {
     equations: Equations,
@@ -55,7 +49,6 @@ pub(super) struct IntegratedMaster {
 }
 
 impl IntegratedMaster {
-    /// Creates the machine at rest: master and arm (m) under a motor force (N), and the desired position in m.
     pub(super) fn new(
         master: &GeneralMaster<'_>,
         tick_s: f64,
@@ -107,7 +100,7 @@ impl IntegratedMaster {
         let desired_m_per_s = (desired_m[1] - desired_m[0]) / self.tick_s;
         for _ in 0..PARTS {
             let net_n = motor_n + self.constant_n + self.hand_force_n(&self.state);
-            // Only a mass has friction, and its second state is the velocity.
+            // Only a mass has friction; its second state is the velocity.
             let velocity = self.state[1];
             let is_held = self.friction_n > 0.0 && velocity == 0.0 && net_n.abs() <= self.friction_n;
             let direction = if velocity == 0.0 { net_n.signum() } else { velocity.signum() };

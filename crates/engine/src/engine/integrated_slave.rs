@@ -1,8 +1,4 @@
-//! A general slave integrated numerically (Dormand-Prince 8(5,3)) at a tenth of the tick, as an independent check of
-//! the exact step.
-//!
-//! The equations use the matrices and coefficients of the settings and no code of `lti` or of the sliding mass. Friction
-//! keeps its direction over a tenth of the tick; a mass whose velocity changes its sign within one stops there.
+//! As in `integrated_master.rs`.
 
 use nalgebra::DVector;
 
@@ -23,7 +19,6 @@ pub(super) struct Equations {
     position: Vec<f64>,
 }
 
-/// The equations with the forces (N) of a part of a tick.
 struct Driven<'a> {
     equations: &'a Equations,
     command: f64,
@@ -38,7 +33,6 @@ impl Differential<State> for Driven<'_> {
     }
 }
 
-/// A slave's machine, integrated from tick to tick.
 #[derive(Debug, Clone)]
 pub struct IntegratedSlave {
     equations: Equations,
@@ -50,10 +44,6 @@ pub struct IntegratedSlave {
 }
 
 impl IntegratedSlave {
-    /// Creates the machine at rest at a position in m under a motor force.
-    ///
-    /// # Errors
-    /// [`PlantError::NoRest`].
     pub fn new(slave: &SlaveParameters, tick_s: f64, (position_m, command): (f64, f64)) -> Result<Self, PlantError> {
         let mut equations = match slave.model {
             SlaveModel::Appendix | SlaveModel::TransferFunction => {
@@ -80,16 +70,11 @@ impl IntegratedSlave {
         Ok(Self { equations, is_loaded, constant_n, friction_n, part_s, state })
     }
 
-    /// Returns the position in m and the velocity in m/s.
     #[must_use]
     pub fn output(&self) -> [f64; 2] {
         self.equations.output(self.state.as_slice())
     }
 
-    /// Steps over a tick with a held motor force and force of the tissue in N.
-    ///
-    /// # Errors
-    /// [`IntegrationError`].
     pub fn advance(&mut self, command: f64, tissue_n: f64) -> Result<(), IntegrationError> {
         let external_n = if self.is_loaded { tissue_n + self.constant_n } else { self.constant_n };
         for _ in 0..PARTS {
@@ -141,11 +126,10 @@ impl Equations {
         }
     }
 
-    /// The observer form: `z_i' = z_{i+1} - a_i z_1 + b_i u`, with the position `z_1`.
+    /// Observer form: `z_i' = z_{i+1} - a_i z_1 + b_i u`, with the position `z_1`.
     pub(super) fn of_function(numerator: &[f64], denominator: &[f64]) -> Self {
         let n = denominator.len() - 1;
         let leading = denominator[0];
-        // Leading zeros of the numerator have no effect.
         let above = |power: usize| numerator.iter().rev().nth(power).map_or(0.0, |value| value / leading);
         let a = (0..n)
             .map(|i| {
@@ -167,36 +151,32 @@ impl Equations {
         self.position.len()
     }
 
-    /// The derivative of state `i` under a motor force and an external force in N. Further entries of `state` are not
-    /// used.
     pub(super) fn derivative(&self, i: usize, state: &[f64], motor_n: f64, external_n: f64) -> f64 {
         let inner: f64 = self.a[i].iter().zip(state).map(|(entry, value)| entry * value).sum();
         inner + self.motor[i] * motor_n + self.external[i] * external_n
     }
 
-    /// Position (m) and velocity (m/s).
     pub(super) fn output(&self, state: &[f64]) -> [f64; 2] {
         let value = |row: &[f64]| -> f64 { row.iter().zip(state).map(|(c, x)| c * x).sum() };
-        // The forces do not change the position's derivative: c B = 0.
+        // c B = 0.
         let velocity = self.position.iter().zip(&self.a).map(|(c, row)| c * value(row)).sum();
         [value(&self.position), velocity]
     }
 
-    /// The rest of the observer form under both forces: `z_{i+1} = a_i z_1 - b_i u`.
     pub(super) fn rest_of_function(&self, position_m: f64, [motor_n, external_n]: [f64; 2]) -> State {
         let at =
             |i: usize| -self.a[i - 1][0] * position_m - self.motor[i - 1] * motor_n - self.external[i - 1] * external_n;
         State::from_fn(self.position.len(), |i, _| if i == 0 { position_m } else { at(i) })
     }
 
-    /// The state with `A x + b_u u + b_w w = 0` and the given position.
+    /// Solves `A x + b_u u + b_w w = 0`.
     pub(super) fn rest_of_matrices(&self, position_m: f64, [motor_n, external_n]: [f64; 2]) -> Option<State> {
         let n = self.position.len();
         let entry = |i: usize, j: usize| if i < n { self.a[i][j] } else { self.position[j] };
         let right = |i: usize| {
             if i < n { -self.motor[i] * motor_n - self.external[i] * external_n } else { position_m }
         };
-        // Rows of similar size, so that a small coefficient counts like a large one.
+        // Scales rows, so that small coefficients count.
         let scale: Vec<f64> =
             (0..=n).map(|i| (0..n).map(|j| entry(i, j).abs()).fold(f64::MIN_POSITIVE, f64::max)).collect();
         let matrix = nalgebra::DMatrix::from_fn(n + 1, n, |i, j| entry(i, j) / scale[i]);

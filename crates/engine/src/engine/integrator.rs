@@ -1,5 +1,3 @@
-//! Dormand-Prince 8(5,3), which integrates the machines between ticks.
-
 use std::ops::Mul;
 
 use nalgebra::allocator::Allocator;
@@ -22,7 +20,6 @@ impl<E: Differential<V>, V> System<f64, V> for Solved<E> {
     }
 }
 
-/// Advances a state by a time in s.
 pub(super) fn integrate<D: Dim>(
     equations: impl Differential<OVector<f64, D>>,
     duration_s: f64,

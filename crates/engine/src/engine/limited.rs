@@ -1,8 +1,3 @@
-//! The plants with motors of limited range and rate and with a lag, with an exact step.
-//!
-//! Both controllers hold their commands over a tick, so the machines between ticks are linear despite the limits. Each
-//! is stepped by its matrix exponential, from the limited command and the motor's initial output.
-
 use super::exact::combine;
 use super::motor::Motor;
 use super::{IntegrationError, MasterOutput, Plants, SlaveOutput, TissueForce};
@@ -12,14 +7,12 @@ use crate::plant::{
 };
 use trocar_core::lane::Lane;
 
-/// `x_h, v_h, x_a, v_a`.
 const MOTIONS: usize = MASTER_STATES - 1;
-/// The motions, `x_d` now and next, the command of `U_m`, and a zero column for an even number.
+/// The motions, `x_d` now and next, `U_m`, and a zero column for an even number.
 const MASTER_COLUMNS: usize = MOTIONS + 4;
 const SLAVE_COLUMNS: usize = SLAVE_STATES + 1;
 
-/// Both plants with sampled controllers, whose outputs are clipped in range and in change per tick, and motors that
-/// follow with a lag τ.
+/// Commands are held, so the machines are linear between ticks and have an exact step:
 ///
 /// ```text
 /// W_m = F_ed + K_i I,                     C_m = the last C_m, moved towards clip(W_m) by at most rate · T
@@ -27,8 +20,7 @@ const SLAVE_COLUMNS: usize = SLAVE_STATES + 1;
 /// U(t) = C + (U_0 - C) exp(-t/τ) over the tick
 /// I += T (F_ed - F_h) unless C_m differs from W_m and this would increase the difference
 /// ```
-/// Conditional integration stops the integral while it could only wind up, so the master leaves the limit once the
-/// error changes sign. It needs no extra gain and has no effect below the limits. A lag does not stop the integral.
+/// Conditional integration needs no extra gain.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
 pub struct LimitedPlants<L> {
@@ -47,10 +39,6 @@ pub struct LimitedPlants<L> {
 }
 
 impl<L: Lane> LimitedPlants<L> {
-    /// Creates both plants at rest: master and arm at `master_m`, the slave at `reference_m`.
-    ///
-    /// # Errors
-    /// [`PlantError`] for a parameter out of range or a computation that fails.
     pub fn new(
         (master, arm, slave): (&MasterParameters, &ArmParameters, &SlaveParameters),
         limits: &ActuatorLimits,

@@ -1,19 +1,13 @@
-//! One tick, N ticks, and their observers.
-//!
-//! The physics between ticks is linear and is stepped exactly. Only the sampled channel couples the two sides. A tick,
-//! at `k * tick_s`:
+//! The physics between ticks is linear and is stepped exactly; only the sampled channel couples the two sides.
+//! [`Parts::tick`]:
 //!
 //! 1. read both plants: `x_h, v_h, F_h`; `x_e, v_e`
-//! 2. tissue: `f_e`; sensors: the measured force `y`, position and velocity
+//! 2. tissue: `f_e`; sensors: `y`, position and velocity
 //! 3. estimator: `e_k`, then its parameters
 //! 4. detector: `s_k`, then `g_k` and the alarm
-//! 5. link, and supervisor on the slave's side, with the received master's position: mode, `x_ref`
-//! 6. link, and force law on the master's side, with the received force and mode: `F_ed`
+//! 5. link, and supervisor on the slave's side: mode, `x_ref`
+//! 6. link, and force law on the master's side: `F_ed`
 //! 7. both plants to tick `k + 1`
-//!
-//! [`Parts::tick`] implements this list; [`MasterSide`] and [`SlaveSide`] implement the steps of one side. The
-//! combination of parts, the engine's wiring, is chosen once for a scenario ([`Wired`]), and the tick is compiled for
-//! each wiring.
 
 mod built_in_or;
 mod column;
@@ -75,27 +69,19 @@ use trocar_base::interrupt;
 use trocar_core::lane::{Gather, LANES, of_each};
 use trocar_core::time::TickGrid;
 
-/// An insertion, ready at tick 0: the ticks, the plants, and the parts around them.
 #[derive(Debug, Clone)]
 pub struct Engine<P, W> {
-    /// The ticks of the run.
     pub grid: TickGrid,
-    /// The two machines.
     pub plants: P,
-    /// The other parts.
     pub parts: W,
 }
 
 impl<P: Plants<W::Lane>, W: Wiring> Engine<P, W> {
-    /// Runs every tick of the grid, or until the observer is done. Allocates nothing.
-    ///
-    /// # Errors
-    /// [`EngineError`] if the plants are integrated numerically and the integrator fails, or if the tissue fails.
+    /// Allocates nothing.
     pub fn run<O: Observer<W::Lane>>(&mut self, observer: &mut O) -> Result<(), EngineError> {
         self.run_ticks(observer)
     }
 
-    /// [`Engine::run`] in the instruction set of the function that inlines it.
     #[inline(always)]
     fn run_ticks<O: Observer<W::Lane>>(&mut self, observer: &mut O) -> Result<(), EngineError> {
         let mut desired_m = self.parts.begin();
@@ -111,13 +97,11 @@ impl<P: Plants<W::Lane>, W: Wiring> Engine<P, W> {
     }
 }
 
-/// A system of ordinary differential equations that do not depend on the time.
 trait Differential<V> {
     fn system(&self, state: &V, derivative: &mut V);
 }
 
-/// Combines eight engines, the first in lane 0; `None` if they differ in more than numbers. `plants` combines their
-/// machines.
+/// `None` if the engines differ in more than numbers.
 fn gather<L: trocar_core::lane::Lane, P, Q, W: Gather>(
     all: [&Engine<P, W>; LANES],
     plants: impl FnOnce([&P; LANES]) -> Option<Q>,

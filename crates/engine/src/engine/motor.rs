@@ -1,5 +1,3 @@
-//! A motor with limited range and rate and a lag, stepped from tick to tick.
-
 use crate::plant::MotorStep;
 use trocar_core::lane::{Lane, by_index};
 
@@ -8,11 +6,9 @@ pub(super) struct Motor<L, const N: usize> {
     range: L,
     change: L,
     command: L,
-    /// `None` without a lag. The branch is always taken the same way in a run.
     lag: Option<Lag<L, N>>,
 }
 
-/// The part of a [`MotorStep`] that depends on the motor's output, and that output.
 #[derive(Debug, Clone, Copy)]
 struct Lag<L, const N: usize> {
     from_actual: [L; N],
@@ -22,8 +18,6 @@ struct Lag<L, const N: usize> {
 }
 
 impl<L: Lane, const N: usize> Motor<L, N> {
-    /// Creates a motor settled at `at_rest`, with a range and a maximum change per tick (infinite: no limit), for the
-    /// first `N` states of its side.
     pub(super) fn new<const STATES: usize>(
         (range, change): (f64, f64),
         step: &MotorStep<STATES>,
@@ -46,7 +40,6 @@ impl<L: Lane, const N: usize> Motor<L, N> {
         self.command
     }
 
-    /// Adds the effect of the motor's initial output to the states at the end of the tick, and steps the output.
     #[inline(always)]
     pub(super) fn follow(&mut self, states: [L; N]) -> [L; N] {
         let Some(lag) = &mut self.lag else { return states };

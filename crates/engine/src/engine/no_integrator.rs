@@ -1,10 +1,9 @@
-//! The integrator of a build without the feature `dop853`: every step fails.
+//! Without the feature `dop853`.
 
 use thiserror::Error;
 
 use super::Differential;
 
-/// The reason why this build does not integrate.
 #[derive(Debug, Error)]
 #[error("this build of trocar has no integrator, because its feature `dop853` is off")]
 pub struct Failure;

@@ -1,21 +1,15 @@
-//! Observers of a run.
-
 use super::{SelectedSignals, Signals};
 use trocar_core::lane::Lane;
 
-/// Receives the signals of each tick.
 pub trait Observer<L: Lane> {
-    /// Receives the signals of a tick, in order from tick 0.
     fn observe(&mut self, signals: &Signals<L>);
 
-    /// True if the run may end at this tick.
     #[inline(always)]
     fn is_done(&self) -> bool {
         false
     }
 }
 
-/// Ignores all signals.
 impl<L: Lane> Observer<L> for () {
     #[inline(always)]
     fn observe(&mut self, _signals: &Signals<L>) {}
@@ -33,9 +27,8 @@ impl<L: Lane, O: Observer<L> + ?Sized> Observer<L> for &mut O {
     }
 }
 
-/// Receives the [`SelectedSignals`] of each tick. Called dynamically, so the tick is compiled once.
+/// Called dynamically, so the tick is compiled once.
 pub trait EventObserver<L: Lane> {
-    /// See [`Observer::observe`].
     fn observe(&mut self, selected: &SelectedSignals<L>);
 }
 
@@ -43,7 +36,6 @@ impl<L: Lane> EventObserver<L> for () {
     fn observe(&mut self, _selected: &SelectedSignals<L>) {}
 }
 
-/// An optional [`EventObserver`].
 pub struct Additional<'a, L: Lane>(pub Option<&'a mut dyn EventObserver<L>>);
 
 impl<L: Lane> Observer<L> for Additional<'_, L> {
@@ -55,7 +47,7 @@ impl<L: Lane> Observer<L> for Additional<'_, L> {
     }
 }
 
-/// When the first observer is done, for example because the run has diverged, the second does not receive that tick.
+/// The second observer does not receive the tick at which the first is done (divergence).
 impl<L: Lane, A: Observer<L>, B: Observer<L>> Observer<L> for (A, B) {
     #[inline(always)]
     fn observe(&mut self, signals: &Signals<L>) {

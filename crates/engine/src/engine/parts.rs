@@ -1,5 +1,3 @@
-//! The parts around the plants, and the tick.
-
 use std::ops::ControlFlow;
 
 use super::signals::{Desired, FedBack, SlaveMeasurement};
@@ -17,16 +15,11 @@ use trocar_core::estimation::Estimator;
 use trocar_core::lane::{Gather, LANES, Lane, of_each};
 use trocar_core::safety::CommandLimits;
 
-/// The interface of [`Parts`] to the engine, independent of the part types.
 pub trait Wiring {
-    /// The number type of the tick.
     type Lane: Lane;
 
-    /// The desired position at tick 0 in m.
     fn begin(&mut self) -> Self::Lane;
 
-    /// Runs one tick with the desired position `desired_m`. Returns the desired position at the next tick, or the
-    /// outcome of the run.
     fn tick<P: Plants<Self::Lane>, O: Observer<Self::Lane>>(
         &mut self,
         tick: u64,
@@ -35,42 +28,28 @@ pub trait Wiring {
         observer: &mut O,
     ) -> ControlFlow<Result<(), EngineError>, Self::Lane>;
 
-    /// Reports a tissue that has failed. Not part of a tick: a failed tissue returns NaN forces.
-    ///
-    /// # Errors
-    /// [`EngineError::Tissue`].
+    /// Not part of a tick: a failed tissue returns NaN forces.
     fn tissue_outcome(&self) -> Result<(), EngineError>;
 
-    /// Report of the link in lane `index`; `None` for a link that passes everything on in the same tick.
     fn link_report(&self, index: usize) -> Option<LinkReport>;
 
-    /// Takes the noise of `ticks` ticks from a bank, if it has it or has room. The bank does not change the numbers.
     fn share_noise(&mut self, bank: &mut NoiseBank, ticks: u64);
 }
 
-/// The parts of an insertion besides the plants, one per role.
 #[derive(Debug, Clone)]
 pub struct Parts<L: Lane, O, T, S, E, D, K, M = HeldReference<L>, F = AnyForceLaw<L>> {
-    /// The operator, who gives the desired position.
     pub operator: O,
-    /// The tissue, which gives the force on the needle.
     pub tissue: T,
-    /// The sensors of force, position and velocity.
     pub sensor: S,
-    /// Estimator and detector.
     pub chain: Chain<L, E, D>,
-    /// Automaton, motion law and force law.
     pub supervisor: Supervisor<L, M, F>,
-    /// The link between the two sides.
     pub link: K,
-    /// The limits of the commands; `None` if they do not act.
     pub safety: Option<CommandLimits<L>>,
-    /// The encoder and the clutch of the master; `None` if it is read exactly and always.
     pub master_reading: Option<MasterReading<L>>,
 }
 
-/// The steps of one side. Neither side reads values that the other changes in the same step, so each can run in its own
-/// process ([`MasterSide`](super::MasterSide), [`SlaveSide`](super::SlaveSide)).
+/// Each side reads only its own values, so it can run in its own process ([`MasterSide`](super::MasterSide),
+/// [`SlaveSide`](super::SlaveSide)).
 impl<L, O, T, S, E, D, K, M, F> Parts<L, O, T, S, E, D, K, M, F>
 where
     L: Lane,
@@ -83,7 +62,6 @@ where
     M: MotionLaw<L>,
     F: ForceLaw<L>,
 {
-    /// Step 1, on the master's side: what is read of the master.
     #[inline(always)]
     pub(super) fn read_master(&mut self, tick: u64, master: &MasterOutput<L>) -> AtMaster<L> {
         let MasterOutput { position_m, velocity_m_per_s, hand_force_n } = *master;
@@ -94,7 +72,6 @@ where
         }
     }
 
-    /// Steps 2 to 4, on the slave's side: tissue and sensors, estimator, detector.
     #[inline(always)]
     pub(super) fn sense(&mut self, tick: u64, slave: &SlaveOutput<L>) -> SlaveMeasurement<L> {
         let reaction = self.tissue.react(tick, slave.position_m, slave.velocity_m_per_s);
@@ -113,7 +90,6 @@ where
         SlaveMeasurement { reaction, output, at_slave }
     }
 
-    /// Step 5, after the hand's position has arrived: mode and reference.
     #[inline(always)]
     pub(super) fn command_slave(&mut self, tick: u64, hand_m: L, measured: &SlaveMeasurement<L>) -> SlaveCommand<L> {
         let SlaveMeasurement { output, at_slave, .. } = measured;
@@ -133,7 +109,6 @@ where
         SlaveCommand { slave_reference_m, ..command }
     }
 
-    /// Step 6, after mode and force (N) have arrived: the feedback force.
     #[inline(always)]
     pub(super) fn feed_back(&mut self, mode: Modes<L>, force_n: L, at_master: &AtMaster<L>) -> FedBack<L> {
         let (commanded_n, allowed_step_n) = self.supervisor.feedback_force(mode, force_n, at_master.velocity_m_per_s);
@@ -193,15 +168,15 @@ where
         plants: &mut P,
         observer: &mut Ob,
     ) -> ControlFlow<Result<(), EngineError>, L> {
-        // 1. read both plants
+        // Step 1 of the module's list.
         let (master, slave) = (plants.master(), plants.slave());
         let at_master = self.read_master(tick, &master);
-        // 2. to 4. tissue and sensors, estimator and detector
+        // Steps 2 to 4.
         let measured = self.sense(tick, &slave);
-        // 5. link and supervisor on the slave's side
+        // Step 5.
         let hand_m = self.link.to_slave(&at_master, &measured.at_slave);
         let command = self.command_slave(tick, hand_m, &measured);
-        // 6. link and force law on the master's side
+        // Step 6.
         let (arrived_mode, arrived_force_n) = self.link.to_master(command.mode, &measured.at_slave, &at_master);
         let fed_back = self.feed_back(arrived_mode, arrived_force_n, &at_master);
 
@@ -211,7 +186,7 @@ where
             return ControlFlow::Break(Ok(()));
         }
 
-        // 7. both plants to the next tick
+        // Step 7.
         let desired_next_m = self.next_desired_m(tick, arrived_mode, &master);
         let deflection_m = self.link.deflection_m(measured.reaction.force_n);
         let force = measured.tissue_force();

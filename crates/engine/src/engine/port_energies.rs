@@ -1,25 +1,19 @@
-//! The energies that pass the ports during a run.
-
 use super::Signals;
 
-/// The work at each port since the start, in J, positive in the direction from the hand to the tissue.
+/// Positive from the hand to the tissue:
 ///
 /// ```text
 /// hand        ∫ F_h dx_h     by the trapezoidal rule
-/// master      Σ F_ed Δx_h    the feedback force is held over a tick, so this is the integral itself
-/// reference   Σ f_e Δx_ref   the reference moves at the ticks
-/// needle      ∫ f_e dx_e     by the trapezoidal rule: exact for a force that is linear in the position over a tick
+/// master      Σ F_ed Δx_h    exact: F_ed is held over a tick
+/// reference   Σ f_e Δx_ref
+/// needle      ∫ f_e dx_e     by the trapezoidal rule
 /// ```
 /// Sums of displacements, so an error of the velocity does not accumulate over a closed path.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PortEnergies {
-    /// Work of the hand on the master.
     pub hand_j: f64,
-    /// Work of the hand on the feedback force.
     pub master_j: f64,
-    /// Work of the reference on the tissue force.
     pub reference_j: f64,
-    /// Work of the needle on the tissue.
     pub needle_j: f64,
     last: Option<Last>,
 }
@@ -35,7 +29,6 @@ struct Last {
 }
 
 impl PortEnergies {
-    /// Adds the work since the last tick.
     #[inline]
     pub fn add(&mut self, s: &Signals<f64>) {
         let now = Last {

@@ -1,23 +1,19 @@
-//! Scheduled alarms, in addition to the alarms of a detector.
-
 use std::sync::Arc;
 
 use trocar_core::detector::{Decision, Detector, DetectorInput};
 use trocar_core::lane::{Gather, LANES, Lane, Mask, of_each};
 
-/// A detector with additional alarms at scheduled ticks, in every lane.
 #[derive(Debug, Clone)]
 pub struct ScheduledAlarms<D> {
     detector: D,
     ticks: Arc<[u64]>,
     tick: u64,
     index: usize,
-    /// The next scheduled tick; `u64::MAX` after the last.
+    /// `u64::MAX` after the last.
     next: u64,
 }
 
 impl<D> ScheduledAlarms<D> {
-    /// Adds alarms at ascending ticks.
     #[must_use]
     pub fn new(detector: D, ticks: Arc<[u64]>) -> Self {
         Self { detector, tick: 0, next: ticks.first().copied().unwrap_or(u64::MAX), ticks, index: 0 }
@@ -46,7 +42,7 @@ impl<L: Lane, D: Detector<L>> Detector<L> for ScheduledAlarms<D> {
 impl<D: Gather> Gather for ScheduledAlarms<D> {
     type Of<L: Lane> = ScheduledAlarms<D::Of<L>>;
 
-    /// The ticks must be equal, because a scheduled alarm is raised in every lane.
+    /// A scheduled alarm is raised in every lane, so the ticks must be equal.
     fn gather<L: Lane>(all: [&Self; LANES]) -> Option<Self::Of<L>> {
         let Self { tick, index, next, ref ticks, .. } = *all[0];
         let is_equal = |one: &&Self| one.ticks == *ticks && one.tick == tick;

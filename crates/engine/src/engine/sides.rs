@@ -1,31 +1,24 @@
-//! The two sides of an insertion, each stepped alone, as in two processes.
-//!
-//! A side runs its steps of [`Parts`](super::Parts)' tick. With the other side's messages at the same ticks, its
-//! signals are the same bits. Each side contains all parts and both machines, but uses only its own.
+//! With the other side's messages at the same ticks, a side's signals have the same bits as in [`Parts`](super::Parts).
 
 use super::signals::{AtMasterSide, AtSlaveSide, at_rest};
 use super::{Any, Engine, EngineError, Observer, Plants, Signals, TissueForce, Wiring};
 use crate::teleoperation::{AtMaster, Connection as _, Received, ToMaster, ToSlave};
 use trocar_core::safety::{CommandLimits, SafetySettings};
 
-/// The engine of a side.
 pub type SideEngine = Engine<Box<dyn Plants<f64> + Send>, Any<f64>>;
 
-/// The master's side: operator, master, force law.
 pub struct MasterSide {
     engine: SideEngine,
     initial: [f64; 5],
     at_rest: AtSlaveSide<f64>,
     desired_m: f64,
-    /// The reading at the present tick.
     at_master: AtMaster<f64>,
-    /// The last feedback force in N.
     force_n: f64,
     tick: u64,
 }
 
 impl MasterSide {
-    /// Creates the master's side of an engine at tick 0; `initial` is the sample before the first message.
+    /// `initial` is the sample before the first message.
     #[must_use]
     pub fn new(mut engine: SideEngine, initial: [f64; 5]) -> Self {
         let desired_m = engine.parts.begin();
@@ -33,36 +26,30 @@ impl MasterSide {
         Self { engine, initial, at_rest: at_rest().1, desired_m, at_master, force_n: 0.0, tick: 0 }
     }
 
-    /// The sample before the first message: force (N), position (m), velocity (m/s), acceleration (m/s²), mode.
+    /// Force, position, velocity, acceleration, mode.
     #[must_use]
     pub fn initial(&self) -> [f64; 5] {
         self.initial
     }
 
-    /// Number of the present tick.
     #[must_use]
     pub fn tick(&self) -> u64 {
         self.tick
     }
 
-    /// True if all ticks of the run are done.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.tick >= self.engine.grid.ticks()
     }
 
-    /// First half of a tick: returns the master's message. Must be called once before each [`MasterSide::step`].
+    /// Call it once before each [`MasterSide::step`].
     pub fn send(&mut self) -> ToSlave<f64> {
         let Engine { plants, parts, .. } = &mut self.engine;
         self.at_master = parts.read_master(self.tick, &plants.master());
         parts.link.master_sends(&self.at_master)
     }
 
-    /// Second half of a tick: receives a message, shows this side's signals to the observer (the other side's are 0),
-    /// and steps the master.
-    ///
-    /// # Errors
-    /// [`EngineError`].
+    /// The observer gets 0 for the other side's signals.
     pub fn step(&mut self, received: &Received<f64, 5>, observer: &mut dyn Observer<f64>) -> Result<(), EngineError> {
         let Engine { plants, parts, .. } = &mut self.engine;
         let master = plants.master();
@@ -77,14 +64,12 @@ impl MasterSide {
         Ok(())
     }
 
-    /// The other side has started anew, and its messages continue at a later tick. The recovery after an outage moves
-    /// the force, and each restart may add half of the passivity scheme's promise to the generated energy.
+    /// Each restart may add half of the passivity scheme's promise to the generated energy.
     pub fn peer_restarts(&mut self) {
         self.engine.parts.link.peer_restarts();
     }
 
-    /// Bounds the commands from the next tick on by `safety.*`, beginning at the present ones, unless the limits act
-    /// nowhere.
+    /// Applies `safety.*` from the next tick on, beginning at the present commands.
     pub fn bound(&mut self, safety: &SafetySettings) {
         let Engine { parts, grid, plants } = &mut self.engine;
         if parts.safety.is_none() {
@@ -92,59 +77,48 @@ impl MasterSide {
         }
     }
 
-    /// Energy of this side's port so far, in J: `Σ F_ed Δx_h`.
+    /// `Σ F_ed Δx_h`
     #[must_use]
     pub fn energy_j(&self) -> f64 {
         self.engine.parts.link.master_energy_j()
     }
 
-    /// Bound in J that the passivity scheme promises for the energy; `None` without a promise.
     #[must_use]
     pub fn promised_j(&self) -> Option<f64> {
         self.engine.parts.link.promised_j()
     }
 }
 
-/// The slave's side: slave, tissue, sensors, estimator, detector, supervisor.
 pub struct SlaveSide {
     engine: SideEngine,
     initial: [f64; 4],
     at_rest: AtMasterSide<f64>,
-    /// The last reference in m.
     reference_m: Option<f64>,
     tick: u64,
 }
 
 impl SlaveSide {
-    /// Creates the slave's side of an engine at tick 0; `initial` is the sample before the first message.
     #[must_use]
     pub fn new(engine: SideEngine, initial: [f64; 4]) -> Self {
         Self { engine, initial, at_rest: at_rest().0, reference_m: None, tick: 0 }
     }
 
-    /// The sample before the first message: position (m), velocity (m/s), acceleration (m/s²), hand force (N).
+    /// Position, velocity, acceleration, hand force.
     #[must_use]
     pub fn initial(&self) -> [f64; 4] {
         self.initial
     }
 
-    /// Number of the present tick.
     #[must_use]
     pub fn tick(&self) -> u64 {
         self.tick
     }
 
-    /// True if all ticks of the run are done.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.tick >= self.engine.grid.ticks()
     }
 
-    /// Runs a tick: receives a message, shows this side's signals to the observer (the other side's are 0), steps the
-    /// slave, and returns its message.
-    ///
-    /// # Errors
-    /// [`EngineError`].
     pub fn step(
         &mut self,
         received: &Received<f64, 4>,
@@ -165,14 +139,10 @@ impl SlaveSide {
         Ok(sent)
     }
 
-    /// The other side has started anew, and its messages continue at a later tick. The recovery after an outage moves
-    /// the reference, and each restart may add half of the passivity scheme's promise to the generated energy.
     pub fn peer_restarts(&mut self) {
         self.engine.parts.link.peer_restarts();
     }
 
-    /// Bounds the commands from the next tick on by `safety.*`, beginning at the present ones, unless the limits act
-    /// nowhere.
     pub fn bound(&mut self, safety: &SafetySettings) {
         let Engine { parts, grid, plants } = &mut self.engine;
         if parts.safety.is_none() {
@@ -185,13 +155,12 @@ impl SlaveSide {
         }
     }
 
-    /// Bound in J that the passivity scheme promises for the energy; `None` without a promise.
     #[must_use]
     pub fn promised_j(&self) -> Option<f64> {
         self.engine.parts.link.promised_j()
     }
 
-    /// Energy of this side's port so far, from the measured force scaled to the master, in J: `∫ f_e dx_e`.
+    /// `∫ f_e dx_e`, from the measured force scaled to the master.
     #[must_use]
     pub fn energy_j(&self) -> f64 {
         self.engine.parts.link.slave_energy_j()

@@ -1,5 +1,3 @@
-//! The signals of a tick, for its observers.
-
 use super::{MasterOutput, SlaveOutput, TissueForce};
 use crate::teleoperation::AtSlave;
 use crate::tissue::Reaction;
@@ -9,79 +7,63 @@ use trocar_core::detector::Decision;
 use trocar_core::estimation::Estimate;
 use trocar_core::lane::{Lane, Mask};
 
-/// All signals of one tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Signals<L: Lane> {
-    /// The tick's number `k`; its time is `k * tick_s`.
     pub tick: u64,
-    /// `x_d` in m.
+    /// `x_d`.
     pub desired_position_m: L,
-    /// Position of the master that the operator intends, `x_v` in m, less the travel under a clutch.
+    /// `x_v`, less the travel under a clutch.
     pub intended_position_m: L,
-    /// `x_h` in m.
+    /// `x_h`.
     pub master_position_m: L,
-    /// `v_h` in m/s.
+    /// `v_h`.
     pub master_velocity_m_per_s: L,
-    /// `F_h` in N.
+    /// `F_h`.
     pub operator_force_n: L,
-    /// `x_ref` in m.
+    /// `x_ref`.
     pub slave_reference_m: L,
-    /// `x_e` in m.
+    /// `x_e`.
     pub slave_position_m: L,
-    /// `v_e` in m/s.
+    /// `v_e`.
     pub slave_velocity_m_per_s: L,
-    /// `f_e` in N.
+    /// `f_e`.
     pub tissue_force_n: L,
-    /// `y` in N.
+    /// `y`.
     pub measured_force_n: L,
-    /// Feedback force `F_ed` at the master, in N.
+    /// `F_ed` at the master.
     pub feedback_force_n: L,
-    /// `K` in N/m.
+    /// `K`.
     pub stiffness_n_per_m: L,
-    /// `B` in N·s/m.
+    /// `B`.
     pub damping_n_s_per_m: L,
-    /// The estimator's extra parameter, in the unit of its column; 0 without one.
     pub extra_parameter: L,
-    /// `e` in N.
+    /// `e`.
     pub residual_n: L,
-    /// Distance `s`, in its unit.
+    /// `s`.
     pub distance: L,
-    /// Decision function `g`, in the unit of the distance.
+    /// `g`, in the unit of the distance.
     pub decision: L,
-    /// The mode of the supervisor.
     pub mode: Modes<L>,
-    /// Lanes in which a layer ruptures at this tick (ground truth).
+    /// The ground truth.
     pub ruptured: L::Mask,
-    /// Lanes in which the operator notices a change of the felt force at this tick.
     pub noticed: L::Mask,
-    /// Lanes in which the detector raises an alarm at this tick.
     pub alarm: L::Mask,
-    /// Lanes in which the supervisor acts on an alarm; with augmentation disabled, lanes with an alarm.
+    /// Alarms on which the supervisor acts; with augmentation disabled, all alarms.
     pub alarm_taken: L::Mask,
-    /// Feedback force `F_ed` commanded by the supervisor, before the channel, in N.
+    /// The supervisor's command, before the channel.
     pub commanded_force_n: L,
-    /// Largest change of the commanded force from the last tick that the active law allows, in N.
     pub allowed_force_step_n: L,
 }
 
-/// A few of the [`Signals`] of a tick, because each one stays live throughout the tick.
 #[derive(Debug, Clone, Copy)]
 pub struct SelectedSignals<L: Lane> {
-    /// The tick's number.
     pub tick: u64,
-    /// Position of the master that the operator intends, in m.
     pub intended_position_m: L,
-    /// `x_e` in m.
     pub slave_position_m: L,
-    /// `e` in N.
     pub residual_n: L,
-    /// Decision function `g`, in the unit of the distance.
     pub decision: L,
-    /// The mode of the supervisor.
     pub mode: Modes<L>,
-    /// Lanes in which a layer ruptures at this tick.
     pub ruptured: L::Mask,
-    /// Lanes in which the detector raises an alarm at this tick.
     pub alarm: L::Mask,
 }
 
@@ -101,7 +83,6 @@ impl<L: Lane> SelectedSignals<L> {
     }
 }
 
-/// Positions of the operator at a tick in m; true if a change of the felt force is noticed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Desired<L: Lane> {
     pub(super) position_m: L,
@@ -109,7 +90,6 @@ pub(super) struct Desired<L: Lane> {
     pub(super) is_noticed: L::Mask,
 }
 
-/// The feedback force at a tick in N: commanded by the force law, its allowed change, and limited by the link.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FedBack<L> {
     pub(super) commanded_n: L,
@@ -134,7 +114,6 @@ impl<L: Lane> SlaveMeasurement<L> {
 pub(super) type AtMasterSide<L> = (Desired<L>, MasterOutput<L>, FedBack<L>);
 pub(super) type AtSlaveSide<L> = (SlaveOutput<L>, SlaveMeasurement<L>, SlaveCommand<L>);
 
-/// Both sides with zeros everywhere, for a side whose values are unknown.
 pub(super) fn at_rest() -> (AtMasterSide<f64>, AtSlaveSide<f64>) {
     let desired = Desired { position_m: 0.0, intended_m: 0.0, is_noticed: false };
     let master = MasterOutput { position_m: 0.0, velocity_m_per_s: 0.0, hand_force_n: 0.0 };
@@ -198,7 +177,6 @@ impl<L: Lane> Signals<L> {
         }
     }
 
-    /// The signals of lane `index` alone.
     #[inline(always)]
     #[must_use]
     pub fn lane(&self, index: usize) -> Signals<f64> {

@@ -1,21 +1,14 @@
-//! The plants with samples that arrive between ticks, with an exact step.
-
 use super::exact::ForceColumn;
 use super::{ExactPlants, IntegrationError, MasterOutput, Plants, SlaveOutput, TissueForce};
 use crate::plant::{MasterStep, SLAVE_STATES, SlaveStep};
 use trocar_core::lane::Lane;
 
-/// Both plants with a fractional delay (0.7 of a delay of 3.7 ticks): for the first part of each tick they hold the
-/// last tick's feedback force and reference, then the present ones.
-///
-/// The machines are linear, so a late sample adds the effect of its difference to the previous sample over the rest of
-/// the tick:
+/// For the fraction `f` of each tick, the plants hold the last tick's inputs, then the present ones:
 ///
 /// ```text
 /// x_{k+1} = Φ x_k + Γ(T) u_{k-1} + Γ((1-f) T) (u_k - u_{k-1}),   Γ(τ) = ∫₀^τ exp(A s) ds B
 /// ```
-///
-/// The slave's deflection by the tissue is not sent: the slave's `u` excludes it, and `-Γ(T) d_k` is added.
+/// The slave's deflection is not sent: `u` excludes it, and `-Γ(T) d_k` is added.
 #[derive(Debug, Clone)]
 pub struct FractionalDelayPlants<L> {
     exact: ExactPlants<L>,
@@ -26,8 +19,7 @@ pub struct FractionalDelayPlants<L> {
 }
 
 impl<L: Lane> FractionalDelayPlants<L> {
-    /// Creates plants at rest without a feedback force. `master` and `slave` are the steps over the rest of a tick
-    /// after the arrival.
+    /// `master` and `slave` are the steps after the arrival.
     #[must_use]
     pub fn new(exact: ExactPlants<L>, master: &MasterStep, slave: &SlaveStep, reference_m: f64) -> Self {
         Self {

@@ -1,13 +1,10 @@
-//! The trace: every tick of a run.
-
 use super::column::{ColumnValues, TraceColumn};
 use super::{Observer, PortEnergies, Signals, TrustColumns};
 use trocar_base::large_pages::with_capacity;
 use trocar_base::rows::AT_ONCE;
 use trocar_core::time::TickGrid;
 
-/// Records a run in a trace, complete when the recorder is dropped. Appends blocks of ticks, faster than the trace as
-/// an observer.
+/// Faster than the trace as an observer; complete when dropped.
 pub struct TraceRecorder<'a> {
     trace: &'a mut Trace,
     ticks: Ticks,
@@ -20,23 +17,18 @@ impl Drop for TraceRecorder<'_> {
     }
 }
 
-/// Declares the columns of a trace in file order: `name: f64 or u8, "unit" => how it is read;`. By default the column
-/// is the signal of the same name.
+/// By default a column is the signal of the same name.
 macro_rules! trace {
     ($(#[doc = $meaning:literal] $name:ident: $value:ident, $unit:literal $(=> $read:expr)?;)*) => {
-        /// The columns of a trace, in file order.
         pub const TRACE_COLUMNS: &[TraceColumn] = &[
             $(TraceColumn { name: stringify!($name), unit: $unit, meaning: $meaning.trim_ascii() },)*
         ];
 
-        /// The column names of a trace, in file order.
         pub const COLUMNS: [&str; TRACE_COLUMNS.len()] = [$(stringify!($name)),*];
 
-        /// The signals of one run, one vector per column, of equal lengths, in the units of their names.
         #[derive(Debug, Clone, PartialEq)]
         pub struct Trace {
             $(#[doc = $meaning] pub $name: Vec<$value>,)*
-            /// The estimator's extra parameter: column name and values.
             pub extra_parameter: Option<(&'static str, Vec<f64>)>,
             contact_m: Option<f64>,
             pub(crate) grid: TickGrid,
@@ -44,7 +36,6 @@ macro_rules! trace {
         }
 
         impl Trace {
-            /// Creates an empty trace with room for every tick of the grid.
             #[must_use]
             pub fn new(grid: TickGrid) -> Self {
                 Self {
@@ -56,13 +47,11 @@ macro_rules! trace {
                 }
             }
 
-            /// The columns of [`COLUMNS`].
             #[must_use]
             pub fn columns(&self) -> [ColumnValues<&[f64], &[u8]>; COLUMNS.len()] {
                 [$(trace!(@values $value &self.$name)),*]
             }
 
-            /// Moves the columns of [`COLUMNS`] out and leaves them empty.
             pub fn take_columns(&mut self) -> [ColumnValues<Vec<f64>, Vec<u8>>; COLUMNS.len()] {
                 [$(trace!(@values $value std::mem::take(&mut self.$name))),*]
             }
@@ -98,7 +87,7 @@ macro_rules! trace {
             fn observe(&mut self, s: &Signals<f64>) {
                 let Self { trace, ticks, count } = self;
                 trace.ports.add(s);
-                // The remainder is the number itself; it shows the compiler that the index is within the block.
+                // Shows the compiler that the index is within the block.
                 let at = *count % AT_ONCE;
                 $(ticks.$name[at] = (Read::$name)(s, &trace.grid, &trace.ports);)*
                 ticks.extra_parameter[at] = s.extra_parameter;
@@ -173,28 +162,24 @@ trace! {
 }
 
 impl Trace {
-    /// Creates a recorder that writes to this trace.
     #[must_use]
     pub fn recorder(&mut self) -> TraceRecorder<'_> {
         TraceRecorder { trace: self, ticks: Ticks::NONE, count: 0 }
     }
 
-    /// Adds a column of this name for the estimator's extra parameter.
     #[must_use]
     pub fn with_extra_parameter(mut self, column: Option<&'static str>) -> Self {
         self.extra_parameter = column.map(|name| (name, with_capacity(self.grid.ticks() as usize)));
         self
     }
 
-    /// Adds the contact position of the estimator (m), which [`Trace::trust`] requires.
     #[must_use]
     pub fn with_contact(mut self, contact_m: f64) -> Self {
         self.contact_m = Some(contact_m);
         self
     }
 
-    /// Confidence in the estimates per tick, computed from the other columns; `None` without the contact position. Uses
-    /// the depth of the needle, not of the position sensor.
+    /// Uses the depth of the needle, not of the sensor; `None` without the contact position.
     #[must_use]
     pub fn trust(&self) -> Option<TrustColumns> {
         let motion = (&*self.slave_position_m, &*self.slave_velocity_m_per_s);
@@ -203,19 +188,17 @@ impl Trace {
         self.contact_m.map(of)
     }
 
-    /// Number of ticks.
     #[must_use]
     pub fn len(&self) -> usize {
         self.time_s.len()
     }
 
-    /// True if there are no ticks.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.time_s.is_empty()
     }
 
-    /// The columns of numbers, in the order of [`COLUMNS`]: all but `mode`.
+    /// All columns but `mode`.
     #[must_use]
     pub fn numbers(&self) -> Vec<&[f64]> {
         let numbers = |values| match values {

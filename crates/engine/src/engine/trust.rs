@@ -1,11 +1,8 @@
-//! Confidence in the estimate, tick by tick, as further columns of a trace.
-
 use super::column::{ColumnValues, TraceColumn};
 use trocar_base::large_pages::with_capacity;
 use trocar_base::rows::Rows;
 use trocar_core::estimation::Confidence;
 
-/// The columns of [`TrustColumns`], in file order.
 pub const TRUST_COLUMNS: [TraceColumn; 4] = [
     TraceColumn {
         name: "stiffness_std_n_per_m",
@@ -25,25 +22,19 @@ pub const TRUST_COLUMNS: [TraceColumn; 4] = [
     },
 ];
 
-/// Flag of a tick out of contact.
 const OUT_OF_CONTACT: u8 = 8;
 
-/// Confidence in the estimate at each tick.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrustColumns {
-    /// Standard error of K in N/m.
     pub stiffness_std_n_per_m: Vec<f64>,
-    /// Standard error of B in N·s/m.
     pub damping_std_n_s_per_m: Vec<f64>,
-    /// Excitation, 0 to 1.
+    /// 0 to 1.
     pub excitation: Vec<f64>,
-    /// Sum of flags: [`Trust::flags`](trocar_core::estimation::Trust::flags), or 8 out of contact.
+    /// [`Trust::flags`](trocar_core::estimation::Trust::flags), or 8 out of contact.
     pub estimate_flags: Vec<u8>,
 }
 
 impl TrustColumns {
-    /// Computes the confidence in the estimates `k` (N/m) and `b` (N·s/m) of samples `tick_s` apart. All slices have
-    /// the same length.
     #[must_use]
     pub fn of(
         (contact_m, tick_s): (f64, f64),
@@ -70,7 +61,6 @@ impl TrustColumns {
         Self { stiffness_std_n_per_m, damping_std_n_s_per_m, excitation, estimate_flags }
     }
 
-    /// The columns of [`TRUST_COLUMNS`].
     #[must_use]
     pub fn columns(&self) -> [ColumnValues<&[f64], &[u8]>; TRUST_COLUMNS.len()] {
         [
@@ -81,7 +71,6 @@ impl TrustColumns {
         ]
     }
 
-    /// The columns of [`TRUST_COLUMNS`], owned.
     #[must_use]
     pub fn into_columns(self) -> [ColumnValues<Vec<f64>, Vec<u8>>; TRUST_COLUMNS.len()] {
         [

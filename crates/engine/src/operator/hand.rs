@@ -1,15 +1,11 @@
-//! A live hand that is moved during a run.
-
 use core::sync::atomic::{AtomicU64, Ordering};
 
-/// Rate at which the hand approaches its aim, in 1/s. Aims are set 60 times a second; the hand must not jump between
-/// them.
+/// Keeps the hand from jumping between aims, which are set 60 times a second.
 const APPROACH_PER_S: f64 = 60.0;
 
-/// Maximum speed of the hand in m/s, that of a stab. Prevents an impact when the pointer jumps.
+/// The speed of a stab.
 const MAX_SPEED_M_PER_S: f64 = 0.5;
 
-/// Position and aim of a hand in m, shared by the run and the code that moves the hand.
 #[derive(Debug)]
 pub struct Hand {
     position: AtomicU64,
@@ -17,26 +13,22 @@ pub struct Hand {
 }
 
 impl Hand {
-    /// Creates a hand at rest at a position in m.
     #[must_use]
     pub fn new(position_m: f64) -> Self {
         Self { position: AtomicU64::new(position_m.to_bits()), aim: AtomicU64::new(position_m.to_bits()) }
     }
 
-    /// Sets the aim in m; ignores a position that is not finite.
     pub fn aim(&self, position_m: f64) {
         if position_m.is_finite() {
             self.aim.store(position_m.to_bits(), Ordering::Relaxed);
         }
     }
 
-    /// The position in m.
     #[must_use]
     pub fn position_m(&self) -> f64 {
         f64::from_bits(self.position.load(Ordering::Relaxed))
     }
 
-    /// Moves towards the aim by a fraction of the distance, at most at the maximum speed.
     pub fn step(&self, tick_s: f64) {
         let position = self.position_m();
         let way = f64::from_bits(self.aim.load(Ordering::Relaxed)) - position;

@@ -1,11 +1,8 @@
-//! Settings of the operator's motions, under their words in scenarios.
-
 use std::sync::Arc;
 
 use super::motion::{insertion_extraction, minimum_jerk, sine};
 
 trocar_core::settings! {
-    /// Start of a motion.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct StartSettings in "operator." {
         /// Start of a ramp or a movement, or centre of a sine.
@@ -14,7 +11,6 @@ trocar_core::settings! {
 }
 
 trocar_core::settings! {
-    /// End of a motion.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct EndSettings in "operator." {
         /// End of a ramp or a movement.
@@ -23,7 +19,6 @@ trocar_core::settings! {
 }
 
 trocar_core::settings! {
-    /// Duration of a motion.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct MovementSettings in "operator." {
         /// Duration of a minimum-jerk movement or an insertion.
@@ -32,12 +27,9 @@ trocar_core::settings! {
 }
 
 trocar_core::settings! {
-    /// A constant speed.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct RampSettings in "operator." {
-        /// Start.
         start: StartSettings,
-        /// End.
         end: EndSettings,
         /// Speed of a ramp.
         speed_m_per_s: f64 [POSITIVE] = 0.01,
@@ -45,27 +37,19 @@ trocar_core::settings! {
 }
 
 trocar_core::settings! {
-    /// Minimum jerk, from rest to rest.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct MinimumJerkSettings in "operator." {
-        /// Start.
         start: StartSettings,
-        /// End.
         end: EndSettings,
-        /// Duration.
         movement: MovementSettings,
     }
 }
 
 trocar_core::settings! {
-    /// An insertion in pushes, a rest, and a withdrawal.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct InsertionExtractionSettings in "operator." {
-        /// Start.
         start: StartSettings,
-        /// Depth.
         end: EndSettings,
-        /// Duration of the insertion.
         movement: MovementSettings,
         /// Number of pushes, each from rest to rest, of an insertion-extraction.
         pushes: u64 [1..] = 1,
@@ -77,10 +61,8 @@ trocar_core::settings! {
 }
 
 trocar_core::settings! {
-    /// A sine.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct SineSettings in "operator." {
-        /// Centre.
         start: StartSettings,
         /// Amplitude of a sine.
         amplitude_m: f64 [ANY] = 0.002,
@@ -94,21 +76,15 @@ trocar_core::choice! {
     /// sine.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub enum MotionSettings at "operator.kind" = Recording {
-        /// A recording.
         "recording" => Recording,
-        /// A constant speed.
         "ramp" => Ramp(RampSettings),
-        /// Minimum jerk, from rest to rest.
         "minimum-jerk" => MinimumJerk(MinimumJerkSettings),
-        /// An insertion in pushes, a rest, and a withdrawal.
         "insertion-extraction" => InsertionExtraction(InsertionExtractionSettings),
-        /// A sine.
         "sine" => Sine(SineSettings),
     }
 }
 
 impl MinimumJerkSettings {
-    /// Computes the positions in m at `ticks` ticks of `tick_s`.
     #[must_use]
     pub fn positions_m(&self, tick_s: f64, ticks: u64) -> Arc<[f64]> {
         minimum_jerk(self.start.start_m, self.end.end_m, self.movement.movement_s, tick_s, ticks)
@@ -116,7 +92,6 @@ impl MinimumJerkSettings {
 }
 
 impl InsertionExtractionSettings {
-    /// Computes the positions in m at `ticks` ticks of `tick_s`.
     #[must_use]
     pub fn positions_m(&self, tick_s: f64, ticks: u64) -> Arc<[f64]> {
         let way_in = (self.movement.movement_s, self.pushes);
@@ -126,7 +101,6 @@ impl InsertionExtractionSettings {
 }
 
 impl SineSettings {
-    /// Computes the positions in m at `ticks` ticks of `tick_s`.
     #[must_use]
     pub fn positions_m(&self, tick_s: f64, ticks: u64) -> Arc<[f64]> {
         sine(self.start.start_m, self.amplitude_m, self.frequency_hz, tick_s, ticks)

@@ -1,5 +1,3 @@
-//! The operator: the desired position towards which the arm pulls the master.
-
 mod hand;
 mod kind;
 mod motion;
@@ -32,44 +30,33 @@ use std::sync::Arc;
 use trocar_core::error::{InvalidValue, finite};
 use trocar_core::lane::{Lane, Mask};
 
-/// Largest magnitude of the desired position in m. A run beyond it has diverged.
 pub const MAX_POSITION_M: f64 = 1.0;
 
-/// A motion of the operator. The desired position is linear between ticks.
+/// Linear between ticks.
 #[derive(Debug, Clone)]
 pub enum Motion<L> {
-    /// A recorded or computed motion, one position per tick. After the end the last one is held.
     Recording(Arc<[f64]>),
-    /// A constant speed from a start to an end.
     Ramp(Ramp<L>),
-    /// The motion of a live hand.
     Hand(Arc<Hand>),
 }
 
-/// Gives the operator's desired position of the master.
-///
-/// A user-defined operator implements this trait for `f64`; [`HumanOperator`] and [`Replay`] implement it for any
-/// number of lanes.
+/// A user-defined operator implements this trait for `f64`.
 pub trait Operator<L: Lane> {
-    /// The desired position at `tick` in m; `felt_n` is the felt force at the tick before. Called once per tick from 0.
+    /// Called once per tick from 0; `felt_n` is from the tick before.
     fn desired_position_m(&mut self, tick: u64, felt_n: L) -> L;
 
-    /// The intended position in m at the tick of the last desired position `desired_m`: without involuntary motion such
-    /// as tremor.
+    /// The last desired position without involuntary motion such as tremor.
     #[inline(always)]
     fn intended_position_m(&self, desired_m: L) -> L {
         desired_m
     }
 
-    /// Receives the position of the master in m, before the desired position of the next tick.
     #[inline(always)]
     fn master(&mut self, _position_m: L) {}
 
-    /// Receives the state of a cue on the skin, before the desired position of the next tick.
     #[inline(always)]
     fn cue(&mut self, _is_on: L::Mask) {}
 
-    /// The lanes in which the operator noticed a change of the felt force at the tick of the last desired position.
     #[inline(always)]
     fn notices(&self) -> L::Mask {
         L::Mask::splat(false)
@@ -103,7 +90,6 @@ impl<L: Lane, O: Operator<L> + ?Sized> Operator<L> for Box<O> {
     }
 }
 
-/// A motion known in advance: one position per tick in m. After the end the last one is held.
 #[derive(Debug, Clone)]
 pub struct Replay(pub Arc<[f64]>);
 
@@ -122,7 +108,6 @@ impl trocar_core::lane::Gather for Replay {
     }
 }
 
-/// A human operator: intended motion, tremor, stretch reflexes, grip, and the reaction to the felt force.
 #[derive(Debug, Clone)]
 pub struct HumanOperator<L: Lane> {
     motion: Motion<L>,
@@ -130,15 +115,12 @@ pub struct HumanOperator<L: Lane> {
     reaction: Option<Reaction<L>>,
     stretch: Option<Stretch<L>>,
     stiffening: Option<Stiffening<L>>,
-    /// Position at the last tick without involuntary motion, in m.
     intended_m: L,
-    /// Distance of the master beyond the intended position at the last tick, in m.
     stretch_m: L,
-    /// Lanes in which the intended position retreated in the last tick.
     withdraws: L::Mask,
 }
 
-/// `x_d = start + speed · t` until `end` is reached, then `end`.
+/// `x_d = start + speed · t`, up to `end`.
 #[derive(Debug, Clone, Copy)]
 pub struct Ramp<L> {
     start: L,
@@ -148,10 +130,6 @@ pub struct Ramp<L> {
 }
 
 impl<L: Lane> Ramp<L> {
-    /// Creates a ramp from `start_m` at `speed_m_per_s` (either sign) to `end_m`, for ticks of `tick_s`.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the argument that is not finite.
     pub fn new(start_m: f64, end_m: f64, speed_m_per_s: f64, tick_s: f64) -> Result<Self, InvalidValue> {
         finite("operator.start_m", start_m)?;
         finite("operator.end_m", end_m)?;
@@ -165,7 +143,6 @@ impl<L: Lane> Ramp<L> {
     }
 }
 
-/// The recorded position at `tick` in m; after the end the last one.
 #[inline(always)]
 pub fn recorded<L: Lane>(positions: &[f64], tick: u64) -> L {
     let held = || positions.last().copied().unwrap_or(0.0);
@@ -184,7 +161,6 @@ impl<L: Lane> Motion<L> {
 }
 
 impl<L: Lane> HumanOperator<L> {
-    /// Creates an operator without tremor and reaction.
     #[must_use]
     pub fn new(motion: Motion<L>) -> Self {
         Self {
@@ -199,14 +175,12 @@ impl<L: Lane> HumanOperator<L> {
         }
     }
 
-    /// Adds a tremor: one displacement in m per tick, from [`TremorSettings::displacements`].
     #[must_use]
     pub fn trembling(mut self, displacements_m: Arc<[L]>) -> Self {
         self.tremor = Some(displacements_m);
         self
     }
 
-    /// Adds the configured stretch reflexes and grip, for an arm of the static stiffness `stiffness_n_per_m`.
     #[must_use]
     pub fn tensing(
         mut self,
@@ -220,8 +194,6 @@ impl<L: Lane> HumanOperator<L> {
         self
     }
 
-    /// Adds the configured perception of force drops and reaction to them. Lane `i` uses stream `first_stream + i` of
-    /// the seed.
     #[must_use]
     pub fn reacting(
         mut self,
@@ -237,8 +209,7 @@ impl<L: Lane> HumanOperator<L> {
 }
 
 impl HumanOperator<f64> {
-    /// Rests at the desired position of `tick`, the last one given. Stretch reflexes and grip, which belong to the
-    /// loop, continue.
+    /// Stretch reflexes and grip, which belong to the loop, continue.
     pub fn rest(&mut self, tick: u64) {
         let displacement_m = self.tremor.take().and_then(|all| all.get(tick as usize).copied());
         self.intended_m += displacement_m.unwrap_or(0.0);
@@ -321,7 +292,6 @@ impl trocar_core::lane::Gather for Motion<f64> {
                 });
                 trocar_core::lane::Gather::gather(ramps).map(Motion::Ramp)
             }
-            // Live hands cannot be combined.
             Self::Hand(_) => None,
         }
     }

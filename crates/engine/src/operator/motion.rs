@@ -1,11 +1,6 @@
-//! Motions in closed form, computed before a run, so the tick needs no transcendental function.
-
 use std::sync::Arc;
 
-/// Minimum jerk from `start_m` to `end_m` in `movement_s` (above 0), then rest: one position per tick for `ticks` ticks
-/// of `tick_s`.
-///
-/// `x = start + (end - start) (10 τ³ - 15 τ⁴ + 6 τ⁵)`, `τ = t / movement` (Flash and Hogan 1985).
+/// `x = start + (end - start) (10 τ³ - 15 τ⁴ + 6 τ⁵)`, `τ = t / movement <= 1` (Flash and Hogan 1985).
 #[must_use]
 pub fn minimum_jerk(start_m: f64, end_m: f64, movement_s: f64, tick_s: f64, ticks: u64) -> Arc<[f64]> {
     let position = |tick: u64| {
@@ -15,11 +10,7 @@ pub fn minimum_jerk(start_m: f64, end_m: f64, movement_s: f64, tick_s: f64, tick
     (0..ticks).map(position).collect()
 }
 
-/// Equal pushes from `start_m` to `end_m` that take `movement_s` in total, a rest of `hold_s`, a withdrawal in
-/// `withdrawal_s`, then rest: one position per tick.
-///
-/// Each push and the withdrawal are minimum-jerk movements. The pushes are chosen here: in manual insertions, too, the
-/// speed rises and falls.
+/// Minimum-jerk movements. The pushes are chosen here.
 #[must_use]
 pub fn insertion_extraction(
     (start_m, end_m): (f64, f64),
@@ -44,7 +35,7 @@ pub fn insertion_extraction(
     (0..ticks).map(position).collect()
 }
 
-/// `x = centre + amplitude sin(2π f t)`: centre and amplitude in m, `f` in Hz; one position per tick.
+/// `x = centre + amplitude sin(2π f t)`
 #[must_use]
 pub fn sine(centre_m: f64, amplitude_m: f64, frequency_hz: f64, tick_s: f64, ticks: u64) -> Arc<[f64]> {
     let position = |tick: u64| {

@@ -1,5 +1,3 @@
-//! Perception of a drop of the felt force as a psychometric decision.
-
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -8,16 +6,15 @@ use rand_distr::{Distribution, StandardNormal};
 use trocar_core::lane::{Lane, Mask};
 use trocar_core::time::nearest_ticks;
 
-/// Number of criteria drawn in advance; after the last they repeat.
 const DRAWN: usize = 64;
 
-/// Separates these random numbers from other random numbers with the same seed.
+/// Separates these random numbers from others with the same seed.
 const DOMAIN: u64 = 0x7065_7263_6569;
 
-/// Evidence, in units of the internal noise, above which a change is in progress and the criterion is kept.
+/// Evidence of a change in progress.
 const IN_PROGRESS: f64 = 0.5;
 
-/// Share of a lasting cue that must be integrated before the cue is noticed.
+/// Share of a lasting cue at which it is noticed.
 const CUE_TAKEN_UP: f64 = 0.5;
 
 trocar_core::choice! {
@@ -25,32 +22,22 @@ trocar_core::choice! {
     /// decision.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub enum Perception at "perception.kind" = None {
-        /// By the fixed threshold of the reaction. Without a reaction nothing is noticed.
         "none" => None,
-        /// By a decision in internal noise.
         "psychometric" => Psychometric(PerceptionSettings),
     }
 }
 
 trocar_core::settings! {
-    /// A decision in internal noise.
-    ///
-    /// The noise corresponds to the just noticeable difference, at which d' is 1: about 7 % of the force, for 2.5 to 10
-    /// N in tasks with one interval (Pang, Tan and Durlach 1991), and 7 % for the elbow (Jones 1989). Lapses are
-    /// usually below 6 % (Wichmann and Hill 2001). Reaction times to vibration on the hand are of the order of 0.2 s
-    /// and differ by 20 to 300 ms between conditions (Bao et al. 2019). The other defaults are chosen here.
+    /// The just noticeable difference (d' = 1) is about 7 % of a force of 2.5 to 10 N (Pang, Tan and Durlach 1991), and
+    /// 7 % for the elbow (Jones 1989). Lapses are usually below 6 % (Wichmann and Hill 2001), reaction times to
+    /// vibration about 0.2 s (Bao et al. 2019). The others are chosen here.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct PerceptionSettings in "perception." {
         /// Standard deviation of the internal noise, as a fraction of the felt force.
-        ///
-        /// Weber fraction at d' = 1.
         weber_fraction: f64 [POSITIVE_SHARE] = 0.07,
         /// Force added to the felt force in Weber's law, which gives small forces an absolute threshold.
         absolute_force_n: f64 [NON_NEGATIVE] = 0.3,
         /// Criterion of the decision, in standard deviations of the internal noise.
-        ///
-        /// A sudden drop by `criterion · weber_fraction` of the force is noticed in half of the trials. Per interval
-        /// without a drop, the share Φ(-criterion) is noticed falsely.
         criterion: f64 [NON_NEGATIVE] = 2.5,
         /// Share of the changes that remain unnoticed, independent of their size.
         lapse_rate: f64 [SHARE] = 0.02,
@@ -71,7 +58,6 @@ trocar_core::settings! {
 }
 
 impl Perception {
-    /// The settings of a psychometric decision.
     #[must_use]
     pub fn settings(&self) -> Option<&PerceptionSettings> {
         match self {
@@ -91,7 +77,6 @@ impl PerceptionSettings {
         })
     }
 
-    /// The largest share of a sudden lasting drop by which the integrated force falls below its memory.
     fn step_share(&self) -> f64 {
         let (fast, slow) = (self.integration_s, self.memory_s);
         let peak_s = fast * slow / (slow - fast) * libm::log(slow / fast);
@@ -105,17 +90,15 @@ fn rng(seed: u64, stream: u64) -> ChaCha8Rng {
     rng
 }
 
-/// State of the decision.
-///
 /// ```text
 /// S = F_h + exp(-T/τ_i) (S - F_h)        integrated force
 /// L = F_h + exp(-T/τ_m) (L - F_h)        memory
 /// x = (L - S) / (h w (L₀ + F_a))         evidence in units of the noise
 /// noticed:  x >= c + z,  z normal with mean 0 and standard deviation 1
 /// ```
-/// `h` is the largest share of a sudden drop that `L - S` reaches. A sudden drop by `ΔF` gives a largest `x` of `ΔF / w
-/// (F + F_a)` and is noticed with the probability `(1 - λ) Φ(x - c)`. `L₀` is the memory when the change began. `z` is
-/// drawn once per interval and kept during a change; with the probability `λ` it is infinite (a lapse).
+/// A drop by `ΔF`, of which `L - S` reaches the share `h`, is noticed with the probability `(1 - λ) Φ(ΔF / w (F + F_a)
+/// - c)`. `L₀` is the memory when the change began; `z` is drawn once per interval, and infinite with the probability
+/// `λ`.
 #[derive(Debug, Clone)]
 pub(super) struct Noticing<L: Lane> {
     keep_integrated: L,
@@ -170,8 +153,7 @@ impl<L: Lane> Noticing<L> {
         }
     }
 
-    /// Processes the felt force (N) and the cue at a tick. Returns the lanes whose evidence reaches the criterion.
-    /// While an operator withdraws, a falling force is expected and no evidence.
+    /// A falling force is expected while the operator withdraws.
     #[inline(always)]
     pub(super) fn step(&mut self, now: L, felt: L, cue: L::Mask, withdraws: L::Mask) -> L::Mask {
         let (zero, one) = (L::zero(), L::splat(1.0));
@@ -184,7 +166,6 @@ impl<L: Lane> Noticing<L> {
         self.memory = L::select(self.is_first, felt, felt + self.keep_memory * (self.memory - felt));
         self.is_first = L::Mask::splat(false);
         self.reference = L::select(in_progress, self.reference, self.memory);
-        // Prevents a division by 0 at no force without an absolute threshold.
         let scale = (self.reference.abs() + self.absolute).max(L::splat(f64::MIN_POSITIVE));
         self.evidence = L::select(withdraws, zero, self.gain * (self.memory - self.integrated) / scale);
         let aim = L::select(cue, one, zero);
@@ -195,13 +176,11 @@ impl<L: Lane> Noticing<L> {
         (self.evidence.ge(self.criterion) & !withdraws) | (feels_cue & attends)
     }
 
-    /// Prevents a noticed cue from being noticed again.
     #[inline(always)]
     pub(super) fn use_cue(&mut self, noticed: L::Mask) {
         self.cue_is_used = self.cue_is_used | noticed;
     }
 
-    /// Restarts the comparison from the present force, in the lanes that have reacted.
     #[inline(always)]
     pub(super) fn restart(&mut self, lanes: L::Mask, now: L, felt: L) {
         self.integrated = L::select(lanes, felt, self.integrated);

@@ -1,5 +1,3 @@
-//! The operator's reaction to a drop of the felt force.
-
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -10,10 +8,9 @@ use trocar_core::error::InvalidValue;
 use trocar_core::lane::{Lane, Mask};
 use trocar_core::time::nearest_ticks;
 
-/// Number of reaction times drawn in advance; after the last they repeat.
 const DRAWN: usize = 16;
 
-/// Separates the reaction times from other random numbers with the same seed.
+/// Separates these random numbers from others with the same seed.
 const DOMAIN: u64 = 0x7265_666c_6578;
 
 trocar_core::choice! {
@@ -21,11 +18,8 @@ trocar_core::choice! {
     /// and a withdrawal.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub enum Reflex at "perception.reflex" = None {
-        /// No reaction.
         "none" => None,
-        /// The operator stops for the pause.
         "stop" => Stop,
-        /// The operator stops and withdraws during the pause.
         "withdraw" => Withdraw in "perception.reflex_withdraw_" {
             /// Distance of the withdrawal.
             distance_m: f64 at "perception.reflex_withdraw_m" [NON_NEGATIVE] = 0.005,
@@ -35,25 +29,17 @@ trocar_core::choice! {
     }
 }
 
-/// Applies to keys that have an effect only with a reaction: every kind after the first, `none`.
 const WHEN_REACTING: ActsFor = ActsFor::new(Reflex::KEY.path, Reflex::WORDS.split_at(1).1);
-/// Applies to keys of the fixed threshold, which a psychometric decision replaces.
+/// A psychometric decision replaces the fixed threshold.
 const WITH_A_THRESHOLD: ActsFor = WHEN_REACTING.only_with(Perception::KEY.path, Perception::None.word());
 
 trocar_core::settings! {
-    /// When the operator notices a drop, the reaction time, and the duration of the reaction.
-    ///
-    /// A drop is noticed when the felt force is below `1 - weber_fraction` times its recent level. The discrimination
-    /// threshold for forces of 2.5 to 10 N is about 7 % (Pang, Tan and Durlach 1991); the default of 15 % for a moving
-    /// hand is chosen here. The reaction time is uniformly distributed. Its default range, the memory, the pause and
-    /// the minimum force are chosen here, too.
+    /// Thresholds for 2.5 to 10 N are about 7 % (Pang, Tan and Durlach 1991); the default of 15 % for a moving hand and
+    /// the other defaults are chosen here.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ReflexSettings in "perception.reflex_" {
-        /// Kind of reaction.
         reflex: Reflex [kinds last],
         /// Fraction of its recent level by which the felt force must drop to be noticed.
-        ///
-        /// Weber fraction, between 0 and 1.
         weber_fraction: f64 [SHARE] for (WITH_A_THRESHOLD) = 0.15,
         /// Minimum reaction time.
         reaction_min_s: f64 [NON_NEGATIVE] for (WITH_A_THRESHOLD) = 0.15,
@@ -71,29 +57,23 @@ trocar_core::settings! {
 }
 
 impl ReflexSettings {
-    /// True if the operator reacts at all.
     #[must_use]
     pub fn reacts(&self) -> bool {
         self.reflex != Reflex::None
     }
 
-    /// Checks the ranges of the fields, if the operator reacts.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first setting out of range.
     pub fn validate_where_reacting(&self) -> Result<(), InvalidValue> {
         if self.reacts() { self.validate() } else { Ok(()) }
     }
 }
 
-/// State of the reaction: its time, and its effect on the motion.
+/// The motion pauses one reaction time after
 ///
 /// ```text
 /// level_k = F_h + exp(-T/τ) (level_{k-1} - F_h)
 /// noticed:  F_h < (1 - w) level_{k-1},  level_{k-1} >= minimum force,  no reaction pending
 /// ```
-/// One reaction time after the drop is noticed, the motion pauses. No other drop is noticed until the end of the pause.
-/// A psychometric decision replaces this rule and its reaction time.
+/// or after a psychometric decision.
 #[derive(Debug, Clone)]
 pub(super) struct Reaction<L: Lane> {
     keep: L,
@@ -103,18 +83,15 @@ pub(super) struct Reaction<L: Lane> {
     withdraw_step: L,
     withdraw_m: L,
     reaction_ticks: [L; DRAWN],
-    /// Recent level of the felt force in N; -∞ before the first tick.
     level: L,
-    /// Tick of the reaction; infinite while none is pending.
+    /// Infinite while no reaction is pending.
     due: L,
     reactions: L,
-    /// Time of the motion in ticks.
     clock: L,
     withdrawn: L,
     withdrawn_before: L,
     noticed: L::Mask,
     noticing: Option<Noticing<L>>,
-    /// 1 in lanes with a cue.
     cue: L,
 }
 
@@ -168,8 +145,6 @@ impl<L: Lane> Reaction<L> {
         }
     }
 
-    /// The time of the motion at `tick` in ticks, and the withdrawn distance in m, for the force felt at the
-    /// tick before.
     #[inline(always)]
     pub(super) fn step(&mut self, tick: u64, felt: L, withdraws: L::Mask) -> (L, L) {
         let (zero, one, never) = (L::zero(), L::splat(1.0), L::splat(f64::INFINITY));
@@ -193,7 +168,7 @@ impl<L: Lane> Reaction<L> {
         let followed = felt + self.keep * (self.level - felt);
         let acts = now.gt(self.due) & now.le(self.due + self.pause_ticks);
         let is_over = now.gt(self.due + self.pause_ticks) & self.due.lt(never);
-        // After a reaction the next drop is measured from the present force.
+        // The next drop is measured from the present force.
         self.level = L::select(first | is_over, felt, followed);
         if let Some(noticing) = &mut self.noticing {
             noticing.restart(is_over, now, felt);

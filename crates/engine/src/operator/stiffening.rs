@@ -1,17 +1,10 @@
-//! A grip that stiffens with the force on the hand.
-
 use trocar_core::lane::Lane;
 
 trocar_core::settings! {
-    /// The rise of the arm's stiffness under load.
-    ///
-    /// The stiffness of a hand rises with its grip force (Hasser and Cutkosky 2002), and a person grips harder against
-    /// a force. Rate, limit and time constant are chosen here.
+    /// The stiffness of a hand rises with its grip force (Hasser and Cutkosky 2002). The values are chosen here.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct StiffeningSettings in "operator.stiffening_" {
         /// Share by which the static stiffness of the arm rises per newton of the felt force.
-        ///
-        /// With 0 it does not rise.
         per_n: f64 [NON_NEGATIVE] = 0.0,
         /// Largest share by which the stiffness rises.
         limit: f64 [NON_NEGATIVE] = 1.0,
@@ -21,15 +14,13 @@ trocar_core::settings! {
 }
 
 impl StiffeningSettings {
-    /// True if the grip stiffens.
     #[must_use]
     pub fn acts(&self) -> bool {
         self.per_n > 0.0 && self.limit > 0.0
     }
 }
 
-/// State of the grip. `σ` follows `min(limit, rate |F_h|)` with its time constant, and the position towards which the
-/// arm pulls shifts by `σ (x_intended - x_h)`: a resting master meets `1 + σ` times the arm's static stiffness.
+/// `σ` follows `min(limit, rate |F_h|)`: a resting master meets `1 + σ` times the arm's static stiffness.
 #[derive(Debug, Clone)]
 pub(super) struct Stiffening<L> {
     per_n: L,
@@ -39,7 +30,6 @@ pub(super) struct Stiffening<L> {
 }
 
 impl<L: Lane> Stiffening<L> {
-    /// Creates a relaxed grip; `None` if it does not stiffen.
     pub(super) fn new(settings: &StiffeningSettings, tick_s: f64) -> Option<Self> {
         let keep = if settings.time_s > 0.0 { libm::exp(-tick_s / settings.time_s) } else { 0.0 };
         settings.acts().then(|| Self {

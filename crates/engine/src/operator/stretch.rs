@@ -1,26 +1,17 @@
-//! Stretch reflexes of the arm: stretched muscles pull back, after the delay of their nerves.
-
 use trocar_core::lane::Lane;
 use trocar_core::time::nearest_ticks;
 
 trocar_core::settings! {
-    /// The stretch reflexes of short and long latency.
-    ///
-    /// The delays are typical of the muscles of the wrist, about 25 ms for the short and 60 ms for the long latency
-    /// (Schuurmans et al. 2009, <https://doi.org/10.1007/s00221-008-1647-7>). People change the gains with the task,
-    /// the long-latency gain by a factor of 4 to 10 (reviewed there), so no default other than 0 suits all tasks.
-    /// Chosen here: the short latency responds to velocity, the long one to displacement, and the lag of the muscle.
+    /// The delays are typical of the wrist (Schuurmans et al. 2009, <https://doi.org/10.1007/s00221-008-1647-7>); the
+    /// long-latency gain varies by a factor of 4 to 10, so its default is 0. Chosen here: the short latency responds to
+    /// velocity, the long one to displacement.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct StretchSettings in "operator.stretch_" {
         /// Force per speed of the stretch, at the short latency.
-        ///
-        /// With 0 there is no reflex.
         short_gain_n_s_per_m: f64 [NON_NEGATIVE] = 0.0,
         /// Delay of the short latency, at most 1 s.
         short_delay_s: f64 [SHARE] = 0.025,
         /// Force per stretch, at the long latency.
-        ///
-        /// With 0 there is no reflex.
         long_gain_n_per_m: f64 [NON_NEGATIVE] = 0.0,
         /// Delay of the long latency, at most 1 s.
         long_delay_s: f64 [SHARE] = 0.06,
@@ -30,15 +21,13 @@ trocar_core::settings! {
 }
 
 impl StretchSettings {
-    /// True if there is a reflex.
     #[must_use]
     pub fn acts(&self) -> bool {
         self.short_gain_n_s_per_m > 0.0 || self.long_gain_n_per_m > 0.0
     }
 }
 
-/// State of the reflexes, which shift the position towards which the arm pulls. A shift `u` changes the force on a
-/// master at rest by `K u`, with the arm's static stiffness `K`.
+/// Shifts the position towards which an arm of static stiffness `K` pulls by `u`:
 ///
 /// ```text
 /// e = x_h - x_intended
@@ -47,7 +36,7 @@ impl StretchSettings {
 /// ```
 #[derive(Debug, Clone)]
 pub(super) struct Stretch<L> {
-    /// `G_s / (K T)` and `G_l / K`, both without a unit.
+    /// `G_s / (K T)` and `G_l / K`.
     short: L,
     long: L,
     keep: L,

@@ -1,5 +1,3 @@
-//! Physiological tremor, added to the intended motion.
-
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -12,60 +10,47 @@ use trocar_core::lane::Lane;
 
 const SINES: usize = 8;
 
-/// Time over which the tremor grows from 0, in s, so a motion starts at its intended position.
+/// A motion must start at its intended position.
 const GROWTH_S: f64 = 0.25;
 
-/// Separates the tremor's random numbers from other random numbers with the same seed.
+/// Separates these random numbers from others with the same seed.
 const DOMAIN: u64 = 0x7472_656d_6f72;
 
 trocar_core::settings! {
-    /// The tremor of the hand.
-    ///
-    /// Physiological tremor of the hand lies between 8 and 12 Hz; surgeons' hands have a root mean square of the order
-    /// of 50 to 200 µm (both reviewed in <https://pmc.ncbi.nlm.nih.gov/articles/PMC3989364>).
+    /// Hands tremble at 8 to 12 Hz, surgeons' by 50 to 200 µm (root mean square;
+    /// <https://pmc.ncbi.nlm.nih.gov/articles/PMC3989364>).
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct TremorSettings in "operator.tremor_" {
         /// Root mean square of the hand's tremor, usually tens to hundreds of micrometres.
-        ///
-        /// With 0 there is no tremor.
         amplitude_m: f64 [NON_NEGATIVE] = 0.0,
         /// Lower end of the tremor's band.
         low_hz: f64 [POSITIVE] = 8.0,
         /// Upper end of the tremor's band.
-        ///
-        /// Above the lower end and below half the tick rate.
         high_hz: f64 [POSITIVE] = 12.0,
     }
     where high_hz: |s| s.high_hz > s.low_hz, "above operator.tremor_low_hz";
 }
 
 impl TremorSettings {
-    /// Checks the ranges of the fields for ticks of `tick_s`.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first setting out of range.
     pub fn validate_on_ticks(&self, tick_s: f64) -> Result<(), InvalidValue> {
         self.validate()?;
         let is_sampled = self.amplitude_m == 0.0 || self.high_hz < 0.5 / tick_s;
         require("operator.tremor_high_hz", self.high_hz, is_sampled, "below half the rate of the ticks").map(drop)
     }
 
-    /// Bounds of the displacement (m) and its speed (m/s): all sines at their peak.
+    /// Displacement (m) and speed (m/s) with all sines at their peak.
     #[must_use]
     pub fn largest(&self) -> [f64; 2] {
         let displacement_m = SINES as f64 * self.size_m();
-        // The tremor grows by `3 s² - 2 s³`, whose slope is at most 1.5.
+        // The slope of the growth `3 s² - 2 s³` is at most 1.5.
         [displacement_m, displacement_m * (TAU * self.high_hz + 1.5 / GROWTH_S)]
     }
 
-    /// Amplitude of each sine in m.
     fn size_m(&self) -> f64 {
         self.amplitude_m * (2.0 / SINES as f64).sqrt()
     }
 
-    /// Computes the tremor in m, one displacement per tick; lane `i` uses stream `first_stream + i` of the seed.
-    ///
-    /// A sum of sines of equal amplitude, one in each eighth of the band, with random frequency and phase.
+    /// One sine of equal amplitude in each eighth of the band, with random frequency and phase.
     #[must_use]
     pub fn displacements<L: Lane>(&self, seed: u64, first_stream: u64, tick_s: f64, ticks: u64) -> Arc<[L]> {
         let mut lanes: Vec<SineSum> =
@@ -81,10 +66,8 @@ impl TremorSettings {
     }
 }
 
-/// The sines of a tremor, each a vector that rotates by a fixed angle per tick: no transcendental function.
 struct SineSum {
     size_m: f64,
-    /// Cosine and sine of the phase, and of the angle per tick.
     sines: [([f64; 2], [f64; 2]); SINES],
 }
 

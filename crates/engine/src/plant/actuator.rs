@@ -1,18 +1,8 @@
-//! Limits and lags of the motors of both sides.
-
 use super::{PlantError, on};
 use trocar_lti::{Continuous, StateSpace, lagged_input};
 
 trocar_core::settings! {
-    /// Limits on the motors' response to the controllers' commands, the same in both directions. `None` means no limit,
-    /// a lag of 0 no lag.
-    ///
-    /// A command is clipped to the range, then its change from the last command is limited. It is held until the next
-    /// tick, and the motor follows it with the lag in continuous time.
-    ///
-    /// The limits act on the held output of a controller that runs on the tick
-    /// ([`ControlTiming::Sampled`](super::ControlTiming)). A continuous controller would saturate at unknown times
-    /// between ticks, so no exact step would exist.
+    /// The limits act on the tick: with a continuous controller no exact step would exist.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ActuatorLimits in "actuator." {
         /// Maximum force U_m of the master's motor, in both directions; no limit by default.
@@ -31,52 +21,40 @@ trocar_core::settings! {
 }
 
 impl ActuatorLimits {
-    /// Ideal motors.
     pub const NONE: Self = Self::DEFAULT;
 
-    /// True if there is no limit and no lag.
     #[must_use]
     pub fn are_none(&self) -> bool {
         *self == Self::NONE
     }
 
-    /// Maximum `|U_m|` in N, infinite without a limit.
     #[must_use]
     pub fn max_master_force_n(&self) -> f64 {
         self.master_force_n.unwrap_or(f64::INFINITY)
     }
 
-    /// Maximum `|U_s|`, infinite without a limit.
     #[must_use]
     pub fn max_slave_command(&self) -> f64 {
         self.slave_command.unwrap_or(f64::INFINITY)
     }
 
-    /// Maximum change of the commanded `U_m` per tick in N, infinite without a limit.
     #[must_use]
     pub fn max_master_change_n(&self, tick_s: f64) -> f64 {
         self.master_force_rate_n_per_s.map_or(f64::INFINITY, |rate| rate * tick_s)
     }
 
-    /// Maximum change of the commanded `U_s` per tick, infinite without a limit.
     #[must_use]
     pub fn max_slave_change(&self, tick_s: f64) -> f64 {
         self.slave_command_rate_per_s.map_or(f64::INFINITY, |rate| rate * tick_s)
     }
 }
 
-/// A motor that follows its held command with a lag, and its effect on the states of its side over a tick.
-///
 /// `x += from_actual · U_0 + from_command · U_cmd`, then `U_0 ← kept · U_0 + gained · U_cmd`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MotorStep<const STATES: usize> {
-    /// Effect of the motor's output at the start of the tick.
     pub from_actual: [f64; STATES],
-    /// Effect of the command.
     pub from_command: [f64; STATES],
-    /// Fraction of the output that remains after a tick.
     pub kept: f64,
-    /// Fraction of the command that is reached after a tick.
     pub gained: f64,
 }
 

@@ -1,5 +1,3 @@
-//! The exact step of a general master with the operator's arm over a tick, and its state at rest.
-
 use nalgebra::{DMatrix, DVector};
 
 use super::machine_step::solve;
@@ -8,45 +6,29 @@ use super::stick_slip::StickSlip;
 use super::{ArmParameters, MAX_MACHINE_STATES, PlantError, on};
 use trocar_lti::{Continuous, InputHold, StateSpace, exact_step};
 
-/// Largest number of states of a master with the arm.
 pub const MAX_ARMED_STATES: usize = MAX_MACHINE_STATES + 2;
 
-/// A column of the states of a master with the arm; those beyond their number are 0.
 pub type ArmedColumn = [f64; MAX_ARMED_STATES];
 
-/// The inputs of the master with the arm: desired position and velocity, motor force, external force.
+/// Desired position and velocity, motor force, external force.
 pub(super) const HOLDS: [InputHold; 4] = [InputHold::Linear, InputHold::Held, InputHold::Held, InputHold::Held];
 
-/// The exact step over a tick, with the desired position linear and the motor's force `u` held:
-/// `x_{k+1} = transition · x_k + desired_now · x_d(k) + desired_next · x_d(k+1) + motor · u_k + constant`.
-///
-/// The states are those of the machine, with position (m) and velocity (m/s) of the master first, then position and
-/// velocity of the arm. Forces are in the direction of insertion.
+/// `x_{k+1} = transition · x_k + desired_now · x_d(k) + desired_next · x_d(k+1) + motor · u_k + constant`, with `x_d`
+/// linear and `u` held. The states are those of the machine (position and velocity first), then of the arm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmedStep {
-    /// The number of states.
     pub states: usize,
-    /// Transition matrix, column by column.
     pub transition: [ArmedColumn; MAX_ARMED_STATES],
-    /// Effect of the desired position at the start of the tick.
     pub desired_now: ArmedColumn,
-    /// Effect of the desired position at the end of the tick.
     pub desired_next: ArmedColumn,
-    /// Effect of the motor's force.
     pub motor: ArmedColumn,
-    /// Effect of the constant force.
     pub constant: ArmedColumn,
-    /// Row that gives the hand's force from the states.
     pub hand_force: ArmedColumn,
-    /// The step with Coulomb friction, if the master has it. It replaces the matrices, which leave out the friction.
+    /// Replaces the matrices, which leave out the friction.
     friction: Option<Box<StickSlip>>,
 }
 
 impl ArmedStep {
-    /// Computes the step of a master without its controller.
-    ///
-    /// # Errors
-    /// [`PlantError`] as in [`GeneralMaster::machine`]; also if the matrices overflow.
     pub fn new(master: &GeneralMaster<'_>, tick_s: f64) -> Result<Self, PlantError> {
         let system = armed(master)?;
         let step = exact_step(&system, tick_s, &HOLDS).map_err(on("master"))?;
@@ -62,7 +44,6 @@ impl ArmedStep {
         Ok(Self {
             states,
             transition: std::array::from_fn(|j| column(&step.phi, j)),
-            // The desired velocity over a tick is the difference of the desired positions.
             desired_now: std::array::from_fn(|i| now[i] - slope[i] / tick_s),
             desired_next: std::array::from_fn(|i| next[i] + slope[i] / tick_s),
             motor: column(&step.gamma_now, 2),
@@ -72,7 +53,6 @@ impl ArmedStep {
         })
     }
 
-    /// Returns the state after a tick with the desired position at its start and end (m) and a held motor force (N).
     #[must_use]
     pub fn advance(&self, state: &ArmedColumn, desired_m: [f64; 2], motor_n: f64) -> ArmedColumn {
         let mut next = [0.0; MAX_ARMED_STATES];
@@ -98,14 +78,13 @@ impl ArmedStep {
         next
     }
 
-    /// Returns the hand's force on the master in N.
     #[must_use]
     pub fn hand_force_n(&self, state: &ArmedColumn) -> f64 {
         self.hand_force.iter().zip(state).map(|(gain, value)| gain * value).sum()
     }
 }
 
-/// The row of the hand's force, `k_a (x_a - x_h) + b_a (x_a' - x_h')`, with the arm's position at `arm_at`.
+/// `k_a (x_a - x_h) + b_a (x_a' - x_h')`
 fn hand_row(arm: &ArmParameters, states: usize, arm_at: usize) -> DVector<f64> {
     let (k_a, b_a) = (arm.k_a_n_per_m, arm.b_a_n_s_per_m);
     let mut row = DVector::zeros(states);
@@ -113,8 +92,6 @@ fn hand_row(arm: &ArmParameters, states: usize, arm_at: usize) -> DVector<f64> {
     row
 }
 
-/// The master with the arm in continuous time. Inputs: desired position (m) and velocity (m/s), motor force and external
-/// force (N). Output: the hand's force (N).
 fn armed(master: &GeneralMaster<'_>) -> Result<StateSpace<Continuous>, PlantError> {
     let machine = master.machine()?;
     let machine = machine.system();
@@ -137,25 +114,17 @@ fn armed(master: &GeneralMaster<'_>) -> Result<StateSpace<Continuous>, PlantErro
     StateSpace::continuous(a, b, c, DMatrix::zeros(1, 4)).map_err(on("master"))
 }
 
-/// The state of a general master with the arm at rest without feedback, and the motor's force that holds it there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmedRest {
-    /// The state.
     pub state: ArmedColumn,
-    /// The motor's force in the direction of insertion, in N.
     pub motor_n: f64,
 }
 
 impl ArmedRest {
-    /// Returns the rest under a constant desired position in m. With a force integral the hand feels no force there;
-    /// otherwise the motor is off.
-    ///
-    /// # Errors
-    /// [`PlantError::NoRest`], and the errors of [`GeneralMaster::machine`].
+    /// With a force integral the hand feels no force, else the motor is off.
     pub fn of(master: &GeneralMaster<'_>, desired_m: f64) -> Result<Self, PlantError> {
         let system = armed(master)?;
         let n = system.states();
-        // The unknowns are the state and the motor's force; the last row determines the force.
         let mut matrix = DMatrix::zeros(n + 1, n + 1);
         matrix.view_mut((0, 0), (n, n)).copy_from(system.a());
         matrix.view_mut((0, n), (n, 1)).copy_from(&system.b().column(2));
@@ -169,7 +138,7 @@ impl ArmedRest {
         }
         let found = solve(matrix, &right).ok_or(PlantError::NoRest { side: "master", start_m: desired_m })?;
         let mut state: ArmedColumn = std::array::from_fn(|i| if i < n { found[i] } else { 0.0 });
-        // At rest the velocity is 0; a rounding error would release a mass that friction holds.
+        // A rounding error would release a mass that friction holds.
         state[1] = 0.0;
         Ok(Self { state, motor_n: found[n] })
     }

@@ -1,26 +1,22 @@
-//! The slave's controller on the tick, for machines other than the appendix'.
-
 use super::{Damping, SlaveParameters};
 
 trocar_core::choice! {
     /// Controller of the slave.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum SlaveController at "slave.controller" = Appendix {
-        /// K_p on the error and K_v on the velocity (eq. 31).
         "appendix" => Appendix,
-        /// PID on the error, damping of the velocity and feed-forward of the measured force, on the tick.
         "pid" => Pid,
     }
 }
 
-/// The gains of a controller on the tick, `T` long:
+/// With the tick `T`, the measured force `y` and a held `u`:
 ///
 /// ```text
 /// e_k = x_ref - x_e
 /// u_k = K_p e_k + K_d (e_k - e_{k-1}) / T + I_k - K_v v_e - K_x x_e + K_f y_k
 /// I_{k+1} = I_k + K_i T e_k
 /// ```
-/// with the measured force `y`. `K_x` is the as-printed damping of eq. 31. `u` is held over the tick.
+/// `K_x` is the as-printed damping of eq. 31.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampledGains {
     /// `K_p` in N/m.
@@ -38,7 +34,6 @@ pub struct SampledGains {
 }
 
 impl SampledGains {
-    /// Returns the gains of a slave on a tick in s.
     #[must_use]
     pub fn of(slave: &SlaveParameters, tick_s: f64) -> Self {
         let proportional = slave.proportional_gain;
@@ -62,11 +57,9 @@ impl SampledGains {
     }
 }
 
-/// A controller with its state and the limits of its command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampledController {
     gains: SampledGains,
-    /// Largest command and largest change per tick; infinite without a limit.
     bounds: (f64, f64),
     integral: f64,
     last_error_m: f64,
@@ -74,7 +67,6 @@ pub struct SampledController {
 }
 
 impl SampledController {
-    /// Creates a controller at rest with an error in m and a command.
     #[must_use]
     pub fn at_rest(gains: SampledGains, bounds: (f64, f64), error_m: f64, position_m: f64, command: f64) -> Self {
         let SampledGains { proportional, position, sum, .. } = gains;
@@ -82,8 +74,7 @@ impl SampledController {
         Self { gains, bounds, integral, last_error_m: error_m, command: command.clamp(-bounds.0, bounds.0) }
     }
 
-    /// Returns the command of this tick from the error (m), position (m), velocity (m/s) and measured force (N). While
-    /// the command is limited, the integral may only change towards the limited command.
+    /// While the command is limited, the integral may only change towards the limited command.
     pub fn command(&mut self, error_m: f64, [position_m, velocity_m_per_s]: [f64; 2], measured_n: f64) -> f64 {
         let gains = &self.gains;
         let wanted = gains.proportional * error_m + gains.difference * (error_m - self.last_error_m) + self.integral
@@ -91,7 +82,7 @@ impl SampledController {
             - gains.position * position_m
             + gains.force * measured_n;
         let (range, change) = self.bounds;
-        // Unlike `clamp`, `max` and `min` do not panic if a diverged command is NaN.
+        // Unlike `clamp`, `max` and `min` accept a diverged (NaN) command.
         let within = wanted.max(-range).min(range);
         let limited = within.max(self.command - change).min(self.command + change);
         self.command = if wanted.is_nan() { wanted } else { limited };

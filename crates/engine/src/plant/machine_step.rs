@@ -1,44 +1,29 @@
-//! The exact step of a slave's machine over a tick, and its state at rest.
-
 use nalgebra::{DMatrix, DVector};
 
 use super::{MAX_MACHINE_STATES, Machine, PlantError, SampledGains, SlaveModel, SlaveParameters, SlidingMass, on};
 use trocar_core::friction::CoulombFriction;
 use trocar_lti::{InputHold, exact_step};
 
-/// Residual relative to the terms of the equations of rest up to which they count as solved.
 const SOLVED: f64 = 1e-6;
 
-/// A column of a machine's states; those beyond its number of states are 0.
 pub type MachineColumn = [f64; MAX_MACHINE_STATES];
 
-/// The exact step over a tick: `x_{k+1} = transition · x_k + command · u_k + external · w_k`, with the motor's force `u`
-/// and an external force `w` in the direction of insertion held. The first states are position (m) and velocity (m/s).
+/// `x_{k+1} = transition · x_k + command · u_k + external · w_k`, with held forces of the motor `u` and from outside
+/// `w`. The first states are position and velocity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MachineStep {
-    /// The number of states.
     pub states: usize,
-    /// Transition matrix, column by column.
     pub transition: [MachineColumn; MAX_MACHINE_STATES],
-    /// Effect of the motor's force.
     pub command: MachineColumn,
-    /// Effect of the external force.
     pub external: MachineColumn,
-    /// The mass and its friction, for a machine with Coulomb friction. It replaces the matrices, which leave out the
-    /// friction.
+    /// Replaces the matrices, which leave out Coulomb friction.
     pub sliding: Option<SlidingMass>,
-    /// True if the tissue's force acts on the machine.
     pub is_loaded: bool,
-    /// Constant external force in N.
     constant_n: f64,
     tick_s: f64,
 }
 
 impl MachineStep {
-    /// Computes the step of a slave's machine, without its controller.
-    ///
-    /// # Errors
-    /// [`PlantError`] as in [`Machine::of`]; also if the matrices overflow.
     pub fn new(slave: &SlaveParameters, tick_s: f64) -> Result<Self, PlantError> {
         let machine = Machine::of(slave)?;
         let system = machine.system();
@@ -63,7 +48,6 @@ impl MachineStep {
         })
     }
 
-    /// Returns the state after a tick with a held motor force and force of the tissue in N.
     #[must_use]
     pub fn advance(&self, state: &MachineColumn, command: f64, tissue_n: f64) -> MachineColumn {
         let external_n = if self.is_loaded { tissue_n + self.constant_n } else { self.constant_n };
@@ -84,27 +68,19 @@ impl MachineStep {
     }
 }
 
-/// The state of a machine at rest without a force of the tissue, and the command that holds it there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rest {
-    /// The state.
     pub state: MachineColumn,
-    /// The motor's force.
     pub command: f64,
 }
 
 impl Rest {
-    /// Returns the rest under a constant reference in m: with an integral at the reference, otherwise where the
-    /// controller balances the machine.
-    ///
-    /// # Errors
-    /// [`PlantError::NoRest`], and the errors of [`Machine::of`].
+    /// At the reference with an integral, otherwise where the controller balances the machine.
     pub fn of(slave: &SlaveParameters, reference_m: f64) -> Result<Self, PlantError> {
         let machine = Machine::of(slave)?;
         let (a, b) = (machine.system().a(), machine.system().b().column(0));
         let n = a.nrows();
         let gains = SampledGains::of(slave, 1.0);
-        // The unknowns are the state and the command; the last row determines the command.
         let mut matrix = DMatrix::zeros(n + 1, n + 1);
         matrix.view_mut((0, 0), (n, n)).copy_from(a);
         matrix.view_mut((0, n), (n, 1)).copy_from(&b);
@@ -118,15 +94,14 @@ impl Rest {
         }
         let no_rest = || PlantError::NoRest { side: "slave", start_m: reference_m };
         let mut solution = solve(matrix, &right).ok_or_else(no_rest)?;
-        // At rest the velocity is 0; a rounding error would release a mass that friction holds.
+        // A rounding error would release a mass that friction holds.
         solution[1] = 0.0;
         let state = std::array::from_fn(|i| if i < n { solution[i] } else { 0.0 });
         Ok(Self { state, command: solution[n] })
     }
 }
 
-/// Solves `M x = r` with rows and columns scaled to similar sizes; `None` if there is no solution. A singular system has
-/// the solution of least norm.
+/// A singular system has the solution of least norm.
 pub(super) fn solve(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     let (mut scaled, mut right) = (matrix, right.clone());
     let size = |largest: f64| if largest > 0.0 { largest } else { 1.0 };

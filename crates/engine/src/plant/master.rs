@@ -1,5 +1,3 @@
-//! The master, its force controller and the operator's arm (eq. 28, 29, 32-35).
-
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
 use super::{ControlTiming, MASTER_STATES, MasterModel, MotorStep, PlantError, on};
@@ -12,15 +10,14 @@ trocar_core::choice! {
     /// Action of the hand on the master; as printed there is none, and the loop is unstable.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Coupling at "master.coupling" = Physical {
-        /// The hand pushes the master and the motor resists: `m x_h'' + b x_h' = F_h - U_m`.
+        /// `m x_h'' + b x_h' = F_h - U_m`
         "physical" => Physical,
-        /// Eq. 28 as printed, `X_h = G_m U_m`: the hand does not act on the master. Unstable, with a pole at +41.961.
+        /// Eq. 28 as printed, `X_h = G_m U_m`: unstable, with a pole at +41.961.
         "as-printed" => AsPrinted,
     }
 }
 
 trocar_core::settings! {
-    /// The master (eq. 28) and its controller (eq. 29).
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct MasterParameters in "master." given (is_fed_positions: bool = false) {
         /// Mass of the master.
@@ -28,30 +25,23 @@ trocar_core::settings! {
         /// Damping of the master.
         damping_n_s_per_m: f64 [NON_NEGATIVE] for MasterModel::Appendix | MassDamper = 4.1,
         /// Integral gain K_i of the force controller, in 1/s.
-        ///
-        /// It is 0 if positions are fed back: a spring to the slave's position is not a force to be tracked, and the
-        /// integral of the difference would not converge.
         force_integral_gain: f64 [NON_NEGATIVE]
             => "12, as in the paper; 0 if positions are fed back to the master"
             if is_fed_positions { 0.0 } else { 12.0 },
-        /// Equation of the master.
         coupling: Coupling for MasterModel::Appendix,
     }
 }
 
 trocar_core::settings! {
-    /// The arm (eq. 32-35) as a mass `m_h` tied to the desired position by (`k_h`, `b_h`) and to the master by
-    /// (`k_a`, `b_a`):
+    /// A mass `m_h` tied to the desired position by (`k_h`, `b_h`) and to the master by (`k_a`, `b_a`), which gives eq.
+    /// 32:
     ///
     /// ```text
     /// m_h x_a'' = k_h (x_d - x_a) + b_h (x_d' - x_a') - F_h
     /// F_h       = k_a (x_a - x_h) + b_a (x_a' - x_h')
     /// ```
-    /// Eliminating `x_a` gives eq. 32. At rest its stiffness is `k_a k_h / (k_a + k_h)` = 698.845 N/m.
-    ///
-    /// Stiffness and damping of a hand rise with its grip force (Hasser and Cutkosky 2002). The factors are chosen
-    /// here: both stiffnesses change by a factor of 2 and both dampings by its square root, which keeps the damping
-    /// ratios and the mass.
+    /// Stiffness and damping rise with the grip force (Hasser and Cutkosky 2002); the factors, which keep the damping
+    /// ratios, are chosen here.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ArmParameters in "arm." given (grip: Grip = Grip::Paper, roles: ArmRoles = ArmRoles::AsPrinted) {
         /// Stiffness between arm and master.
@@ -75,26 +65,17 @@ trocar_core::choice! {
     /// Grip of the hand: as identified in the paper, half as stiff, or twice as stiff.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Grip at "arm.grip" = Paper {
-        /// As identified in the paper (eq. 32-35).
         "paper" => Paper,
-        /// Half as stiff.
         "relaxed" => Relaxed,
-        /// Twice as stiff.
         "firm" => Firm,
     }
 }
 
 trocar_core::choice! {
     /// Choose which of the arm's two springs is at the master.
-    ///
-    /// In de Vlugt et al. the stiff pair is the grip between hand and handle, and the soft pair the arm behind the
-    /// hand. Eq. 32 with the printed values exchanges them.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum ArmRoles at "arm.roles" = AsPrinted {
-        /// The soft pair at the master, as in eq. 32 with the printed values.
         "as-printed" => AsPrinted,
-        /// The stiff pair at the master, as in de Vlugt et al.: the stability limit is higher without delay and lower
-        /// with delay.
         "de-vlugt" => DeVlugt,
     }
 }
@@ -127,21 +108,15 @@ impl Grip {
 }
 
 impl ArmParameters {
-    /// The static stiffness between the master and the desired position in N/m: `k_a k_h / (k_a + k_h)`.
+    /// `k_a k_h / (k_a + k_h)`
     #[must_use]
     pub fn static_stiffness_n_per_m(&self) -> f64 {
         self.k_a_n_per_m * self.k_h_n_per_m / (self.k_a_n_per_m + self.k_h_n_per_m)
     }
 }
 
-/// The master side in continuous time.
-///
-/// Inputs: `x_d` (m), its derivative (m/s), and `F_ed` (N). Outputs: `F_h` (N) and `F_ed - F_h` (N). States:
-/// `x_h, v_h, x_a, v_a` and, with continuous control, `∫(F_ed - F_h)`. With sampled control the third input is `U_m`,
-/// and the second output `U_m - F_h`.
-///
-/// # Errors
-/// [`PlantError`] for a parameter out of range or a computation that fails.
+/// Inputs `x_d, x_d', F_ed`, outputs `F_h, F_ed - F_h`, states `x_h, v_h, x_a, v_a, ∫(F_ed - F_h)`. With sampled
+/// control, `U_m` replaces `F_ed` and there is no integral.
 pub fn master_system(
     master: &MasterParameters,
     arm: &ArmParameters,
@@ -190,29 +165,18 @@ fn build(
     wiring.read(&hand_force(1.0))?.read(&error)?.close(&blocks)
 }
 
-/// The master side's exact step over a tick.
-///
-/// `x_{k+1} = transition · x_k + desired_now · x_d(k) + desired_next · x_d(k+1) + feedback · F_ed(k)` with `x_d` linear
-/// over the tick and `F_ed` held. States: `x_h, v_h, x_a, v_a, ∫(F_ed - F_h)`.
+/// `x_{k+1} = transition · x_k + desired_now · x_d(k) + desired_next · x_d(k+1) + feedback · F_ed(k)`, with `x_d`
+/// linear over the tick and `F_ed` held.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MasterStep {
-    /// Transition matrix, row by row.
     pub transition: [[f64; MASTER_STATES]; MASTER_STATES],
-    /// Effect of the desired position at the start of the tick.
     pub desired_now: [f64; MASTER_STATES],
-    /// Effect of the desired position at the end of the tick.
     pub desired_next: [f64; MASTER_STATES],
-    /// Effect of the feedback force.
     pub feedback: [f64; MASTER_STATES],
-    /// Row that gives `F_h` from the states.
     pub hand_force: [f64; MASTER_STATES],
 }
 
 impl MasterStep {
-    /// Computes the step over `tick_s`.
-    ///
-    /// # Errors
-    /// See [`master_system`]; also if the step's matrices overflow.
     pub fn new(
         master: &MasterParameters,
         arm: &ArmParameters,
@@ -226,20 +190,12 @@ impl MasterStep {
         Ok(step)
     }
 
-    /// The step of the machine without its controller. `feedback` is the effect of a held `U_m`; the force integral
-    /// does not change.
-    ///
-    /// # Errors
-    /// See [`MasterStep::new`].
+    /// `feedback` is the effect of a held `U_m`, and the force integral does not change.
     pub fn of_machine(master: &MasterParameters, arm: &ArmParameters, tick_s: f64) -> Result<Self, PlantError> {
         Self::open(master, arm, ControlTiming::Sampled, tick_s)
     }
 
-    /// The step of the machine's motor with a lag of `lag_s` (at least 0). Without a lag it equals the `feedback` of
-    /// [`MasterStep::of_machine`].
-    ///
-    /// # Errors
-    /// See [`MasterStep::new`].
+    /// Without a lag, the `feedback` of [`MasterStep::of_machine`].
     pub fn of_motor(
         master: &MasterParameters,
         arm: &ArmParameters,
@@ -264,7 +220,6 @@ impl MasterStep {
         let column = |matrix: &nalgebra::DMatrix<f64>, j: usize| {
             std::array::from_fn(|i| if i < states { matrix[(i, j)] } else { 0.0 })
         };
-        // The desired velocity over a tick is the difference of the desired positions.
         let slope: [f64; MASTER_STATES] = column(&step.gamma_now, 1);
         let now: [f64; MASTER_STATES] = column(&step.gamma_now, 0);
         let next: [f64; MASTER_STATES] = column(&step.gamma_next, 0);
@@ -279,7 +234,7 @@ impl MasterStep {
         })
     }
 
-    /// Adds the held `U_m = F_ed + K_i I` and the sum `I += T (F_ed - F_h)` to the step of the machine.
+    /// `U_m = F_ed + K_i I` (held), `I += T (F_ed - F_h)`
     fn close_sampled_loop(&mut self, integral_gain: f64, tick_s: f64) {
         const INTEGRAL: usize = MASTER_STATES - 1;
         for i in 0..INTEGRAL {

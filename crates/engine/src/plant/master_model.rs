@@ -1,5 +1,3 @@
-//! The models of a master other than the appendix'.
-
 use super::model::{Machine, Model};
 use super::{ArmParameters, MasterParameters, PlantError};
 use trocar_core::settings::ActsFor;
@@ -8,13 +6,9 @@ trocar_core::choice! {
     /// Model of the master without its controller and the arm.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum MasterModel at "master.model" = Appendix {
-        /// The mass with damping of eq. 28.
         "appendix" => Appendix,
-        /// A mass with viscous and Coulomb friction, under a controller on the tick.
         "mass-damper" => MassDamper,
-        /// A transfer function from force to position, under a controller on the tick.
         "transfer-function" => TransferFunction,
-        /// A state-space model from motor force and external force to position, under a controller on the tick.
         "state-space" => StateSpace,
     }
 }
@@ -22,10 +16,8 @@ trocar_core::choice! {
 const GENERAL: ActsFor = ActsFor::all_but(MasterModel::KEY.path, MasterModel::WORDS, "appendix");
 
 trocar_core::settings! {
-    /// A master other than the appendix'. The hand's force is the external force on it.
     #[derive(Debug, Clone, PartialEq)]
     pub struct MasterModelSettings in "master." no const {
-        /// Model of the master without its controller.
         model: MasterModel,
         /// Coulomb friction of the mass, which holds it at rest up to this force; 0: none.
         coulomb_friction_n: f64 [NON_NEGATIVE] for MasterModel::MassDamper = 0.0,
@@ -46,36 +38,26 @@ trocar_core::settings! {
 }
 
 impl MasterModelSettings {
-    /// True for a master other than the appendix'. Its controller runs on the tick.
     #[must_use]
     pub fn is_general(&self) -> bool {
         self.model != MasterModel::Appendix
     }
 
-    /// True for a mass with Coulomb friction.
     #[must_use]
     pub fn has_coulomb_friction(&self) -> bool {
         self.model == MasterModel::MassDamper && self.coulomb_friction_n > 0.0
     }
 }
 
-/// A master other than the appendix', with the arm that holds it.
 #[derive(Debug, Clone, Copy)]
 pub struct GeneralMaster<'a> {
-    /// Mass, damping and the gain of the controller.
     pub parameters: &'a MasterParameters,
-    /// The model.
     pub model: &'a MasterModelSettings,
-    /// The arm.
     pub arm: &'a ArmParameters,
 }
 
 impl GeneralMaster<'_> {
-    /// Returns the master without its controller, the arm and Coulomb friction. Inputs: the motor's force and the hand's
-    /// force in the direction of insertion (N).
-    ///
-    /// # Errors
-    /// [`PlantError`] for a parameter out of range or an unusable model.
+    /// Without its controller, the arm and Coulomb friction.
     pub fn machine(&self) -> Result<Machine, PlantError> {
         let Self { parameters, model, arm } = self;
         parameters.validate()?;

@@ -1,8 +1,5 @@
-//! The machines: the master with the operator's arm, and the slave, each with its controller (eq. 28-35).
-//!
-//! Each side is built from the paper's transfer functions by interconnection, then stepped exactly over a tick. Where
-//! the authors cannot have simulated the printed appendix, a plausible reading is the default; the printed one remains
-//! selectable.
+//! Eq. 28-35, stepped exactly. Where the authors cannot have simulated the printed appendix, a plausible reading is the
+//! default.
 
 mod actuator;
 mod armed_step;
@@ -30,127 +27,98 @@ use thiserror::Error;
 use trocar_core::error::InvalidValue;
 use trocar_lti as lti;
 
-/// Number of states of the master side: `x_h, v_h, x_a, v_a, ∫(F_ed - F_h)`.
+/// `x_h, v_h, x_a, v_a, ∫(F_ed - F_h)`.
 pub const MASTER_STATES: usize = 5;
 
-/// Number of states of the slave side: `x_e, v_e` and one state without a physical meaning.
+/// `x_e, v_e` and one state without a physical meaning.
 pub const SLAVE_STATES: usize = 3;
 
 trocar_core::choice! {
     /// Timing of the controllers: continuous, or on the tick with held outputs.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum ControlTiming at "simulation.control" = Continuous {
-        /// In continuous time, as in the appendix.
         "continuous" => Continuous,
-        /// On the tick, with held outputs, as a real digital controller would.
         "sampled" => Sampled,
     }
 }
 
-/// Error of a side that cannot be built.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum PlantError {
-    /// A parameter is out of range.
     #[error(transparent)]
     Parameter(#[from] InvalidValue),
-    /// The computation of the side's system failed.
     #[error("the {side} side cannot be built: {source}")]
     Build {
-        /// Name of the side.
+        /// `"master"` or `"slave"`.
         side: &'static str,
-        /// Error of the computation.
         source: lti::Error,
     },
-    /// The slave's transfer function has no position and velocity, or too many states.
     #[error(
         "slave.denominator of degree {denominator} under slave.numerator of degree {numerator}: the denominator must be of \
          degree 2 or 3 and at least 2 above the numerator, so that the slave has a position and a velocity"
     )]
     SlaveDegree {
-        /// Degree of the numerator.
+        /// Degree.
         numerator: usize,
-        /// Degree of the denominator.
         denominator: usize,
     },
-    /// A transfer function from force to position without a velocity.
     #[error(
         "{side}.denominator of degree {denominator} under {side}.numerator of degree {numerator}: the denominator must be \
          at least 2 above a numerator other than 0, so that a force changes the velocity gradually"
     )]
     Improper {
-        /// Name of the side.
         side: &'static str,
-        /// Degree of the numerator.
+        /// Degree.
         numerator: usize,
-        /// Degree of the denominator.
         denominator: usize,
     },
-    /// A model in which a force changes the velocity at once.
     #[error("{side}.{key} lets a force change the velocity at once: c b must be 0, so that the machine has a velocity")]
     VelocityJumps {
-        /// Name of the side.
         side: &'static str,
-        /// Key of the input matrix or the numerator.
+        /// Of the input matrix or the numerator.
         key: &'static str,
     },
-    /// A machine with too many states.
     #[error("{side}.{key} describes a machine with {states} states, must be at most {MAX_MACHINE_STATES}")]
     TooManyStates {
-        /// Name of the side.
         side: &'static str,
-        /// Key of the model.
+        /// Of the model.
         key: &'static str,
-        /// Number of states.
         states: usize,
     },
-    /// A state-space model without position and velocity.
     #[error("{side}.c has {states} numbers, must have one per state and at least 2, for position and velocity")]
     TooFewStates {
-        /// Name of the side.
         side: &'static str,
-        /// Number of states.
+        /// Length of c.
         states: usize,
     },
-    /// A matrix of the wrong size.
     #[error("{side}.{key} has {found} numbers, must have {expected}, row by row, for the {states} states of {side}.c")]
     Size {
-        /// Name of the side.
         side: &'static str,
-        /// Key of the matrix.
+        /// Of the matrix.
         key: &'static str,
-        /// Number of its entries.
         found: usize,
-        /// Required number of entries.
         expected: usize,
-        /// Number of states.
         states: usize,
     },
-    /// A machine that is unstable without its controller.
     #[error(
         "{side}.{key} describes an unstable machine: it has a pole at {re:.6} ± {im:.6}j 1/s, must be stable or marginal"
     )]
     Unstable {
-        /// Name of the side.
         side: &'static str,
-        /// Key of the model.
         key: &'static str,
-        /// Real part of the pole in 1/s.
+        /// In 1/s.
         re: f64,
-        /// Magnitude of its imaginary part in 1/s.
         im: f64,
     },
-    /// A machine that cannot rest at the start.
     #[error("the {side} cannot rest at its start of {start_m} m: no motor force holds it there")]
     NoRest {
-        /// Name of the side.
         side: &'static str,
-        /// Start in m.
+        /// Desired position or reference.
         start_m: f64,
     },
 }
 
 impl PlantError {
-    /// The key of a model that cannot be used, and the remedy; `None` for other errors.
+    /// `None` for errors that do not concern a model.
     #[must_use]
     pub fn of_model(&self) -> Option<(String, String)> {
         let (side, key, remedy) = match self {
@@ -177,7 +145,6 @@ impl PlantError {
     }
 }
 
-/// Adds the side to an error of the computation.
 fn on(side: &'static str) -> impl Fn(lti::Error) -> PlantError {
     move |source| PlantError::Build { side, source }
 }

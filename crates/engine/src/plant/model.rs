@@ -1,48 +1,35 @@
-//! The models of a slave, and the linear machine that each describes.
-
 use nalgebra::DMatrix;
 
 use super::{PlantError, SlaveParameters, on};
 use trocar_lti::{Continuous, StateSpace, TransferFunction, outputs_first, realise};
 
-/// Largest number of states of a machine.
 pub const MAX_MACHINE_STATES: usize = 8;
 
-/// Size of `c B` relative to its factors below which a force changes the velocity gradually.
+/// Relative size of `c B` below which a force changes the velocity gradually.
 const NO_JUMP: f64 = 1e-9;
 
-/// Real part of a pole relative to the largest pole (at least 1/s) up to which a machine counts as stable. Several poles
-/// at 0 are found with an error of about the square root of the rounding.
+/// Relative real part of a stable pole: several poles at 0 have an error of about the square root of the rounding.
 const MARGINAL: f64 = 1e-6;
 
 trocar_core::choice! {
     /// Model of the slave without its controller.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum SlaveModel at "slave.model" = Appendix {
-        /// The transfer function X_e / U_s of eq. 30, on which the tissue's force does not act.
         "appendix" => Appendix,
-        /// A mass with viscous and Coulomb friction.
         "mass-damper" => MassDamper,
-        /// A transfer function from force to position.
         "transfer-function" => TransferFunction,
-        /// A state-space model from motor force and external force to position.
         "state-space" => StateSpace,
     }
 }
 
-/// A model of a machine, from its settings.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Model<'a> {
-    /// A transfer function from force to position, highest power first.
     Function { numerator: &'a [f64], denominator: &'a [f64] },
-    /// A mass with viscous friction.
     MassDamper { mass_kg: f64, damping_n_s_per_m: f64 },
-    /// Matrices row by row.
     Matrices { a: &'a [f64], b: &'a [f64], c: &'a [f64] },
 }
 
 impl Model<'_> {
-    /// The key that an error of the whole model names, without its side.
     fn key(self) -> &'static str {
         match self {
             Self::Function { .. } => "denominator",
@@ -52,20 +39,14 @@ impl Model<'_> {
     }
 }
 
-/// A linear machine. Inputs: the motor's force and an external force in the direction of insertion (N). Outputs and
-/// first states: position (m) and velocity (m/s).
+/// Inputs: motor force and external force. Outputs and first states: position and velocity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Machine {
     system: StateSpace<Continuous>,
 }
 
 impl Machine {
-    /// Returns the machine of a slave, without Coulomb friction. With the appendix' model, the input is the command
-    /// `U_s`, and the external force has no effect.
-    ///
-    /// # Errors
-    /// [`PlantError`] for a parameter out of range, matrices of wrong sizes, too many states, a force that changes the
-    /// velocity at once, or an unstable machine.
+    /// Without Coulomb friction. With the appendix' model, the external force has no effect.
     pub fn of(slave: &SlaveParameters) -> Result<Self, PlantError> {
         slave.validate()?;
         let model = match slave.model {
@@ -87,7 +68,6 @@ impl Machine {
         Ok(Self { system })
     }
 
-    /// Returns the machine of a side, `"master"` or `"slave"`.
     pub(super) fn described(side: &'static str, model: Model<'_>) -> Result<Self, PlantError> {
         let system = match model {
             Model::Function { numerator, denominator } => of_function(side, numerator, denominator)?,
@@ -118,14 +98,12 @@ impl Machine {
         Ok(Self { system: balanced(&system, 2).map_err(on(side))? })
     }
 
-    /// Returns the system.
     #[must_use]
     pub fn system(&self) -> &StateSpace<Continuous> {
         &self.system
     }
 }
 
-/// A transfer function from both forces to the position.
 fn of_function(
     side: &'static str,
     numerator: &[f64],
@@ -146,7 +124,7 @@ fn of_function(
     StateSpace::continuous(single.a().clone(), b, single.c().clone(), DMatrix::zeros(1, 2)).map_err(on(side))
 }
 
-/// Matrices row by row: A (n x n), B (n x 2), C (1 x n).
+/// Row by row: A (n x n), B (n x 2), C (1 x n).
 fn of_matrices(side: &'static str, a: &[f64], b: &[f64], c: &[f64]) -> Result<StateSpace<Continuous>, PlantError> {
     let states = c.len();
     if states > MAX_MACHINE_STATES {
@@ -165,8 +143,8 @@ fn of_matrices(side: &'static str, a: &[f64], b: &[f64], c: &[f64]) -> Result<St
     system.and_then(|system| balanced(&system, 0)).map_err(on(side))
 }
 
-/// Scales all states but the first ones by powers of two, which is exact. The row and the column of each state in A then
-/// have similar sizes (Osborne, *On pre-conditioning of matrices*, 1960).
+/// Scales all states but the first ones by powers of two (exact), after Osborne (1960, *On pre-conditioning of
+/// matrices*).
 fn balanced(system: &StateSpace<Continuous>, first: usize) -> Result<StateSpace<Continuous>, trocar_lti::Error> {
     const SWEEPS: usize = 30;
     let n = system.states();

@@ -1,5 +1,3 @@
-//! The slave and its position controller (eq. 30, 31).
-
 use super::{ControlTiming, Machine, MotorStep, PlantError, SLAVE_STATES, SlaveController, SlaveModel, on};
 use trocar_core::error::{finite, require};
 use trocar_core::settings::{ActsFor, Range};
@@ -11,9 +9,9 @@ trocar_core::choice! {
     /// Signal that K_v acts on: the velocity, or as printed the position.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Damping at "slave.damping" = Velocity {
-        /// On the velocity: `U_s = K_p (x_ref - x_e) - K_v x_e'`.
+        /// `U_s = K_p (x_ref - x_e) - K_v x_e'`
         "velocity" => Velocity,
-        /// On the position, as eq. 31 is printed: barely damped, with static gain 1300/1315.
+        /// Eq. 31 as printed: barely damped, with static gain 1300/1315.
         "as-printed" => AsPrinted,
     }
 }
@@ -24,10 +22,8 @@ const START: Range = Range::stated(-1.0, 1.0, "from -1 to 1 m");
 const ACTS_WITH_FORCE: ActsFor = ActsFor::all_but(SlaveModel::KEY.path, SlaveModel::WORDS, "appendix");
 
 trocar_core::settings! {
-    /// The slave (eq. 30, or a general machine) and its controller (eq. 31, or PID on the tick).
     #[derive(Debug, Clone, PartialEq)]
     pub struct SlaveParameters in "slave." no const {
-        /// Model of the slave without its controller.
         model: SlaveModel,
         /// Numerator of X_e / U_s, highest power first; of a transfer function, from N to m.
         numerator: Vec<f64> for SlaveModel::Appendix | TransferFunction = [7.778, 656.0],
@@ -53,13 +49,11 @@ trocar_core::settings! {
         /// Reference of the slave at rest before the run; by default that of the master's start. From another one the
         /// slave moves to the master's reference at once.
         start_m: Option<f64> [self::START],
-        /// Controller of the slave.
         controller: SlaveController,
         /// Proportional gain K_p.
         proportional_gain: f64 [NON_NEGATIVE] = 1300.0,
         /// Velocity gain K_v.
         velocity_gain: f64 [NON_NEGATIVE] = 15.0,
-        /// Signal that `K_v` acts on.
         damping: Damping for SlaveController::Appendix,
         /// Derivative gain K_d on the error.
         derivative_gain: f64 [NON_NEGATIVE] for SlaveController::Pid = 0.0,
@@ -71,24 +65,20 @@ trocar_core::settings! {
 }
 
 impl SlaveParameters {
-    /// True for a mass with Coulomb friction.
     #[must_use]
     pub fn has_coulomb_friction(&self) -> bool {
         self.model == SlaveModel::MassDamper && self.coulomb_friction_n > 0.0
     }
 
-    /// The constant force on the machine in N; 0 for the appendix' slave.
     pub(super) fn constant_external_n(&self) -> f64 {
         if self.model == SlaveModel::Appendix { 0.0 } else { self.constant_force_n }
     }
 
-    /// True for a machine or a controller other than the appendix'. Its controller runs on the tick.
     #[must_use]
     pub fn is_general(&self) -> bool {
         self.model != SlaveModel::Appendix || self.controller != SlaveController::Appendix
     }
 
-    /// The slave without its controller: input `U_s`, outputs and first states `x_e` (m) and `v_e` (m/s).
     fn machine(&self) -> Result<StateSpace<Continuous>, PlantError> {
         self.validate()?;
         let function = TransferFunction::new(&self.numerator, &self.denominator).map_err(on("slave"))?;
@@ -100,11 +90,7 @@ impl SlaveParameters {
         realise_with_derivative(&function).map_err(on("slave"))
     }
 
-    /// The command `U_s` of a slow motion per m/s and per m/s²: the first terms of `U_s / X_e` in `s`.
-    ///
-    /// # Errors
-    /// [`PlantError`] as in [`slave_system`], and for a numerator whose last coefficient is 0, which allows no slow
-    /// motion.
+    /// The first terms of `U_s / X_e` in `s`: `U_s` per m/s and per m/s².
     pub fn slow_motion(&self) -> Result<(f64, f64), PlantError> {
         self.machine()?;
         let low = |coefficients: &[f64], power: usize| coefficients.iter().rev().nth(power).copied().unwrap_or(0.0);
@@ -119,7 +105,7 @@ impl SlaveParameters {
         Ok((drag, inertia))
     }
 
-    /// Returns `U_s` as gains on `(x_ref, x_e, v_e)`.
+    /// Gains on `(x_ref, x_e, v_e)`.
     #[must_use]
     pub fn control(&self) -> [f64; 3] {
         let (k_p, k_v) = (self.proportional_gain, self.velocity_gain);
@@ -130,12 +116,8 @@ impl SlaveParameters {
     }
 }
 
-/// The slave side in continuous time: input `x_ref` (m), or `U_s` with sampled control; outputs and first states `x_e`
-/// (m) and `v_e` (m/s). A [general](SlaveParameters::is_general) slave is the [`Machine`] alone.
-///
-/// # Errors
-/// [`PlantError`] for a parameter out of range, a transfer function without position and velocity, or a computation
-/// that fails.
+/// Input `x_ref`, or `U_s` with sampled control; outputs and first states `x_e` and `v_e`. A
+/// [general](SlaveParameters::is_general) slave is the [`Machine`] alone.
 pub fn slave_system(slave: &SlaveParameters, timing: ControlTiming) -> Result<StateSpace<Continuous>, PlantError> {
     if slave.is_general() {
         return Ok(Machine::of(slave)?.system().clone());
@@ -155,22 +137,16 @@ pub fn slave_system(slave: &SlaveParameters, timing: ControlTiming) -> Result<St
     close().map_err(on("slave"))
 }
 
-/// The slave side's exact step over a tick: `x_{k+1} = transition · x_k + reference · x_ref(k)`, `x_ref` held.
+/// `x_{k+1} = transition · x_k + reference · x_ref(k)`, `x_ref` held.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SlaveStep {
-    /// Transition matrix, row by row. A slave with two states has a third that is always 0.
+    /// A slave with two states has a third that is always 0.
     pub transition: [[f64; SLAVE_STATES]; SLAVE_STATES],
-    /// Effect of the reference.
     pub reference: [f64; SLAVE_STATES],
-    /// States at rest per metre of constant reference.
     pub rest: [f64; SLAVE_STATES],
 }
 
 impl SlaveStep {
-    /// Computes the step over `tick_s`.
-    ///
-    /// # Errors
-    /// See [`slave_system`]; also if the step's matrices overflow.
     pub fn new(slave: &SlaveParameters, timing: ControlTiming, tick_s: f64) -> Result<Self, PlantError> {
         let mut step = Self::open(slave, timing, tick_s)?;
         if timing == ControlTiming::Sampled {
@@ -186,20 +162,12 @@ impl SlaveStep {
         Ok(step)
     }
 
-    /// The step of the machine without its controller. `reference` is the effect of a held `U_s`; `rest` includes the
-    /// controller.
-    ///
-    /// # Errors
-    /// See [`SlaveStep::new`].
+    /// `reference` is the effect of a held `U_s`; `rest` includes the controller.
     pub fn of_machine(slave: &SlaveParameters, tick_s: f64) -> Result<Self, PlantError> {
         Self::open(slave, ControlTiming::Sampled, tick_s)
     }
 
-    /// The step of the machine's motor with a lag of `lag_s` (at least 0). Without a lag it equals the `reference` of
-    /// [`SlaveStep::of_machine`].
-    ///
-    /// # Errors
-    /// See [`SlaveStep::new`].
+    /// Without a lag, the `reference` of [`SlaveStep::of_machine`].
     pub fn of_motor(slave: &SlaveParameters, tick_s: f64, lag_s: f64) -> Result<MotorStep<SLAVE_STATES>, PlantError> {
         let system = slave_system(slave, ControlTiming::Sampled)?;
         MotorStep::new(("slave", &system), 0, tick_s, lag_s)
@@ -219,7 +187,7 @@ impl SlaveStep {
     }
 }
 
-/// The steady states under a unit reference; without a steady state only position 1.
+/// Without a steady state, only position 1.
 fn rest(system: &StateSpace<Continuous>) -> [f64; SLAVE_STATES] {
     let settled = system.a().clone().lu().solve(&(-system.b()));
     let settled = settled.filter(|state| state.iter().all(|value| value.is_finite()));

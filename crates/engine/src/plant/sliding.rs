@@ -1,34 +1,25 @@
-//! A mass with viscous and Coulomb friction under a constant force, in closed form.
-
 use trocar_core::friction::CoulombFriction;
 
-/// Terms of the series of [`phi2`]. At `|z| <= 0.5` the first omitted term is below 1e-18.
+/// The first omitted term is below 1e-18 at `|z| <= 0.5`.
 const TERMS: u32 = 14;
 
-/// A mass with viscous friction b and Coulomb friction F_c.
-///
 /// ```text
 /// m v' = f - b v - F_c sign(v),   x' = v
 /// ```
-/// At rest, friction holds the mass while `|f| <= F_c`. A sliding mass under a force that does not drive it stops after
-/// `t = m/b ln(1 + b |v| / (F_c - f sign(v)))`; then it rests, or the force moves it back.
+/// A sliding mass under a force that does not drive it stops after `t = m/b ln(1 + b |v| / (F_c - f sign(v)))`; then it
+/// rests while `|f| <= F_c`, or moves back.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SlidingMass {
-    /// Mass m in kg, above 0.
     pub mass_kg: f64,
-    /// Viscous friction b in N·s/m, at least 0.
     pub damping_n_s_per_m: f64,
-    /// Coulomb friction.
     pub friction: CoulombFriction,
 }
 
 impl SlidingMass {
-    /// Returns position (m) and velocity (m/s) after `duration_s` under a constant force in N. The mass stops and starts
-    /// at the exact times.
     #[must_use]
     pub fn advance(&self, mut motion: [f64; 2], force_n: f64, duration_s: f64) -> [f64; 2] {
         let mut left_s = duration_s;
-        // A mass that has stopped moves on in the direction of the force or rests, so there are at most two parts.
+        // A stopped mass moves on with the force or rests: at most two parts.
         for _ in 0..2 {
             let [position_m, velocity_m_per_s] = motion;
             let driving_n = if velocity_m_per_s == 0.0 {
@@ -50,8 +41,7 @@ impl SlidingMass {
         motion
     }
 
-    /// The time in s after which a mass with this velocity stops under a constant force that includes friction; `None`
-    /// if it does not stop.
+    /// `driving_n` includes friction.
     fn stop_s(&self, velocity_m_per_s: f64, driving_n: f64) -> Option<f64> {
         if velocity_m_per_s * driving_n >= 0.0 {
             return None;
@@ -62,7 +52,6 @@ impl SlidingMass {
         Some(self.mass_kg * ratio * share)
     }
 
-    /// The way in m and the velocity in m/s after `duration_s` without a stop.
     fn slide(&self, velocity_m_per_s: f64, driving_n: f64, duration_s: f64) -> [f64; 2] {
         let z = -self.damping_n_s_per_m / self.mass_kg * duration_s;
         let acceleration = (driving_n - self.damping_n_s_per_m * velocity_m_per_s) / self.mass_kg;
@@ -82,7 +71,6 @@ fn phi2(z: f64) -> f64 {
     }
     let mut sum = 0.0;
     for k in (0..TERMS).rev() {
-        // Horner's form of Σ z^k / (k + 2)!.
         sum = (1.0 + z * sum) / f64::from(k + 2);
     }
     sum

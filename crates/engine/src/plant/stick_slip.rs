@@ -1,5 +1,3 @@
-//! A mass with Coulomb friction under the arm, stepped exactly between the times at which it stops and starts.
-
 use super::armed_step::HOLDS;
 use super::master_model::GeneralMaster;
 use super::{PlantError, on};
@@ -9,13 +7,10 @@ use trocar_lti::{Continuous, StateSpace, exact_step};
 /// `x_h, v_h, x_a, v_a`.
 const STATES: usize = 4;
 
-/// A tick is divided into `2^LEVELS` parts; times of stops and starts are found to one part.
 const LEVELS: usize = 20;
 
-/// Phases of stick and slip within a tick after which the rest of it is one phase.
 const MAX_PHASES: usize = 16;
 
-/// A step over a part of a tick with held friction. Inputs: desired position at both ends, and the force on the mass.
 #[derive(Debug, Clone, PartialEq)]
 struct Part {
     transition: [[f64; STATES]; STATES],
@@ -24,11 +19,8 @@ struct Part {
     force: [f64; STATES],
 }
 
-/// The steps of a mass with Coulomb friction, held and sliding, over parts of a tick.
-///
-/// While the mass slides or rests, it is linear, and its step over `2^-l` of a tick is exact. A tick takes the largest
-/// parts at whose end the mass still slides in the same direction, or is still held; what ends the phase then lies
-/// within one smallest part.
+/// A step over `2^-l` of a tick is exact while the mass slides or rests; a tick takes the largest parts at whose end
+/// the phase still lasts.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct StickSlip {
     friction: CoulombFriction,
@@ -69,7 +61,6 @@ impl StickSlip {
         })
     }
 
-    /// Returns the state after a tick with the desired position at its start and end (m) and a held motor force (N).
     pub(super) fn advance(&self, mut state: [f64; STATES], desired_m: [f64; 2], motor_n: f64) -> [f64; STATES] {
         const WHOLE: u64 = 1 << LEVELS;
         let external_n = motor_n + self.constant_n;

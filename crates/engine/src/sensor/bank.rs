@@ -1,27 +1,22 @@
-//! Noise shared by many runs.
-
 use std::collections::HashMap;
 use std::sync::Arc;
 
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Standard normal numbers drawn before. A sweep runs every seed at all points, and drawing a number costs as much as a
-/// tick.
+/// Numbers shared by runs, because drawing one costs as much as a tick.
 #[derive(Debug)]
 pub struct NoiseBank {
     kept: HashMap<Stream, Drawn>,
     room: usize,
 }
 
-/// A seed, its stream, and the count of numbers.
 type Stream = ([u8; 32], u64, usize);
 
-/// Drawn numbers, and the state of the generator after them.
 type Drawn = (Arc<[f64]>, ChaCha8Rng);
 
 impl NoiseBank {
-    /// Creates a bank for `max_numbers` (8 bytes each). When it is full, runs draw further streams themselves.
+    /// When `max_numbers` (8 bytes each) are used, runs draw further streams themselves.
     #[must_use]
     pub fn new(max_numbers: usize) -> Self {
         Self { kept: HashMap::new(), room: max_numbers }

@@ -1,15 +1,12 @@
-//! Bandwidth of a transducer: a first-order lag with an exact step.
-
 use trocar_core::lane::Lane;
 
-/// `τ y' = u - y`, `τ = 1 / (2π f)`, for an input that is linear between ticks:
+/// `τ y' = u - y`, `τ = 1/(2π f)`, for an input that is linear between ticks:
 ///
 /// ```text
 /// y_k = a y_{k-1} + b_0 u_{k-1} + b_1 u_k
 /// a = exp(-T/τ),  q = (1 - a) τ/T,  b_0 = q - a,  b_1 = 1 - q
 /// ```
-/// A force between ticks is closer to a line than to a step: a large bandwidth approaches a sensor without lag, where a
-/// held input would leave a delay of one tick. Initially settled.
+/// A held input would leave a delay of one tick at a large bandwidth.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lag<L> {
     keep: L,

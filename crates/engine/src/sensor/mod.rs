@@ -1,13 +1,4 @@
-//! Sensor models of force and position.
-//!
-//! The measured force, in the order of transducer, amplifier and converter:
-//!
-//! ```text
-//! y = clip(quantise(lag(f + bias) + noise))
-//! ```
-//! The bias belongs to the transducer (mounting, drift): it passes through the lag and has settled before a run. The
-//! noise belongs to the amplifier and is white at any bandwidth. The converter limits its codes to its range, so
-//! clipping comes last.
+//! `y = clip(quantise(lag(f + bias) + noise))`; the noise is white at any bandwidth.
 
 mod bank;
 mod lag;
@@ -22,14 +13,11 @@ use trocar_core::estimation::VelocityFilter;
 use trocar_core::lane::Lane;
 
 trocar_core::settings! {
-    /// Settings of the sensors.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct SensorSettings in "sensor." {
         /// Bias added to every force reading.
         force_bias_n: f64 [ANY] = 0.0,
         /// First-order bandwidth of the force reading, before its noise; 0: no lag.
-        ///
-        /// In Hz (-3 dB).
         force_bandwidth_hz: f64 [NON_NEGATIVE] = 0.0,
         /// Standard deviation of the white noise on the force.
         force_noise_std_n: f64 [NON_NEGATIVE] = 0.0,
@@ -40,8 +28,6 @@ trocar_core::settings! {
         /// Places the sensor at the tip, so that it does not measure the friction on the shaft.
         at_tip: bool = false,
         /// Step of the slave's encoder; above 0 the velocity is estimated by a Kalman filter.
-        ///
-        /// At 0 position and velocity are read exactly.
         position_resolution_m: f64 [ENCODER_STEP] = 0.0,
         /// Standard deviation of the acceleration in the Kalman filter.
         acceleration_std_m_per_s2: f64 [POSITIVE] = 0.5,
@@ -49,21 +35,18 @@ trocar_core::settings! {
 }
 
 impl SensorSettings {
-    /// True if the force reading is ideal.
     #[must_use]
     pub fn reads_force_exactly(&self) -> bool {
         let Self { force_bias_n, force_bandwidth_hz, force_noise_std_n, force_resolution_n, force_range_n, .. } = *self;
         [force_bias_n, force_bandwidth_hz, force_noise_std_n, force_resolution_n] == [0.0; 4] && force_range_n.is_none()
     }
 
-    /// True if the position reading is ideal.
     #[must_use]
     pub fn reads_position_exactly(&self) -> bool {
         self.position_resolution_m == 0.0
     }
 }
 
-/// Rounds to multiples of a step; a step of 0 does not round.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Quantiser<L>(Option<(L, L)>);
 
@@ -81,9 +64,7 @@ impl<L: Lane> Quantiser<L> {
     }
 }
 
-/// Measures the needle's force and motion.
 pub trait Sensor<L: Lane> {
-    /// Measures a force (N), a position (m) and a velocity (m/s). Called once per tick.
     fn read(&mut self, force_n: L, position_m: L, velocity_m_per_s: L) -> Measurement<L>;
 
     /// True if the measured force excludes the friction on the shaft.
@@ -92,8 +73,6 @@ pub trait Sensor<L: Lane> {
         false
     }
 
-    /// Takes the noise of `ticks` readings from a bank, if it has them or has room. The bank does not change the
-    /// numbers.
     fn share_noise(&mut self, _bank: &mut NoiseBank, _ticks: u64) {}
 }
 
@@ -109,7 +88,6 @@ impl<L: Lane, S: Sensor<L> + ?Sized> Sensor<L> for Box<S> {
     }
 }
 
-/// An ideal sensor.
 #[derive(Debug, Clone, Copy)]
 pub struct PerfectSensor;
 
@@ -128,8 +106,6 @@ impl trocar_core::lane::Gather for PerfectSensor {
     }
 }
 
-/// Reads the force with all configured imperfections, and position and velocity exactly. Lane `i` draws its noise from
-/// stream `first_stream + i` of the seed.
 #[derive(Debug, Clone)]
 pub struct ForceSensor<L> {
     bias_n: Option<L>,
@@ -141,7 +117,7 @@ pub struct ForceSensor<L> {
 }
 
 impl<L: Lane> ForceSensor<L> {
-    /// Creates a sensor with the noise of `seed`, starting at stream `first_stream`.
+    /// Lane `i` draws its noise from stream `first_stream + i`.
     #[must_use]
     pub fn new(settings: &SensorSettings, tick_s: f64, seed: u64, first_stream: u64) -> Self {
         let SensorSettings { force_bias_n, force_bandwidth_hz, force_noise_std_n, .. } = *settings;
@@ -155,12 +131,10 @@ impl<L: Lane> ForceSensor<L> {
         }
     }
 
-    /// Disables the noise.
     pub(crate) fn silence(&mut self) {
         self.noise = None;
     }
 
-    /// The measured force, in N.
     #[inline(always)]
     pub fn read_force(&mut self, force_n: L) -> L {
         let mut read = force_n;
@@ -194,8 +168,6 @@ impl<L: Lane> Sensor<L> for ForceSensor<L> {
     }
 }
 
-/// Reads force and position with all configured imperfections. If the position is quantised, the velocity is estimated
-/// from it.
 #[derive(Debug, Clone)]
 pub struct AnySensor<L> {
     force: ForceSensor<L>,
@@ -205,10 +177,6 @@ pub struct AnySensor<L> {
 }
 
 impl<L: Lane> AnySensor<L> {
-    /// Creates sensors like [`ForceSensor::new`].
-    ///
-    /// # Errors
-    /// [`InvalidValue`] if the velocity filter cannot be built.
     pub fn new(settings: &SensorSettings, tick_s: f64, (seed, first_stream): (u64, u64)) -> Result<Self, InvalidValue> {
         let resolution_m = settings.position_resolution_m;
         let acceleration = settings.acceleration_std_m_per_s2;
@@ -221,7 +189,6 @@ impl<L: Lane> AnySensor<L> {
         })
     }
 
-    /// Disables the noise.
     pub fn silence(&mut self) {
         self.force.silence();
     }

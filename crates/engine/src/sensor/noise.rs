@@ -1,5 +1,3 @@
-//! White noise, drawn in blocks.
-
 use std::sync::Arc;
 
 use rand_chacha::ChaCha8Rng;
@@ -9,13 +7,9 @@ use rand_distr::{Distribution, StandardNormal};
 use super::bank::NoiseBank;
 use trocar_core::lane::Lane;
 
-/// Numbers of each lane that are drawn at once.
 const BLOCK: usize = 64;
 
-/// Standard normal numbers. Lane `i` uses stream `first_stream + i` of a seed, independent of the other lanes.
-///
-/// Drawn in blocks, so most ticks only read the next number, without the generator's code and state. The numbers are
-/// the same.
+/// Blocks keep the generator's code and state out of most ticks; lane `i` uses stream `first_stream + i`.
 #[derive(Debug, Clone)]
 pub(super) struct WhiteNoise<L> {
     streams: Box<[Stream]>,
@@ -26,7 +20,7 @@ pub(super) struct WhiteNoise<L> {
 #[derive(Debug, Clone)]
 struct Stream {
     rng: ChaCha8Rng,
-    /// Numbers from a bank in whole blocks, which precede the generator's numbers, and how many are used.
+    /// The bank's numbers, before the generator's, and the count of used ones.
     drawn: Option<(Arc<[f64]>, usize)>,
 }
 
@@ -43,7 +37,6 @@ impl<L: Lane> WhiteNoise<L> {
     pub(super) fn take_from(&mut self, bank: &mut NoiseBank, count: u64) {
         let whole_blocks = usize::try_from(count).ok().and_then(|count| count.checked_next_multiple_of(BLOCK));
         for stream in &mut self.streams {
-            // After the first draw it is too late for the bank's numbers.
             if stream.rng.get_word_pos() == 0
                 && let Some((numbers, rng)) = whole_blocks.and_then(|count| bank.numbers(&stream.rng, count))
             {
@@ -64,7 +57,7 @@ impl<L: Lane> WhiteNoise<L> {
     }
 }
 
-/// Draws the next block. A free function without access to the sensor, so the tick need not reload the sensor's state.
+/// A free function, so the tick need not reload the sensor's state.
 #[cold]
 #[inline]
 fn refill<L: Lane>(streams: &mut [Stream], block: &mut [L; BLOCK]) {
@@ -88,7 +81,6 @@ impl trocar_core::lane::Gather for WhiteNoise<f64> {
     type Of<L: Lane> = WhiteNoise<L>;
 
     fn gather<L: Lane>(all: [&Self; trocar_core::lane::LANES]) -> Option<WhiteNoise<L>> {
-        // Possible only before the first draw, because no block may hold unused numbers.
         let is_fresh = all.iter().all(|one| one.next == BLOCK);
         is_fresh.then(|| WhiteNoise {
             streams: all.iter().flat_map(|one| one.streams.iter().cloned()).collect(),

@@ -1,11 +1,8 @@
-//! The paper's link without delay.
-
 use super::connection::{AtMaster, AtSlave, Connection, LinkReport};
 use trocar_core::augmentation::Modes;
 use trocar_core::lane::Lane;
 
-/// Transmits scaled position and force in the same tick. Identical, bit for bit, to a [`Link`](super::Link) that
-/// [`is_direct`](super::Link::is_direct), without state.
+/// The same bits as a [`Link`](super::Link) that [`is_direct`](super::Link::is_direct), without state.
 #[derive(Debug, Clone, Copy)]
 pub struct DirectLink<L> {
     pub(super) position_scale: L,
@@ -13,7 +10,6 @@ pub struct DirectLink<L> {
 }
 
 impl<L: Lane> DirectLink<L> {
-    /// Creates a link with these scales.
     #[must_use]
     pub fn new(position_scale: f64, force_scale: f64) -> Self {
         Self { position_scale: L::splat(position_scale), force_scale: L::splat(force_scale) }

@@ -1,5 +1,3 @@
-//! The full link: one tick, from the master to the slave and back.
-
 use super::architecture::{Architecture, ArrivedAtMaster, MasterSample, SlaveSample};
 use super::connection::{AtMaster, AtSlave, Connection, LinkReport};
 use super::direct::DirectLink;
@@ -12,49 +10,37 @@ use trocar_core::augmentation::Modes;
 use trocar_core::error::InvalidValue;
 use trocar_core::lane::Lane;
 
-/// Line of the master's position, velocity, acceleration and hand force.
+/// Position, velocity, acceleration and hand force.
 pub type FromMaster<L> = Delay<L, 4>;
-/// Line of the slave's force scaled to the master, position, velocity, acceleration and mode.
+/// Force scaled to the master, position, velocity, acceleration and mode.
 pub type FromSlave<L> = Delay<L, 5>;
-/// Line of a passivity scheme's payloads in one direction.
 pub type PayloadLine<L> = Delay<L, PAYLOAD>;
 
-/// The lines of both directions. A payload arrives with its sample, so both lines of a direction have the same delays
-/// and losses. Unused without a scheme.
+/// A payload arrives with its sample: both lines of a direction have the same delays and losses.
 #[derive(Debug, Clone)]
 pub struct Lines<L: Lane> {
-    /// From the master to the slave.
     pub forward: FromMaster<L>,
-    /// From the slave to the master.
     pub backward: FromSlave<L>,
-    /// The scheme's payloads from the master.
     pub forward_payload: PayloadLine<L>,
-    /// The scheme's payloads from the slave.
     pub backward_payload: PayloadLine<L>,
 }
 
-/// Message of a side at a tick: a sample, and the passivity scheme's payload.
 #[derive(Debug, Clone, Copy)]
 pub struct Message<L, const N: usize> {
-    /// The sample.
     pub sample: [L; N],
-    /// The scheme's payload; zeros without a scheme.
+    /// Zeros without a scheme.
     pub payload: Payload<L>,
 }
 
-/// Message of the master: position (m), velocity (m/s), acceleration (m/s²) and hand force (N).
+/// As in [`FromMaster`].
 pub type ToSlave<L> = Message<L, 4>;
-/// Message of the slave: force scaled to the master (N), position (m), velocity (m/s), acceleration (m/s²) and mode.
+/// As in [`FromSlave`].
 pub type ToMaster<L> = Message<L, 5>;
 
-/// The last message that has arrived at a side.
 #[derive(Debug, Clone, Copy)]
 pub struct Received<L: Lane, const N: usize> {
-    /// Sample.
     pub sample: [L; N],
-    /// Payload of the scheme.
     pub payload: Payload<L>,
-    /// Lanes in which it has arrived at this tick.
     pub is_fresh: L::Mask,
 }
 
@@ -70,13 +56,12 @@ impl<L: Lane, const N: usize> Received<L, N> {
     }
 }
 
-/// Both directions of the link, the architecture, the passivity scheme and a receiver on each side.
 #[derive(Debug, Clone)]
 pub struct Link<L: Lane, A = AnyArchitecture<L>, P = AnyScheme<L>> {
     lines: Lines<L>,
     architecture: A,
     scheme: P,
-    /// True if position and force are transmitted unchanged, as in the paper.
+    /// Position and force are transmitted unchanged, as in the paper.
     is_plain: bool,
     scales: DirectLink<L>,
     energy_scale: L,
@@ -85,15 +70,10 @@ pub struct Link<L: Lane, A = AnyArchitecture<L>, P = AnyScheme<L>> {
     forces: Receiver<L>,
     master_port: Port<L>,
     slave_port: Port<L>,
-    /// Largest excess of the ports' delivered energy over their received energy, in J.
     generated_j: L,
 }
 
 impl<L: Lane> Link<L> {
-    /// Creates a link at rest, with the master at `start_m`, for a slave with this step.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first setting out of range.
     pub fn new(
         settings: &LinkSettings,
         lines: Lines<L>,
@@ -142,20 +122,17 @@ impl<L: Lane> Link<L> {
 }
 
 impl<L: Lane, A, P> Link<L, A, P> {
-    /// Sets the position of a slave at rest in m; by default it is where the master's position puts it.
     #[must_use]
     pub fn with_slave_at(mut self, start_m: f64) -> Self {
         self.slave_port = Port::at(L::splat(start_m));
         self
     }
 
-    /// Replaces the architecture of a link at rest.
     #[must_use]
     pub fn with_architecture<B: Architecture<L>>(self, architecture: B) -> Link<L, B, P> {
         self.with(|_, scheme| (architecture, scheme))
     }
 
-    /// Replaces the passivity scheme of a link at rest.
     #[must_use]
     pub fn with_scheme<Q: PassivityScheme<L>>(self, scheme: Q) -> Link<L, A, Q> {
         self.with(|architecture, _| (architecture, scheme))
@@ -181,13 +158,12 @@ impl<L: Lane, A, P> Link<L, A, P> {
         }
     }
 
-    /// True if positions and forces arrive without delay and unchanged.
     #[must_use]
     pub fn is_direct(&self) -> bool {
         self.is_plain && self.lines.forward.is_immediate() && self.lines.backward.is_immediate()
     }
 
-    /// The equivalent stateless link, if it [is direct](Link::is_direct).
+    /// `None` unless the link [is direct](Link::is_direct).
     #[must_use]
     pub fn as_direct(&self) -> Option<DirectLink<L>> {
         self.is_direct().then_some(self.scales)
@@ -207,10 +183,8 @@ impl<L: Lane, A, P> Link<L, A, P> {
     }
 }
 
-/// The steps of each side at a tick. A side reads and changes only its own state, so each can run in its own process.
-/// [`Connection`] runs both, with the lines between them.
+/// A step changes only its own side's state.
 impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Link<L, A, P> {
-    /// Master: returns its message.
     #[inline(always)]
     pub fn master_sends(&mut self, master: &AtMaster<L>) -> ToSlave<L> {
         let payload = self.scheme.master_sends(self.master_port.moved(master.position_m));
@@ -219,7 +193,6 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Link<L, A, P> {
         Message { sample: [position_m, velocity_m_per_s, acceleration_m_per_s2, hand_force_n], payload }
     }
 
-    /// Slave: returns the target of its reference (m), from the received message.
     #[inline(always)]
     pub fn slave_receives(&mut self, received: &Received<L, 4>, slave: &AtSlave<L>) -> L {
         let [position_m, velocity_m_per_s, acceleration_m_per_s2, hand_force_n] = received.sample;
@@ -235,7 +208,6 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Link<L, A, P> {
         self.positions.update(target_m, received.is_fresh, None)
     }
 
-    /// On the slave's side, after the reference: the message of the slave in `mode`.
     #[inline(always)]
     pub fn slave_sends(&mut self, mode: Modes<L>, slave: &AtSlave<L>) -> ToMaster<L> {
         let payload = self.scheme.slave_sends();
@@ -244,7 +216,6 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Link<L, A, P> {
         Message { sample: [force_n, position_m, velocity_m_per_s, acceleration_m_per_s2, mode.codes()], payload }
     }
 
-    /// Master: returns the received mode and the feedback force (N) before the force law.
     #[inline(always)]
     pub fn master_receives(&mut self, received: &Received<L, 5>, master: &AtMaster<L>) -> (Modes<L>, L) {
         let [force_n, position_m, velocity_m_per_s, acceleration_m_per_s2, mode] = received.sample;
@@ -263,24 +234,22 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Link<L, A, P> {
         (mode, self.forces.update(force_n, received.is_fresh, Some(L::zero())))
     }
 
-    /// The other side has started anew: its running totals begin again at 0.
     pub fn peer_restarts(&mut self) {
         self.scheme.peer_restarts();
     }
 
-    /// Energy of the master's port so far, in J: `Σ F_ed Δx_h`.
+    /// `Σ F_ed Δx_h`
     #[must_use]
     pub fn master_energy_j(&self) -> L {
         self.master_port.energy_j
     }
 
-    /// Energy of the slave's port so far, scaled to the master, in J: `∫ f_e dx_e`.
+    /// `∫ f_e dx_e`, scaled to the master.
     #[must_use]
     pub fn slave_energy_j(&self) -> L {
         self.energy_scale * self.slave_port.energy_j
     }
 
-    /// Bound in J that the scheme promises for the energy; `None` without a promise.
     #[must_use]
     pub fn promised_j(&self) -> Option<L> {
         self.scheme.energies().promised_j
@@ -337,7 +306,6 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Connection<L> for Link<
 
     #[inline(always)]
     fn limit(&mut self, force_n: L, master: &AtMaster<L>) -> L {
-        // A factor of exactly 1 while the slave lives.
         let present_n = self.forces.presence() * force_n;
         let fed_back_n = self.scheme.limit_force(present_n, master.velocity_m_per_s);
         self.master_port.hold(fed_back_n);

@@ -1,5 +1,3 @@
-//! What the master's side reads of its machine: the steps of an encoder, and a clutch.
-
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -10,7 +8,6 @@ use trocar_core::estimation::VelocityFilter;
 use trocar_core::lane::Lane;
 
 trocar_core::settings! {
-    /// The encoder of the master.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct EncoderSettings in "master." {
         /// Step of the master's encoder; above 0 its velocity is estimated by a Kalman filter with
@@ -19,16 +16,11 @@ trocar_core::settings! {
     }
 }
 
-/// Reads the master's position, velocity and force.
-///
-/// While the clutch is open, the master moves alone: its position as read stays, and velocity and force are 0. The
-/// travel under the clutch remains as an offset.
+/// While the clutch is open, the position as read stays, velocity and force are 0, and the travel remains as an offset.
 #[derive(Debug, Clone)]
 pub struct MasterReading<L> {
     encoder: Option<(Quantiser<L>, VelocityFilter<L>)>,
-    /// The ticks at which the clutch is open, in ascending order.
     clutch: Arc<[Range<u64>]>,
-    /// The interval of the clutch that has not ended.
     next: usize,
     is_open: bool,
     offset_m: L,
@@ -36,11 +28,6 @@ pub struct MasterReading<L> {
 }
 
 impl<L: Lane> MasterReading<L> {
-    /// Creates the reading of a master at rest at `start_m`; `None` without an encoder and a clutch, which changes
-    /// nothing.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] if the velocity filter cannot be built.
     pub fn new(
         encoder: &EncoderSettings,
         acceleration_std_m_per_s2: f64,
@@ -58,7 +45,6 @@ impl<L: Lane> MasterReading<L> {
         Ok(Some(Self { encoder, clutch: clutch.clone(), next: 0, is_open: false, offset_m: L::zero(), read_m }))
     }
 
-    /// Reads the master at a tick. Must be called once per tick, in ascending order.
     #[inline(always)]
     pub fn read(&mut self, tick: u64, master: AtMaster<L>) -> AtMaster<L> {
         let AtMaster { mut position_m, mut velocity_m_per_s, hand_force_n } = master;
@@ -78,14 +64,11 @@ impl<L: Lane> MasterReading<L> {
         AtMaster { position_m: self.read_m, velocity_m_per_s, hand_force_n }
     }
 
-    /// True if the clutch was open at the last tick that was read.
     #[inline(always)]
     pub fn is_open(&self) -> bool {
         self.is_open
     }
 
-    /// Returns the position that the slave is meant to have when the master is meant to be at `intended_m`, on the
-    /// master's scale.
     #[inline(always)]
     pub fn intended_m(&self, intended_m: L) -> L {
         if self.is_open { self.read_m } else { intended_m - self.offset_m }

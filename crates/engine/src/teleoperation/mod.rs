@@ -1,8 +1,5 @@
-//! The link and its two sides: architectures, recovery from outages, passivity.
-//!
-//! A built-in architecture or passivity scheme is one file of its folder and one row of the registry in its `mod.rs`. A
-//! user-defined part implements [`Architecture`] or [`PassivityScheme`]; [`Link::with_architecture`] and
-//! [`Link::with_scheme`] put it into a link.
+//! A built-in architecture or scheme is one file of its folder and one row of the registry in its `mod.rs`; a
+//! user-defined one enters by [`Link::with_architecture`] or [`Link::with_scheme`].
 
 mod architecture;
 mod connection;

@@ -1,32 +1,22 @@
-//! Recovery of a receiver after an outage.
-
 use trocar_core::lane::{Lane, Mask};
 use trocar_core::safety::Fade;
 use trocar_core::time::nearest_ticks;
 
 trocar_core::choice! {
     /// Let the slave catch up with the hand after an outage, keep the offset, or stop.
-    ///
-    /// During an outage the last sample is held.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Recovery at "channel.recovery" = Ramp {
-        /// The reference catches up with the target at no more than the recovery speed.
         "ramp" => Ramp,
-        /// The reference continues from its position and keeps the offset that the hand opened during the outage.
         "hold" => Hold,
-        /// The slave stops until the end, and the run reports the time. A master without samples gives up too: the
-        /// force goes to 0.
         "give-up" => GiveUp,
     }
 }
 
 trocar_core::settings! {
-    /// Duration of an outage, and the recovery after it.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct RecoverySettings in "channel.recovery_" {
         /// Time without a sample that counts as an outage.
         outage_s: f64 at "channel.outage_s" [NON_NEGATIVE] = 0.1,
-        /// Policy of the recovery.
         policy: Recovery,
         /// Maximum speed of the slave's reference while it catches up with the hand.
         speed_m_per_s: f64 [POSITIVE] for Recovery::Ramp = 0.03,
@@ -46,35 +36,22 @@ impl RecoverySettings {
     }
 }
 
-/// A receiver of positions or of forces.
-///
-/// ```text
-/// live        y = target + gap
-/// lost        y is held, after no sample has come for the outage's length
-/// recovering  y moves to target + gap by at most a step per tick
-/// ```
-/// The gap is 0 except for [`Recovery::Hold`], where it is the offset after the outage.
-///
-/// A receiver whose [presence fades](Receiver::fading) has a presence that decays from 1 to 0 when no sample has come
-/// for longer, and that returns with the samples.
-///
-/// A receiver that [keeps pace](Receiver::keeping_pace) recovers no faster than its target has moved so far, averaged
-/// over about the outage's length.
+/// `y = target + gap`, but held while lost, and approached by at most a step per tick while recovering. The gap is the
+/// offset after an outage under [`Recovery::Hold`], else 0.
 #[derive(Debug, Clone)]
 pub(super) struct Receiver<L: Lane> {
     policy: Recovery,
     outage_ticks: L,
-    /// Tick from which missing samples count even before the first sample.
+    /// From this tick on, missing samples count even before the first one.
     expected_tick: L,
     step: L,
     keeps_pace: bool,
     dead_ticks: L,
     presence: Fade<L>,
-    /// Last received target, its average distance per tick, and the largest such average so far.
+    /// Last received target, its average distance per tick, and the largest such average.
     received: L,
     pace: L,
     max_pace: L,
-    /// Ticks since the last fresh sample, counted from the first sample or the expected tick.
     silent: L,
     has_begun: L::Mask,
     is_lost: L::Mask,
@@ -87,7 +64,6 @@ pub(super) struct Receiver<L: Lane> {
     given_up_at: L,
 }
 
-/// Stands for "no tick".
 const NEVER: f64 = -1.0;
 
 impl<L: Lane> Receiver<L> {
@@ -100,7 +76,6 @@ impl<L: Lane> Receiver<L> {
             step: L::splat(speed * tick_s),
             keeps_pace: false,
             dead_ticks: L::splat(f64::INFINITY),
-            // Without `fading` no receiver is dead, and the presence remains 1.
             presence: Fade::new(tick_s, tick_s, 1.0),
             received: initial,
             pace: L::zero(),
@@ -118,8 +93,7 @@ impl<L: Lane> Receiver<L> {
         }
     }
 
-    /// Expects the first sample within `ticks`, so a link that is down from the start counts as an outage and its first
-    /// sample causes no jump.
+    /// A link that is down from the start counts as an outage, and its first sample causes no jump.
     pub(super) fn expecting_within(mut self, ticks: u64) -> Self {
         self.expected_tick = L::splat(ticks as f64);
         self
@@ -130,7 +104,6 @@ impl<L: Lane> Receiver<L> {
         Self { keeps_pace, ..self }
     }
 
-    /// Fades without samples, by [`RecoverySettings::dead_s`].
     pub(super) fn fading(self, settings: &RecoverySettings, tick_s: f64) -> Self {
         Self {
             dead_ticks: L::splat(nearest_ticks(settings.dead_s, tick_s).max(1) as f64),
@@ -139,13 +112,12 @@ impl<L: Lane> Receiver<L> {
         }
     }
 
-    /// The share of the output that acts: 1, less while the other side counts as dead, and 0 in the end.
+    /// Below 1 while the other side counts as dead.
     #[inline(always)]
     pub(super) fn presence(&self) -> L {
         self.presence.share()
     }
 
-    /// Records a target that has arrived `ticks` after the last one.
     #[inline(always)]
     fn note_pace(&mut self, target: L, ticks: L) {
         let moved = (target - self.received).abs();
@@ -154,8 +126,6 @@ impl<L: Lane> Receiver<L> {
         self.max_pace = self.max_pace.max(self.pace);
     }
 
-    /// The output for the latest sample's target. `given_up` is the final value after giving up (default: the
-    /// held value).
     #[inline(always)]
     pub(super) fn update(&mut self, target: L, is_fresh: L::Mask, given_up: Option<L>) -> L {
         if (is_fresh & !(self.is_lost | self.is_recovering)).all() {
@@ -164,14 +134,13 @@ impl<L: Lane> Receiver<L> {
         self.recover(target, is_fresh, given_up)
     }
 
-    /// Withholds a part of the slave's reference (by a scheme) during an outage, so the slave does not continue to the
-    /// hand's position before it.
+    /// Without it the slave would continue to the hand's position before the outage.
     #[inline(always)]
     pub(super) fn withhold(&mut self, part: L) {
         self.last = L::select(self.is_lost, self.last - part, self.last);
     }
 
-    /// Fast path: every lane has a fresh sample and is neither lost nor recovering.
+    /// Fast path: no lane is lost or recovering.
     #[inline(always)]
     fn receive(&mut self, target: L) -> L {
         if self.keeps_pace {

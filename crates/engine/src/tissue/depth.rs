@@ -1,22 +1,16 @@
-//! A recorded force replayed by depth, so the force on a frozen needle is constant.
-
 use std::sync::Arc;
 
 use super::{Reaction, Springs, Tissue};
 use trocar_core::error::{InvalidValue, positive};
 use trocar_core::lane::{Lane, Mask};
 
-/// Depth between two entries of the tables, in m.
 const STEP_M: f64 = 1e-5;
 
-/// Distance in m over which the slope of a recorded force is measured.
+/// Noise dominates over shorter distances.
 pub const RISE_M: f64 = 5e-4;
 
-/// Maximum number of entries of a table, for 10 m of depth.
 const MAX_ENTRIES: usize = 1_000_000;
 
-/// The force at the first passage of each depth, on a regular grid. Unreached depths have the force of the nearest reached
-/// one.
 fn first_passages(samples: impl Iterator<Item = (f64, f64)>, from_m: f64, entries: usize) -> Vec<f64> {
     let mut force_n: Vec<f64> = Vec::with_capacity(entries);
     let mut last: Option<(f64, f64)> = None;
@@ -38,20 +32,15 @@ fn first_passages(samples: impl Iterator<Item = (f64, f64)>, from_m: f64, entrie
     force_n
 }
 
-/// The recorded force at each depth, during insertion and withdrawal: on a regular grid, linear between entries. Outside
-/// the grid the nearest entry applies.
+/// Linear between the entries of a regular grid; outside, the nearest entry applies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthCurves {
     from_m: f64,
-    /// The forces of insertion and withdrawal in N. They are read together, so they lie together.
     entries_n: Vec<[f64; 2]>,
 }
 
 impl DepthCurves {
-    /// The curves from samples in time order. The withdrawal's force is limited to the insertion's.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] for a recording that spans more than 10 m.
+    /// The samples are in time order and span at most 10 m. The withdrawal's force is limited to the insertion's.
     pub fn new(position_m: &[f64], force_n: &[f64]) -> Result<Self, InvalidValue> {
         let min_m = position_m.iter().copied().fold(f64::INFINITY, f64::min);
         let max_m = position_m.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -66,10 +55,8 @@ impl DepthCurves {
         Ok(Self { from_m: min_m, entries_n })
     }
 
-    /// The forces of insertion and withdrawal in N at a depth.
     #[inline(always)]
     fn at<L: Lane>(&self, depth_m: L) -> [L; 2] {
-        // There are at least two entries.
         let last = self.entries_n.len() - 1;
         let place = (depth_m - L::splat(self.from_m)) / L::splat(STEP_M);
         let place = place.max(L::zero()).min(L::splat(last as f64));
@@ -82,9 +69,7 @@ impl DepthCurves {
         })
     }
 
-    /// The springs of a replay with this presliding distance, down to a position in m. While the needle advances: the steepest rise of the
-    /// insertion's force. On the way back the force also changes to that of the withdrawal over the presliding distance.
-    /// Slopes are taken over [`RISE_M`]; over shorter distances noise dominates.
+    /// While drawn back, the force also changes to the withdrawal's over the presliding distance.
     #[must_use]
     pub fn springs(&self, presliding_m: f64, until_m: f64) -> Springs {
         let entries = (RISE_M / STEP_M).round() as usize;
@@ -99,40 +84,29 @@ impl DepthCurves {
         Springs { drawn_back_n_per_m: drawn_back, ..Springs::between((0.0, advancing), (0.0, 0.0)) }
     }
 
-    /// The forces of insertion and withdrawal in N, at depths 10 µm apart.
     #[must_use]
     pub fn tables_n(&self) -> [Vec<f64>; 2] {
         [0, 1].map(|way| self.entries_n.iter().map(|forces| forces[way]).collect())
     }
 }
 
-/// A recording as a tissue: the recorded force at each depth, during insertion and withdrawal.
-///
-/// At a new maximum depth the force is that of the insertion. During a retreat it changes, over `presliding_m` of
-/// travel, to that of the withdrawal, and back along the same path until a new maximum depth:
+/// The recorded force by depth `x`, with the largest depth so far `D`:
 ///
 /// ```text
-/// f = out(x) + s (min(in(x), in(D)) - out(x)),  s = max(1 - (D - x) / presliding, 0),  D the largest x so far
+/// f = out(x) + s (min(in(x), in(D)) - out(x)),  s = max(1 - (D - x) / presliding, 0)
 /// ```
-/// `out` never exceeds `in`, so a retreat never returns more energy than the insertion took, and the tissue dissipates
-/// energy over any closed motion. Beyond the recorded depth the last force applies. The force does not depend on time:
-/// the relaxation around a needle at rest is not reproduced.
+/// `out` never exceeds `in`, so the tissue dissipates energy over any closed motion. The relaxation around a needle at
+/// rest is not reproduced.
 #[derive(Debug, Clone)]
 pub struct DepthReplay<L> {
     curves: Arc<DepthCurves>,
     rupture_depths_m: Arc<[f64]>,
     inverse_presliding: L,
     deepest_m: L,
-    /// The force of the insertion at the largest depth so far.
     deepest_n: L,
 }
 
 impl<L: Lane> DepthReplay<L> {
-    /// Creates a tissue whose layers rupture at the given depths. `presliding_m` (above 0) is the travel over which the
-    /// force changes to that of the withdrawal. The needle starts at `start_m`.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] for a presliding out of range.
     pub fn new(
         curves: Arc<DepthCurves>,
         rupture_depths_m: Arc<[f64]>,

@@ -1,5 +1,3 @@
-//! A tissue in a third-party functional mock-up unit (FMI 2.0 or 3.0, co-simulation).
-
 use std::path::Path;
 use std::sync::Arc;
 
@@ -13,37 +11,30 @@ use trocar_core::error::InvalidValue;
 use trocar_core::lane::{Gather, LANES, Lane};
 use trocar_core::time::whole_ticks;
 
-/// Names in units that trocar exports, used if their keys have no value. The shaft force, which has no key, is the part
-/// of the force on the shaft.
+/// Names in exported units, used if their keys have no value.
 const VELOCITY: &str = "needle.velocity_m_per_s";
 const SHAFT_FORCE: &str = "reaction.shaft_force_n";
 const RUPTURED: &str = "reaction.ruptured";
 
-/// SI units by their exponents of kg, m, s, A, K, mol, cd and rad.
+/// Exponents of kg, m, s, A, K, mol, cd and rad.
 const METRE: (&str, [i32; 8]) = ("m", [0, 1, 0, 0, 0, 0, 0, 0]);
 const METRE_PER_SECOND: (&str, [i32; 8]) = ("m/s", [0, 1, -1, 0, 0, 0, 0, 0]);
 const NEWTON: (&str, [i32; 8]) = ("N", [1, 1, -2, 0, 0, 0, 0, 0]);
 
-/// The unpacked unit of a tissue, with its inputs, outputs and parameters.
 #[derive(Debug, Clone)]
 pub struct UnitTissue {
     unit: Arc<Unit>,
     tick_s: f64,
     step_s: f64,
     step_ticks: u64,
-    /// Inputs: the position, and the velocity if the unit has that input.
     inputs: Vec<u32>,
-    /// Outputs: the force, and the force on the shaft if the unit has that output.
     outputs: Vec<u32>,
     ruptured: Option<Variable>,
     parameters: Vec<(Variable, f64)>,
 }
 
 impl UnitTissue {
-    /// Opens the unit's file for ticks of `tick_s`. Executes nothing of the unit.
-    ///
-    /// # Errors
-    /// [`UnfitUnit`] for a file that is not a unit, a missing variable, or an impossible step.
+    /// Executes nothing of the unit.
     pub fn open(path: &Path, settings: &FmuSettings, tick_s: f64) -> Result<Self, UnfitUnit> {
         const KEYS: [&str; 7] = {
             let mut paths = [""; 7];
@@ -94,21 +85,15 @@ impl UnitTissue {
         Ok(Self { unit, tick_s, step_s, step_ticks, inputs, outputs, ruptured, parameters })
     }
 
-    /// Loads the unit's library, which executes its code.
-    ///
-    /// # Errors
-    /// [`FmuError::Library`].
     pub fn load(&self) -> Result<(), FmuError> {
         self.unit.load()
     }
 
-    /// Path of the unit's file.
     #[must_use]
     pub fn path(&self) -> &Path {
         self.unit.path()
     }
 
-    /// SHA-256 of the unit's file.
     #[must_use]
     pub fn sha256(&self) -> [u8; 32] {
         self.unit.sha256()
@@ -119,7 +104,6 @@ impl UnitTissue {
     }
 }
 
-/// Compares the unit's file and the settings.
 impl PartialEq for UnitTissue {
     fn eq(&self, other: &Self) -> bool {
         self.sha256() == other.sha256()
@@ -158,11 +142,7 @@ fn parameter(unit: &Unit, written: &str) -> Result<(Variable, f64), UnitProblem>
     }
 }
 
-/// A running tissue in a unit, with an instance for each lane.
-///
-/// A step begins with the inputs at its first tick: the needle's position and velocity. The outputs after the step act
-/// from this tick on, until the next step, so there is no delay of a tick: if a unit integrates, the force belongs to
-/// the end of the step under held inputs.
+/// The outputs after a step act from its first tick on.
 #[derive(Debug)]
 pub struct Fmu<L: Lane> {
     tissue: Arc<UnitTissue>,
@@ -185,7 +165,6 @@ struct Step {
 }
 
 impl<L: Lane> Fmu<L> {
-    /// Creates the tissue; the unit is instantiated at the first tick.
     #[must_use]
     pub fn new(tissue: Arc<UnitTissue>) -> Self {
         Self { tissue, instances: vec![], force_n: L::zero(), shaft_n: L::zero(), failure: None }
@@ -235,7 +214,6 @@ impl<L: Lane> Tissue<L> for Fmu<L> {
         if tick.is_multiple_of(self.tissue.step_ticks) && self.failure.is_none() {
             for lane in 0..L::WIDTH {
                 let inputs = [position_m.lane(lane), velocity_m_per_s.lane(lane)];
-                // A diverged run is a separate outcome, not a failure of the unit.
                 let step = if inputs.iter().all(|input| input.is_finite()) {
                     self.step(lane, tick, inputs)
                 } else {
@@ -267,7 +245,7 @@ impl<L: Lane> Tissue<L> for Fmu<L> {
     }
 }
 
-/// Copies a tissue that has not run; the copy of a running unit fails.
+/// A running unit cannot be copied.
 impl<L: Lane> Clone for Fmu<L> {
     fn clone(&self) -> Self {
         let mut copy = Self::new(Arc::clone(&self.tissue));
@@ -286,7 +264,6 @@ impl<L: Lane> Model for Fmu<L> {
         Err(NEEDS_FILE)
     }
 
-    /// The file is checked when it is read.
     fn check(_settings: &FmuSettings, _tick_s: f64, _start_m: f64) -> Result<(), InvalidValue> {
         Ok(())
     }

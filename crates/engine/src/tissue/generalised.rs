@@ -1,5 +1,3 @@
-//! The generalised Kelvin-Voigt model (eq. 3-4).
-
 use super::model::{Model, Springs};
 use super::power::{PowerSettings, QuarterPower, largest_n, slopes_n_per_m};
 use super::surface::Surface;
@@ -7,10 +5,9 @@ use super::{Reaction, Tissue};
 use trocar_core::error::{InvalidValue, non_negative, require};
 use trocar_core::lane::{Lane, Mask};
 
-/// Maximum number of depths at which coefficients are given.
 pub const MAX_DEPTHS: usize = 16;
 
-/// A coefficient over depth: `value + Σ slope_j clamp(p - from_j, 0, width_j)`, linear between the given depths.
+/// `value + Σ slope_j clamp(p - from_j, 0, width_j)`
 #[derive(Debug, Clone, Copy)]
 struct Profile<L> {
     value: L,
@@ -34,12 +31,9 @@ impl<L: Lane> Profile<L> {
 }
 
 trocar_core::settings! {
-    /// Settings of a spring and a damper whose coefficients vary with depth.
     #[derive(Debug, Clone, PartialEq)]
     pub struct GeneralisedSettings in "tissue." no const {
-        /// Surface of the tissue.
         surface: Surface,
-        /// Power of the depth.
         power: PowerSettings,
         /// Depths below the surface at which the coefficients of generalised are given: 1 to 16, ascending; linear
         /// between them.
@@ -51,12 +45,8 @@ trocar_core::settings! {
     }
 }
 
-/// `f = K p + B v` for `p > 0`, 0 otherwise, with `K = μ(p) pⁿ⁻¹` and `B = λ(p) pⁿ` (eq. 3-4, in this crate's sign).
-///
-/// The paper does not state how its coefficients vary with position, velocity and time. Here μ and λ depend on the
-/// depth `p = x_e - contact` alone, linear between the given depths and constant outside. The static force is a
-/// function of the position, so the work of a closed motion is exactly the energy dissipated by λ. With one depth it is
-/// Hunt-Crossley's model. The layered tissue models time and history.
+/// `f = K p + B v` for `p > 0`, else 0, with `K = μ(p) pⁿ⁻¹` and `B = λ(p) pⁿ` (eq. 3-4, in this crate's sign). The
+/// paper does not state how its coefficients vary; here they depend on the depth `p = x_e - contact` alone.
 #[derive(Debug, Clone, Copy)]
 pub struct Generalised<L: Lane> {
     mu: Profile<L>,
@@ -69,10 +59,6 @@ pub struct Generalised<L: Lane> {
 }
 
 impl<L: Lane> Generalised<L> {
-    /// Creates the tissue of the settings.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the setting out of range.
     pub fn new(settings: &GeneralisedSettings) -> Result<Self, InvalidValue> {
         settings.validate()?;
         let depths_m = &settings.depths_m;
@@ -124,7 +110,6 @@ impl<L: Lane> Model for Generalised<L> {
 
     fn springs(settings: &GeneralisedSettings, depth_m: Option<f64>) -> Option<Springs> {
         let GeneralisedSettings { depths_m, mus, lambdas, .. } = settings;
-        // A coefficient and its derivative.
         let at = |values: &[f64], depth_m: f64| {
             let end = depths_m.partition_point(|&given_m| given_m <= depth_m).min(depths_m.len() - 1);
             match end.checked_sub(1) {

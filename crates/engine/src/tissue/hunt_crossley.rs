@@ -1,5 +1,3 @@
-//! The Hunt-Crossley model (eq. 2).
-
 use super::model::{Model, Springs};
 use super::power::{PowerSettings, QuarterPower, slopes_n_per_m};
 use super::surface::Surface;
@@ -8,23 +6,18 @@ use trocar_core::error::InvalidValue;
 use trocar_core::lane::{Lane, Mask};
 
 trocar_core::settings! {
-    /// Settings of a spring and a damper that stiffen with depth.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct HuntCrossleySettings in "tissue." {
-        /// Surface of the tissue.
         surface: Surface,
         /// μ of hunt-crossley, in N/m^n.
         mu: f64 [NON_NEGATIVE] = 2000.0,
         /// λ of hunt-crossley, in N·s/m^(n+1).
         lambda: f64 [NON_NEGATIVE] = 200.0,
-        /// Power of the depth.
         power: PowerSettings,
     }
 }
 
-/// `f = μ pⁿ + λ pⁿ v` for `p > 0`, 0 otherwise, with `p = x_e - contact` (eq. 2, in this crate's sign).
-///
-/// The power is a multiple of 0.25 from 0 to 7.75, so the tick needs no transcendental function.
+/// `f = μ pⁿ + λ pⁿ v` for `p > 0`, else 0, with `p = x_e - contact` (eq. 2, in this crate's sign).
 #[derive(Debug, Clone, Copy)]
 pub struct HuntCrossley<L: Lane> {
     stiffness: L,
@@ -34,10 +27,6 @@ pub struct HuntCrossley<L: Lane> {
 }
 
 impl<L: Lane> HuntCrossley<L> {
-    /// Creates the tissue of the settings.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the setting out of range.
     pub fn new(settings: &HuntCrossleySettings) -> Result<Self, InvalidValue> {
         settings.validate()?;
         Ok(Self {

@@ -1,5 +1,3 @@
-//! The Kelvin-Voigt model (eq. 1).
-
 use super::model::{Model, Springs};
 use super::surface::Surface;
 use super::{Reaction, Tissue};
@@ -7,19 +5,17 @@ use trocar_core::error::InvalidValue;
 use trocar_core::lane::{Lane, Mask};
 
 trocar_core::settings! {
-    /// Settings of a spring and a damper in parallel.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct KelvinVoigtSettings in "tissue." {
         /// Stiffness K of kelvin-voigt.
         stiffness_n_per_m: f64 [NON_NEGATIVE] = 200.0,
         /// Damping B of kelvin-voigt.
         damping_n_s_per_m: f64 [NON_NEGATIVE] = 5.0,
-        /// Surface of the tissue.
         surface: Surface,
     }
 }
 
-/// `f = K p + B v` for `p > 0`, 0 otherwise, with `p = x_e - contact` (eq. 1, in this crate's sign).
+/// `f = K p + B v` for `p > 0`, else 0, with `p = x_e - contact` (eq. 1, in this crate's sign).
 #[derive(Debug, Clone, Copy)]
 pub struct KelvinVoigt<L> {
     stiffness: L,
@@ -28,10 +24,6 @@ pub struct KelvinVoigt<L> {
 }
 
 impl<L: Lane> KelvinVoigt<L> {
-    /// Creates the tissue of the settings.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the setting out of range.
     pub fn new(settings: &KelvinVoigtSettings) -> Result<Self, InvalidValue> {
         settings.validate()?;
         Ok(Self {

@@ -1,25 +1,10 @@
-//! Parameters of a layer that ruptures at a force, with their keys and ranges.
+//! A nonlinear spring until the layer ruptures, then a constant cutting force and friction along the shaft (Simone
+//! 2002, Okamura et al. 2004).
 //!
-//! # Sources of the numbers
-//! The form is from Simone (*Modeling of needle insertion forces for percutaneous therapies*, 2002) and from Okamura,
-//! Simone and O'Leary (2004) for the liver: a nonlinear spring until the capsule ruptures, then a constant cutting
-//! force and friction along the shaft. [`literature`](super::literature) has the measured values and ranges. Barbé et
-//! al. (2007) state, for one needle in vivo, the total over all layers: up to 1.45 N with a pull of 0.37 N on direct
-//! access to a pig's liver, and up to 5.69 N with a pull of 2.45 N through the skin, mostly from skin, fat and muscle
-//! (3.2.1, 3.2.2). Their division among the layers is chosen here. A layer bulges by millimetres before it ruptures
-//! (figure 1, and the 9 mm lurch of 5.2), and relaxes within hundredths of a second.
-//!
-//! | default | skin | fat | muscle | capsule | organ | measured |
-//! |---|---|---|---|---|---|---|
-//! | thickness | 2 mm | 10 mm | 15 mm | 0.5 mm | 0.1 m | chosen here |
-//! | rupture force | 3 N | 0.3 N | 1.2 N | 1.2 N | 0.3 N | median 1.22 N; liver 1.48 to 3.13 N |
-//! | cutting force | 1 N | 0.3 N | 0.8 N | 0.3 N | 0.3 N | 0.05 to 1.3 N; liver 0.58 to 1.3 N |
-//! | `a₁` in N/m | 150 | 60 | 150 | 60 | 60 | liver 2 to 48 ex vivo; a pig's is 2 to 6 times as stiff in vivo |
-//! | `a₂` in N/m² | 35 000 | 0 | 10 000 | 10 000 | 0 | liver 2300 to 5200 |
-//! | friction in N/m | 10 | 10 | 50 | 0 | 8 | liver 10.6 to 12.0 |
-//! | grip | 0.3 N | 0 | 0.2 N | 0.1 N | 0 | chosen here |
-//! | relaxation | 20 ms | 20 ms | 20 ms | 15 ms | 20 ms | chosen here |
-//! | `c` in s/m | 2 | 2 | 2 | 2 | 2 | chosen here |
+//! Defaults and measurements (see [`literature`](super::literature)): rupture force 0.3 to 3 N (median 1.22 N; liver
+//! 1.48 to 3.13 N), cutting force 0.3 to 1 N (0.05 to 1.3 N), `a₁` 60 to 150 N/m (liver 2 to 48), `a₂` 0 to 35 000 N/m²
+//! (liver 2300 to 5200), friction 0 to 50 N/m (liver 10.6 to 12). The others are chosen here, as is the division of the
+//! total of Barbé et al. (2007, 3.2.2): up to 5.69 N with a pull of 2.45 N.
 
 use super::literature::{
     Bounds, CUTTING_FORCE_N, DAMPING_S_PER_M, DEFLECTION_M, FRICTION_N_PER_M, GRIP_N, RUPTURE_FORCE_N,
@@ -28,17 +13,11 @@ use super::literature::{
 use super::model::DefaultLayer;
 use trocar_core::error::{InvalidValue, require};
 
-/// Largest time constant of a relaxation in s.
 pub const MAX_RELAXATION_S: f64 = 10.0;
 
 trocar_core::settings! {
-    /// Parameters of a layer that ruptures at a force.
-    ///
-    /// The loading law is `f(d) = (a₁ d + a₂ d²) max(1 + c v, 0)`: a polynomial of the deflection `d >= 0`, which
-    /// Okamura et al. use for the capsule, with a proportional damping as in Hunt-Crossley's model (eq. 2 with
-    /// `λ = c μ`). The force therefore starts without a step and never pulls.
-    ///
-    /// Keys shared with [`TearingLayer`](super::TearingLayer) have the same defaults.
+    /// `f(d) = (a₁ d + a₂ d²) max(1 + c v, 0)` for a deflection `d >= 0`: the polynomial of Okamura et al., with a
+    /// damping as in eq. 2 (`λ = c μ`). Keys shared with [`TearingLayer`](super::TearingLayer) have the same defaults.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct LayerParameters in "tissue.layer.*." {
         /// Thickness of the layer.
@@ -47,8 +26,6 @@ trocar_core::settings! {
         /// fast deflection.
         stiffness_n_per_m: f64 [STIFFNESS_N_PER_M.range()] = 250.0,
         /// a_2 of the loading law, which adds a_2 d² to the force at the deflection d.
-        ///
-        /// `a₁` or `a₂` is above 0.
         stiffening_n_per_m2: f64 [STIFFENING_N_PER_M2.range()] = 0.0,
         /// Force at which the layer ruptures, median 1.22 (van Gerwen et al. 2012); at least the cutting force.
         rupture_force_n: f64 [RUPTURE_FORCE_N.range()] = 0.3,
@@ -56,16 +33,12 @@ trocar_core::settings! {
         cutting_force_n: f64 [CUTTING_FORCE_N.range()] = 0.3,
         /// Time constant of the layer's relaxation, after the rupture and after the last cut: 0 (immediate), or from
         /// one tick to 10.
-        ///
-        /// In s, from the rupture force to the cutting force and, when cut through, to 0.
         relaxation_s: f64 [NON_NEGATIVE] = 0.02,
         /// c: the force is (1 + c v) times the force of the loading law.
         damping_s_per_m: f64 [DAMPING_S_PER_M.range()] = 2.0,
         /// Friction on the shaft per length in the layer; 11 to 12 in liver (Okamura et al. 2004).
         friction_n_per_m: f64 [FRICTION_N_PER_M.range()] = 10.0,
         /// Friction on the shaft, independent of the length in the layer.
-        ///
-        /// Caused by the rim of the layer, in N.
         grip_n: f64 [GRIP_N.range()] = 0.0,
     }
     where rupture_force_n: |s| s.rupture_force_n >= s.cutting_force_n, "at least tissue.layer.*.cutting_force_n";
@@ -74,7 +47,6 @@ trocar_core::settings! {
 }
 
 impl LayerParameters {
-    /// The default layers with their names, from the surface down.
     pub const DEFAULT_LIST: [(&str, Self); 5] = [
         (
             "skin",
@@ -118,7 +90,6 @@ impl LayerParameters {
         ("organ", Self { stiffness_n_per_m: 60.0, friction_n_per_m: 8.0, ..Self::DEFAULT }),
     ];
 
-    /// The default layers by name, each with the values of all keys.
     #[must_use]
     pub fn default_list() -> Vec<DefaultLayer> {
         let values = |layer: &Self| {
@@ -128,15 +99,12 @@ impl LayerParameters {
         Self::DEFAULT_LIST.iter().map(|(name, layer)| (*name, values(layer))).collect()
     }
 
-    /// True if the force drops when the layer gives way.
     #[must_use]
     pub fn ruptures(&self) -> bool {
         self.rupture_force_n > self.cutting_force_n
     }
 
-    /// Returns `d >= 0` in m with `a₁ d + a₂ d² = force_n`.
-    ///
-    /// This form avoids cancellation for small `a₂`.
+    /// `d >= 0` with `a₁ d + a₂ d² = force_n`, without cancellation for small `a₂`.
     #[must_use]
     pub fn deflection_m(&self, force_n: f64) -> f64 {
         let (a1, a2) = (self.stiffness_n_per_m, self.stiffening_n_per_m2);
@@ -144,22 +112,17 @@ impl LayerParameters {
         if a1 + root > 0.0 { 2.0 * force_n / (a1 + root) } else { f64::INFINITY }
     }
 
-    /// Force in N of the loading law at a deflection in m.
     #[must_use]
     pub fn force_n(&self, deflection_m: f64) -> f64 {
         (self.stiffness_n_per_m + self.stiffening_n_per_m2 * deflection_m) * deflection_m
     }
 
-    /// Slope in N/m of the loading law at the force `force_n`: `√(a₁² + 4 a₂ f)`.
+    /// `√(a₁² + 4 a₂ f)`.
     #[must_use]
     pub fn slope_n_per_m(&self, force_n: f64) -> f64 {
         (self.stiffness_n_per_m.powi(2) + 4.0 * self.stiffening_n_per_m2 * force_n).sqrt()
     }
 
-    /// Checks the fields for ticks of `tick_s`.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first key out of range.
     pub fn validate_on_ticks(&self, tick_s: f64) -> Result<(), InvalidValue> {
         self.validate()?;
         let relaxation = self.relaxation_s;

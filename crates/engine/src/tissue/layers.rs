@@ -1,5 +1,3 @@
-//! Layers that bulge, rupture, are cut through, and exert friction on the shaft.
-
 use trocar_core::settings::{Key, KeySource, count, joined};
 
 use super::layer::LayerParameters;
@@ -13,57 +11,40 @@ use super::{Reaction, Tissue};
 use trocar_core::error::InvalidValue;
 use trocar_core::lane::{Lane, Mask};
 
-/// Start of a layer that the needle has not reached, in m. Deeper than any run.
+/// Start of an unreached layer, deeper than any run.
 const FAR_M: f64 = 1e9;
 
-/// Additional decrease of a yield deflection per tick, in m: negligible, but it ends the exponential relaxation before
-/// slow subnormal numbers.
+/// Ends the exponential relaxation before slow subnormal numbers.
 const MIN_FALL_M: f64 = 1e-15;
 
-/// A layer that relaxes faster than this, in s, acts too briefly after its rupture or last cut for a swing.
+/// Faster relaxation is too brief to affect the loop.
 const SLOW_S: f64 = 0.05;
 
-/// Parameters of a layered tissue.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayersParameters {
-    /// Surface of the undeformed tissue, in m.
     pub contact_m: f64,
-    /// Layers by name, from the surface down.
     pub layers: Vec<Named<LayerParameters>>,
-    /// Friction on the shaft.
     pub shaft: ShaftParameters,
 }
 
 impl LayersParameters {
-    /// The keys, except the keys of the layers.
+    /// Without the keys of the layers.
     pub const KEYS: &'static [Key] = &joined::<{ count(Self::GROUPS) }>(Self::GROUPS);
 
     const GROUPS: &'static [&'static [Key]] = &[Surface::KEYS, ShaftParameters::KEYS];
 
-    /// Reads the parameters.
-    ///
-    /// # Errors
-    /// Errors of the source.
     pub fn read<S: KeySource>(source: &mut S) -> Result<Self, S::Error> {
         let layers = read_layers(source, LayerParameters::read)?;
         let contact_m = Surface::read(source)?.contact_m;
         Ok(Self { contact_m, layers, shaft: ShaftParameters::read(source)? })
     }
 
-    /// Checks all conditions that do not depend on the tick.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first key out of range.
     pub fn validate(&self) -> Result<(), InvalidValue> {
         Surface { contact_m: self.contact_m }.validate()?;
         check_layers(&self.layers, LayerParameters::validate)?;
         self.shaft.validate()
     }
 
-    /// Checks every layer and the shaft for ticks of `tick_s`.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first key out of range.
     pub fn validate_on_ticks(&self, tick_s: f64) -> Result<(), InvalidValue> {
         Surface { contact_m: self.contact_m }.validate()?;
         check_layers(&self.layers, |layer| layer.validate_on_ticks(tick_s))?;
@@ -79,10 +60,8 @@ impl Default for LayersParameters {
     }
 }
 
-/// A needle in layers of tissue: the three phases of the paper's figure 1.
-///
-/// Each layer is a spring that yields. `front` is the depth of the cut, in the layer's undeformed length, and `y` the
-/// deflection at which the spring yields:
+/// The three phases of the paper's figure 1. Each layer is a spring that yields at the deflection `y`; `front` is the
+/// depth of the cut, in the layer's undeformed length:
 ///
 /// ```text
 /// y     = target + (y - target) exp(-T/τ)
@@ -90,33 +69,22 @@ impl Default for LayersParameters {
 /// f     = (a₁ d + a₂ d²) max(1 + c v, 0)
 /// front = max(front, x - y)
 /// ```
-/// The target of an intact layer is `d_r`, where the spring reaches the rupture force; then `d_c`, where it reaches the
-/// cutting force; and 0 when the front is at the layer's bottom. The force on a needle at rest thus relaxes to a
-/// constant. A retreat unloads the spring, which never pulls. A cut remains. Fronts and relaxation only reduce
-/// deflections, so every layer dissipates energy.
+/// The target is the deflection at the rupture force, then at the cutting force, and 0 when the front is at the bottom,
+/// so every layer dissipates energy. The next layer then begins at the needle's position. The shaft's length in the
+/// tissue is measured from the dragged surface.
 ///
-/// A layer begins to bulge at the needle's position when the layer above is cut through. Until then the two move
-/// together, and only the upper one acts on the tip. The force is the sum of the relaxing layer above, the layer being
-/// cut, and the friction of all layers on the shaft (see [`ShaftParameters`]). The kinetic bound of the friction sums,
-/// over the layers, the grip and the friction times the length in the layer. This length is measured from the dragged
-/// surface, displaced by `F/σ` inward or, during withdrawal, outward: the tissue then pulls, and the needle leaves it
-/// outside of the first contact.
-///
-/// The model is a map of position and velocity, exact for any tick. A relaxation faster than a tick is rejected. For a
-/// stable loop the largest slope, `a₁ + 2 a₂ d_r + σ`, must be below the largest stable stiffness of the teleoperation
-/// (2.5 kN/m with the paper's controllers at 1 kHz).
+/// For a stable loop the largest slope, `a₁ + 2 a₂ d_r + σ`, must be below the largest stable stiffness of the
+/// teleoperation (2.5 kN/m with the paper's controllers at 1 kHz).
 #[derive(Debug, Clone)]
 pub struct Layers<L: Lane> {
     layers: Box<[Layer<L>]>,
-    /// Index of the first layer that is not cut through and relaxed in every lane.
     first: usize,
-    /// Index of the first layer that has not been reached in any lane.
+    /// The first layer that is not reached in any lane.
     begun: usize,
-    /// Start of the last layer reached, and the friction of the layers above it when the tip is beyond.
+    /// Start of the last layer reached, and the friction of the layers above.
     last_start: L,
     above: ShaftContact<L>,
     shaft: Shaft<L>,
-    /// Friction on the shaft after the last tick.
     held: ShaftContact<L>,
     friction: L,
 }
@@ -139,7 +107,6 @@ struct Layer<L: Lane> {
     grip: L,
     thickness: L,
     cut_deflection: L,
-    /// Lanes in which giving way is a rupture: the rupture force is above the cutting force.
     ruptures: L::Mask,
 }
 
@@ -177,7 +144,6 @@ impl<L: Lane> Layer<L> {
         self.next_event = L::select(mask, start, self.next_event);
     }
 
-    /// Relaxes the layer and cuts where it yields. Returns the force on the tip in N.
     #[inline(always)]
     fn force_on_tip_n(&mut self, position: L, velocity: L) -> L {
         let relaxed = self.target + (self.yields_at - self.target) * self.decay;
@@ -194,14 +160,12 @@ impl<L: Lane> Layer<L> {
         above.and(self.friction, self.grip, length_m)
     }
 
-    /// Handles the events of the layer at this tick: intact, cut, cut through. Returns the lanes in which it ruptures
-    /// and the lanes in which it is cut through.
+    /// Returns the lanes in which the layer ruptures and is cut through.
     #[inline(always)]
     fn handle_events(&mut self) -> (L::Mask, L::Mask) {
         let gives_way = self.front.gt(self.next_event) & self.next_event.lt(self.bottom);
         self.target = L::select(gives_way, self.cut_deflection, self.target);
         self.next_event = L::select(gives_way, self.bottom, self.next_event);
-        // A fast needle can make the layer give way and cut it through in one tick.
         let is_through = self.front.gt(self.next_event);
         self.target = L::select(is_through, L::zero(), self.target);
         self.next_event = L::select(is_through, L::splat(f64::INFINITY), self.next_event);
@@ -219,10 +183,6 @@ fn friction_of<L: Lane>(layers: &[Layer<L>], tip_m: L) -> ShaftContact<L> {
 }
 
 impl<L: Lane> Layers<L> {
-    /// Creates an undeformed tissue, with the needle at `start_m`.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] as in [`LayersParameters::validate`], or for a needle that starts inside.
     pub fn new(parameters: &LayersParameters, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue> {
         Self::check(parameters, tick_s, start_m)?;
         let mut layers: Box<[Layer<L>]> =
@@ -240,11 +200,10 @@ impl<L: Lane> Layers<L> {
         })
     }
 
-    /// Updates the friction for the next tick, independently of this tick's force.
     #[inline(always)]
     fn update_shaft_contact(&mut self, position: L) {
         let tip = position - self.shaft.drag_m();
-        // A layer starts when the one above is cut through: a tip in the last layer has passed all others.
+        // A tip in the last layer has passed all others.
         self.held = if tip.ge(self.last_start).all() {
             self.layers[self.begun - 1].add_friction(self.above, tip)
         } else {
@@ -272,7 +231,6 @@ impl<L: Lane> Layers<L> {
         let above = self.begun - 1;
         self.last_start = self.layers[above].start;
         self.above = friction_of(&self.layers[..above], L::splat(FAR_M));
-        // A yield deflection of 0: cut through and relaxed, without force.
         while self.first < self.begun && self.layers[self.first].yields_at.le(L::zero()).all() {
             self.first += 1;
         }
@@ -283,7 +241,6 @@ impl<L: Lane> Layers<L> {
 impl<L: Lane> Tissue<L> for Layers<L> {
     #[inline(always)]
     fn react(&mut self, _tick: u64, position: L, velocity: L) -> Reaction<L> {
-        // Few layers act on the tip at a time, and they rarely change.
         let mut force_n = self.shaft.friction_n(position, velocity, self.held.kinetic_n, self.held.length_m);
         self.friction = force_n;
         let mut is_event = L::Mask::splat(false);
@@ -331,15 +288,12 @@ impl<L: Lane> Model for Layers<L> {
         Some(settings.contact_m)
     }
 
-    /// Springs from 0, for a layer that is being cut, to the slope of the stiffest layer just before its rupture or
-    /// during cutting; on the way back also the slopes of ruptured layers that relax slowly. The damping is `c f` of these
-    /// layers, and the viscous friction on the shaft. The shaft adds its stiffness after a layer with friction is cut,
-    /// because it sticks after reversals.
+    /// From 0, for a layer that is being cut, to the slope of the stiffest layer just before its rupture or during
+    /// cutting.
     fn springs(settings: &LayersParameters, depth_m: Option<f64>) -> Option<Springs> {
         let depth_m = depth_m.unwrap_or(f64::INFINITY);
         let (mut advancing, mut drawn_back, mut damping) = (0.0_f64, 0.0_f64, 0.0_f64);
         let (mut top_m, mut of_shaft) = (0.0, 0.0);
-        // The slope and the damping of the layers above that are cut through.
         let mut above = (0.0, 0.0);
         for (_, layer) in &settings.layers {
             let reach_m = depth_m - top_m;

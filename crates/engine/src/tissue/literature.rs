@@ -1,19 +1,6 @@
-//! Measurements of needles in tissue, and the ranges of the layers' parameters.
+//! The sources are in `docs/src/evidence/literature.md`. Ratios of static to kinetic friction are ratios of means.
 //!
-//! Okamura, Simone and O'Leary (*Force modeling for needle insertion into soft tissue*, IEEE TBME 51(10), 2004) and
-//! Simone and Okamura (ICRA 2002) inserted a bevelled needle of 1.27 mm into bovine liver ex vivo. DiMaio and Salcudean
-//! (*Needle insertion modeling and simulation*, IEEE TRA 19(5), 2003) inserted a 17 gauge needle into PVC of one and of
-//! two layers. Van Gerwen, Dankelman and van den Dobbelsteen (*Needle-tissue interaction forces*, Med. Eng. Phys.
-//! 34, 2012) survey 99 works. The numbers are from notes that were checked against these papers number by number
-//! (github.com/Yuming-007/Needle-Tissue-Simulation, `docs/literature`, 05 to 08); the number of Khasawneh, Abu El-Rub
-//! and Allouh (Folia Morphol. 82(1), 2023) is from their abstract. Ratios of static to kinetic friction are ratios of
-//! means.
-//!
-//! The ranges are wider than the measurements, because tissues, needles and species differ: van Gerwen et al. cite a
-//! pig's liver two to six times as stiff in vivo as ex vivo. No source was found for the stiffness, friction or damping
-//! of skin, fat and muscle alone, nor for a relaxation, a damping `c` or the stiffness of the shaft's drag of any
-//! layer; these are chosen here. The force rises more steeply for a faster needle (Mahvash and Dupont, ICRA 2009); skin
-//! and muscle hardly depend on the speed (Schneider, Peck and Melvin, UM-HSRI-78-23, 1978).
+//! The ranges are wider than the measurements, because tissues, needles and species differ.
 
 use std::borrow::Cow;
 
@@ -21,25 +8,20 @@ use trocar_core::settings::Range;
 
 use super::named_layers::{Measurable, path_in_layer};
 
-/// A range of measurements and its reason. A value outside is allowed, for example for a phantom, but causes a warning.
+/// A value outside causes a warning.
 #[derive(Debug, PartialEq)]
 pub struct Bounds {
-    /// Lower bound, included.
     pub low: f64,
-    /// Upper bound, included.
     pub high: f64,
-    /// The range and its reason.
     pub stated: &'static str,
 }
 
 impl Bounds {
-    /// True if a value is within the bounds.
     #[must_use]
     pub fn contains(&self, value: f64) -> bool {
         (self.low..=self.high).contains(&value)
     }
 
-    /// The range of a key: all meaningful values, from 0 on if the bounds begin at 0.
     #[must_use]
     pub const fn range(&self) -> Range {
         if self.low == 1.0 {
@@ -52,14 +34,10 @@ impl Bounds {
     }
 }
 
-/// A value outside the range of the measurements.
 #[derive(Debug, Clone)]
 pub struct Outside {
-    /// Path of the value's key.
     pub key: Cow<'static, str>,
-    /// Value of the key.
     pub value: f64,
-    /// Range of the measurements.
     pub bounds: &'static Bounds,
 }
 
@@ -76,78 +54,61 @@ macro_rules! bounds {
     };
 }
 
-/// Thickness of a layer in m.
 pub const THICKNESS_M: Bounds = bounds!(0 to 0.3 " m", "chosen here: no needle is longer");
 
-/// Deflection in m at which a layer gives way.
 pub const DEFLECTION_M: Bounds = bounds!(0 to 0.1 " m", "no membrane bulges more");
 
-/// `a₁` of a layer's loading law in N/m.
+/// `a₁` of the loading law.
 pub const STIFFNESS_N_PER_M: Bounds =
     bounds!(0 to 20000 " N/m", "measured in bovine liver: 2 to 48 N/m, Okamura et al. 2004");
 
-/// `a₂` of a layer's loading law in N/m².
+/// `a₂` of the loading law.
 pub const STIFFENING_N_PER_M2: Bounds =
     bounds!(0 to 2e7 " N/m²", "measured in bovine liver: 2300 to 5200 N/m², Okamura et al. 2004");
 
-/// Force in N at which a layer gives way.
 pub const RUPTURE_FORCE_N: Bounds =
     bounds!(0.0005 to 19.2 " N", "the range measured in 24 works, van Gerwen et al. 2012");
 
-/// Force in N at which the needle continues to cut.
 pub const CUTTING_FORCE_N: Bounds = bounds!(0.0005 to 19.2 " N", "measured: 0.05 to 1.3 N, van Gerwen et al. 2012");
 
-/// Toughness of a layer in J/m².
 pub const TOUGHNESS_J_PER_M2: Bounds = bounds!(
     76 to 30400 " J/m²",
     "measured: 76 J/m² in porcine liver by needle to 30400 J/m² in porcine skin by tearing, CJME 35 (2022), table 2"
 );
 
-/// `c` of a layer's loading law in s/m.
+/// `c` of the loading law.
 pub const DAMPING_S_PER_M: Bounds = bounds!(0 to 100 " s/m", "chosen here; 100 s/m doubles the force at 10 mm/s");
 
-/// Friction on the shaft per length in N/m.
 pub const FRICTION_N_PER_M: Bounds = bounds!(
     0 to 800 " N/m",
     "measured: 10.6 N/m in bovine liver to 80 N/m in PVC, Okamura et al. 2004, DiMaio and Salcudean 2003"
 );
 
-/// Friction on the shaft, independent of the length, in N.
 pub const GRIP_N: Bounds = bounds!(
     0 to 7 " N",
     "measured on whole shafts: 0.15 to 2.8 N, up to 150 % more on one that was turned, van Gerwen et al. 2012"
 );
 
-/// `σ` of the shaft's drag in N/m.
+/// `σ` of the shaft's drag.
 pub const SHAFT_STIFFNESS_N_PER_M: Bounds = bounds!(10 to 1e5 " N/m", "chosen here; the largest measured friction, 2.8 N, then drags tissue by 0.28 m to 0.03 mm");
 
-/// Ratio of static to kinetic friction.
 pub const STATIC_RATIO: Bounds = bounds!(1 to 10 "", "measured in bovine liver: 1.5 to 1.7, Okamura et al. 2004");
 
-/// Speed in m/s below which a sliding shaft sticks.
 pub const STICK_SPEED_M_PER_S: Bounds =
     bounds!(0 to 0.01 " m/s", "insertions go at 0.4 to 10 mm/s, van Gerwen et al. 2012");
 
-/// Viscous friction on the shaft per length in N·s/m².
 pub const SHAFT_DAMPING_N_S_PER_M2: Bounds = bounds!(
     0 to 2000 " N·s/m²",
     "measured in bovine liver: 212 to 293 N·s/m², Okamura et al. 2004; up to 1327 N·s/m² by another method, Simone and Okamura 2002"
 );
 
-/// A measurement.
 #[derive(Debug)]
 pub struct Measured {
-    /// The quantity, by the name of the key in scenarios.
     pub quantity: &'static str,
-    /// The tissue and the number of samples.
     pub tissue: &'static str,
-    /// Minimum, in the unit of the quantity.
     pub low: f64,
-    /// Maximum, in the unit of the quantity.
     pub high: f64,
-    /// Source of the measurement.
     pub source: &'static str,
-    /// Range outside which a value causes a warning.
     pub bounds: &'static Bounds,
 }
 
@@ -166,7 +127,6 @@ const REVIEW: &str = "review, CJME 2022";
 const OKAMURA: &str = "Okamura et al. 2004";
 const VAN_GERWEN: &str = "van Gerwen et al. 2012";
 
-/// The measurements, quantity by quantity.
 pub const MEASURED: [Measured; 18] = [
     measured(
         "thickness_m",

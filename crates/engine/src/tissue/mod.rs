@@ -1,5 +1,3 @@
-//! Tissue models: the force of the tissue on the needle.
-
 mod depth;
 mod failure;
 #[cfg_attr(not(feature = "fmu"), path = "no_fmu.rs")]
@@ -51,31 +49,27 @@ use trocar_core::error::InvalidValue;
 use trocar_core::lane::Lane;
 use trocar_core::settings::{ActsFor, Key, acting, count_distinct, distinct};
 
-/// A tissue's reaction at one tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Reaction<L: Lane> {
-    /// Tissue force `f_e` in N, positive when the tissue resists insertion.
+    /// `f_e`, positive when the tissue resists insertion.
     pub force_n: L,
-    /// Lanes in which a layer ruptures at this tick (ground truth, for metrics only).
+    /// Ground truth, for metrics only.
     pub ruptured: L::Mask,
 }
 
-/// Gives the tissue force for a position and velocity of the needle.
-///
-/// A user-defined tissue implements this trait for `f64`. A built-in tissue, for any number of lanes, is one file of
-/// this folder and one row of the registry below.
+/// A built-in tissue is one file of this folder and one row of the registry below; a user-defined one implements this
+/// trait for `f64`.
 pub trait Tissue<L: Lane> {
-    /// The reaction at `tick` to a needle at `position_m` moving at `velocity_m_per_s`. Called once per tick,
-    /// starting at 0.
+    /// Called once per tick, starting at 0.
     fn react(&mut self, tick: u64, position_m: L, velocity_m_per_s: L) -> Reaction<L>;
 
-    /// The part in N of the last reaction's force that acts on the shaft and not on the tip.
+    /// The part of the last force that acts on the shaft.
     #[inline(always)]
     fn shaft_force_n(&self) -> L {
         L::zero()
     }
 
-    /// The failure of the tissue, if any. Its forces are then NaN, and the run ends with this error.
+    /// After a failure the forces are NaN, and the run ends with this error.
     fn failure(&self) -> Option<&TissueFailure> {
         None
     }
@@ -102,7 +96,6 @@ trocar_core::registry! {
     /// (eq. 3-4); layers that rupture at a force, or by the energy that a crack releases; or an FMU.
     #[derive(Debug, Clone, PartialEq)]
     pub enum TissueSettings at "tissue.kind" = Recording no const;
-    /// Any of the built-in tissues, without motion of the organs.
     pub enum StillTissue<L: Lane> by (each, of_kind);
 
     "recording" => Recording(ReplaySettings) = replay::Recording,
@@ -115,7 +108,6 @@ trocar_core::registry! {
 }
 
 impl TissueSettings {
-    /// Keys of a layer in the list of layers, with a `*` for the layer.
     pub const LIST_KEYS: &'static [Key] = {
         const GROUPS: &[&[Key]] = &of_kind!([WORD, Part] => {
             const LIST: &[Key] = <Part<f64> as Model>::LIST_KEYS;
@@ -125,50 +117,37 @@ impl TissueSettings {
         &distinct::<{ count_distinct(GROUPS) }>(GROUPS)
     };
 
-    /// The default layers of the kind with this word; empty for a kind without layers.
     #[must_use]
     pub fn default_layers(word: &str) -> Vec<DefaultLayer> {
         let all = of_kind!([WORD, Part] => (WORD, <Part<f64> as Model>::default_layers as fn() -> Vec<DefaultLayer>));
         all.into_iter().find(|(known, _)| *known == word).map_or_else(Vec::new, |(_, layers)| layers())
     }
 
-    /// The layers from the surface down; empty for a tissue without layers.
     #[must_use]
     pub fn layers(&self) -> Vec<StatedLayer<'_>> {
         of_kind!(self, Part(kind_settings) => Part::<f64>::layers(kind_settings))
     }
 
-    /// The surface of the undeformed tissue in m; `None` for a recording and an FMU.
+    /// `None` for a recording and an FMU.
     #[must_use]
     pub fn surface_m(&self) -> Option<f64> {
         of_kind!(self, Part(kind_settings) => Part::<f64>::surface_m(kind_settings))
     }
 
-    /// See [`Model::springs`].
     #[must_use]
     pub fn springs(&self, depth_m: Option<f64>) -> Option<Springs> {
         of_kind!(self, Part(kind_settings) => Part::<f64>::springs(kind_settings, depth_m))
     }
 
-    /// The properties outside the range of the measurements.
     #[must_use]
     pub fn outside_measured(&self) -> Vec<Outside> {
         of_kind!(self, Part(kind_settings) => Part::<f64>::outside_measured(kind_settings))
     }
 
-    /// Checks the settings for [`TissueSettings::build`] without building a tissue.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the setting out of range.
     pub fn check(&self, tick_s: f64, start_m: f64) -> Result<(), InvalidValue> {
         of_kind!(self, Part(kind_settings) => Part::<f64>::check(kind_settings, tick_s, start_m))
     }
 
-    /// Creates the tissue, with the needle tip at `start_m`.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the setting out of range; also for a recording and an FMU, whose tissues need their
-    /// file.
     pub fn build<L: Lane>(&self, tick_s: f64, start_m: f64) -> Result<StillTissue<L>, InvalidValue> {
         of_kind!(self, Part(kind_settings) => Part::build(kind_settings, tick_s, start_m).map(StillTissue::<L>::from))
     }
@@ -190,12 +169,9 @@ impl<L: Lane> Tissue<L> for StillTissue<L> {
     }
 }
 
-/// Any of the built-in tissues.
 #[derive(Debug, Clone)]
 pub enum AnyTissue<L: Lane> {
-    /// Without motion of the organs.
     Still(StillTissue<L>),
-    /// With a moving surface.
     Moving(Box<Moving<L>>),
 }
 

@@ -1,5 +1,3 @@
-//! Motion of the tissue's surface by breathing and heartbeat.
-
 use core::f64::consts::TAU;
 
 use trocar_core::settings::ActsFor;
@@ -8,16 +6,14 @@ use super::{AnyTissue, Reaction, StillTissue, Tissue, TissueFailure, TissueSetti
 use trocar_core::error::InvalidValue;
 use trocar_core::lane::Lane;
 
-/// Applies to the tissues that can move: all but a recording, whose force includes the motion.
+/// A recording's force includes the motion.
 const MOVES: ActsFor = match TissueSettings::WORDS {
     [_recording, models @ ..] => ActsFor::new(TissueSettings::KEY.path, models),
     [] => ActsFor::new(TissueSettings::KEY.path, &[]),
 };
 
 trocar_core::settings! {
-    /// The motion of the tissue with breathing and heartbeat.
-    ///
-    /// The periods are chosen here: 15 breaths and 70 beats a minute.
+    /// Chosen here: 15 breaths and 70 beats a minute.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct OrganMotion in "tissue." {
         /// Distance by which breathing moves the tissue away from the needle and back; with 0 there is no such motion.
@@ -33,16 +29,11 @@ trocar_core::settings! {
 }
 
 impl OrganMotion {
-    /// True if the tissue moves.
     #[must_use]
     pub fn moves(&self) -> bool {
         self.breathing_amplitude_m > 0.0 || self.heartbeat_amplitude_m > 0.0
     }
 
-    /// Lets a tissue move, for ticks of `tick_s`. A tissue at rest is unchanged.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the setting out of range.
     pub fn applied_to<L: Lane>(&self, tissue: StillTissue<L>, tick_s: f64) -> Result<AnyTissue<L>, InvalidValue> {
         self.validate()?;
         if !self.moves() {
@@ -54,7 +45,7 @@ impl OrganMotion {
     }
 }
 
-/// A periodic motion whose phase φ advances by a rotation, without transcendental functions in a tick.
+/// The phase advances by a rotation, without transcendental functions in a tick.
 #[derive(Debug, Clone, Copy)]
 struct Cycle<L> {
     amplitude: L,
@@ -79,7 +70,7 @@ impl<L: Lane> Cycle<L> {
         }
     }
 
-    /// Returns `(1 - cos φ)/2`, from 0 to 1, and `sin φ`.
+    /// `(1 - cos φ)/2` and `sin φ`.
     #[inline(always)]
     fn share_and_sine(&self) -> (L, L) {
         (L::splat(0.5) * (L::splat(1.0) - self.cos), self.sin)
@@ -96,16 +87,13 @@ impl<L: Lane> Cycle<L> {
     }
 }
 
-/// A tissue with breathing and heartbeat. With the phases `φ` and `ψ` from 0 at the start, its displacement away from
-/// the needle is
+/// Displaces the tissue away from the needle by
 ///
 /// ```text
 /// s = A_b ((1 - cos φ)/2)² + A_h (1 - cos ψ)/2
 /// ```
-/// Breathing follows Lujan et al. (*A method for incorporating organ motion due to breathing into 3D dose
-/// calculations*, Med. Phys. 26, 1999): `cos⁴`, at rest at the end of exhalation, where the run begins. Chosen here:
-/// the heartbeat is a sine, and both motions act along the needle. The tissue's forces follow from the needle's
-/// position and velocity relative to it. A moving tissue gives energy to the needle, like a patient.
+/// Breathing follows Lujan et al. (1999): `cos⁴`, at rest at the end of exhalation. The sine of the heartbeat and the
+/// direction along the needle are chosen here.
 #[derive(Debug, Clone)]
 pub struct Moving<L: Lane> {
     tissue: StillTissue<L>,
@@ -114,7 +102,6 @@ pub struct Moving<L: Lane> {
 }
 
 impl<L: Lane> AnyTissue<L> {
-    /// Stops the motion of the organs at its present displacement.
     pub fn stop_organs(&mut self) {
         if let Self::Moving(moving) = self {
             moving.breathing.stop();

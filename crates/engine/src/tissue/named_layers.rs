@@ -1,5 +1,3 @@
-//! The list of named layers: its key in scenarios, and the keys of a layer.
-
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -9,19 +7,16 @@ use trocar_core::settings::{Key, KeySource};
 use super::TissueSettings;
 use super::literature::Bounds;
 
-/// List of the layers in scenarios, from the surface down: `[[tissue.layer]]`, each with a `name`.
+/// `[[tissue.layer]]`, from the surface down.
 pub const LAYER_LIST: &str = "tissue.layer";
 
-/// Keys of a layer, with a `*` for its name.
+/// With a `*` for the layer's name.
 pub const LAYER_KEYS: &[Key] = TissueSettings::LIST_KEYS;
 
-/// A layer's name and its parameters.
 pub type Named<T> = (Arc<str>, T);
 
-/// A property of a tissue and its measured range. A layer's property includes the layer's name.
 pub(super) type Measurable<'a> = (&'static str, Option<&'a str>, f64, &'static Bounds);
 
-/// The path of a key with the name of a layer in place of the `*`.
 #[must_use]
 pub fn path_in_layer(path: &'static str, layer: Option<&str>) -> Cow<'static, str> {
     layer.map_or(Cow::Borrowed(path), |name| Cow::Owned(path.replacen('*', name, 1)))

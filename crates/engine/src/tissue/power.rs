@@ -1,10 +1,7 @@
-//! Powers of a depth without transcendental functions.
-
 use trocar_core::error::{InvalidValue, require};
 use trocar_core::lane::{Lane, Mask};
 
 trocar_core::settings! {
-    /// The power of a depth.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct PowerSettings in "tissue." {
         /// n of hunt-crossley and generalised, a multiple of 0.25 up to 7.75.
@@ -12,17 +9,14 @@ trocar_core::settings! {
     }
 }
 
-/// Maximum number of quarters, with all parts.
 const MAX_QUARTERS: f64 = 31.0;
 
-/// Smallest depth in m of a computed slope. With n below 1 the slope is unbounded at the surface.
+/// With n below 1 the slope is unbounded at the surface.
 const MIN_DEPTH_M: f64 = 5e-4;
 
-/// Number of depths at which the slope is computed.
 const DEPTHS: u32 = 1000;
 
-/// Smallest and largest slope in N/m of the force `μ(p) pⁿ` down to `depth_m`; `mu` returns μ and its derivative. With
-/// n above 1 the range begins at 0, the slope at the surface.
+/// The slopes of `μ(p) pⁿ`; `mu` returns μ and its derivative. With n above 1 the slope at the surface is 0.
 pub(super) fn slopes_n_per_m(mu: impl Fn(f64) -> (f64, f64), power: f64, depth_m: f64) -> (f64, f64) {
     let slope = |p: f64| {
         let (mu, change) = mu(p);
@@ -37,17 +31,15 @@ pub(super) fn slopes_n_per_m(mu: impl Fn(f64) -> (f64, f64), power: f64, depth_m
     (0..=DEPTHS).map(|k| slope(at(k))).fold((first, first), |(low, high), slope| (low.min(slope), high.max(slope)))
 }
 
-/// The largest `λ(p) pⁿ` down to `depth_m`.
 pub(super) fn largest_n(lambda: impl Fn(f64) -> f64, power: f64, depth_m: f64) -> f64 {
     let at = |k: u32| depth_m * f64::from(k) / f64::from(DEPTHS);
     (0..=DEPTHS).map(|k| lambda(at(k)) * at(k).powf(power)).fold(0.0, f64::max)
 }
 
-/// `pⁿ` for `n` a whole number of quarters, from 0 to 7.75: products of `p`, its squares and square roots, with the
-/// same bits everywhere. The cost: 1.3 must be rounded to 1.25.
+/// `pⁿ` for `n` a multiple of 0.25, by products and square roots, with the same bits on every platform.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct QuarterPower<L: Lane> {
-    /// Lanes in which 1/4, 1/2, 1, 2 and 4 are part of the power.
+    /// Parts 1/4, 1/2, 1, 2 and 4 of the power.
     parts: [L::Mask; 5],
 }
 

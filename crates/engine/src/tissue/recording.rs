@@ -1,27 +1,20 @@
-//! A recorded force replayed over time.
-
 use std::sync::Arc;
 
 use super::{Reaction, Tissue};
 use trocar_core::lane::{Lane, Mask};
 
-/// A force for each tick, and the ticks of the ruptures labelled in the recording.
-///
-/// The replay is independent of the slave's motion, as in the paper's simulation (5.2): the loop is open. After the end
-/// the last force is held.
+/// Independent of the slave's motion, as in the paper's simulation (5.2). The last force is held.
 #[derive(Debug, Clone)]
 pub struct RecordedForce {
     force_n: Arc<[f64]>,
     last_force_n: f64,
     rupture_ticks: Arc<[u64]>,
-    /// Number of past ruptures, and the tick of the next one; `u64::MAX` after the last.
+    /// Past ruptures, and the tick of the next one or `u64::MAX`.
     ruptures: usize,
     next_rupture: u64,
 }
 
 impl RecordedForce {
-    /// Creates a replay of one `force_n` per tick, with ruptures at the ascending `rupture_ticks`. An empty recording
-    /// gives a force of 0.
     #[must_use]
     pub fn new(force_n: Arc<[f64]>, rupture_ticks: Arc<[u64]>) -> Self {
         let last_force_n = force_n.last().copied().unwrap_or(0.0);
@@ -29,7 +22,7 @@ impl RecordedForce {
         Self { force_n, last_force_n, rupture_ticks, ruptures: 0, next_rupture }
     }
 
-    /// Force after the end, out of line to spare the other ticks.
+    /// Out of line: keeps other ticks fast.
     #[cold]
     #[inline]
     fn held(&self) -> f64 {

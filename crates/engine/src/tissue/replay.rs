@@ -1,15 +1,11 @@
-//! A recording replayed as a tissue, and its settings.
-
 use super::model::NEEDS_FILE;
 use super::{DepthReplay, Model, Reaction, RecordedForce, Tissue};
 use trocar_core::error::InvalidValue;
 use trocar_core::lane::Lane;
 
 trocar_core::settings! {
-    /// Settings of a replayed recording.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ReplaySettings in "tissue." {
-        /// Index of the replay.
         index: ReplayIndex,
     }
 }
@@ -18,26 +14,18 @@ trocar_core::choice! {
     /// Replay the recording by time, or by depth, which makes the force on a frozen slave constant.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub enum ReplayIndex at "tissue.index" = Time {
-        /// By time, independent of the slave.
         "time" => Time,
-        /// By the slave's position.
         "depth" => Depth in "tissue." {
             /// Travel over which the force changes to the force of the withdrawal when the needle retreats, in a replay
             /// by depth.
-            ///
-            /// Chosen here: no presliding distance of a needle in tissue is published. With the shear modulus and the friction of
-            /// liver it is about 8 mm.
             presliding_m: f64 [POSITIVE] = 5e-3,
         },
     }
 }
 
-/// A replayed recording.
 #[derive(Debug, Clone)]
 pub enum Recording<L> {
-    /// By time.
     Time(RecordedForce),
-    /// By depth.
     Depth(DepthReplay<L>),
 }
 
@@ -48,7 +36,6 @@ impl<L: Lane> Model for Recording<L> {
         Err(NEEDS_FILE)
     }
 
-    /// The file is checked when it is read.
     fn check(_settings: &ReplaySettings, _tick_s: f64, _start_m: f64) -> Result<(), InvalidValue> {
         Ok(())
     }

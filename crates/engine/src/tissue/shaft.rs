@@ -1,24 +1,14 @@
-//! Friction between the needle's shaft and the layers around it: stick-slip with presliding.
-
 use super::literature::{SHAFT_DAMPING_N_S_PER_M2, SHAFT_STIFFNESS_N_PER_M, STATIC_RATIO, STICK_SPEED_M_PER_S};
 use super::named_layers::Measurable;
 use trocar_core::lane::{Lane, Mask};
 
 trocar_core::settings! {
-    /// Friction on the shaft.
-    ///
-    /// Kim and Lee (2016) find that the friction of a needle in porcine tissue rises with the displacement up to a
-    /// kinetic friction, as in Dahl's model, with a viscous part. Simone (2002) and Okamura et al. (2004) use Karnopp's
-    /// model, where the shaft sticks until a larger static friction is overcome. This model combines both. The measured
-    /// values and the ranges are in [`literature`](super::literature). The defaults are chosen here: a drag of the skin
-    /// by a few millimetres; a static friction of 1.1 times the kinetic one (bovine liver ex vivo: 1.5 to 1.7); a small
-    /// viscous friction, as Barbé et al. find in a pig's liver in vivo (3.2.1) (bovine liver ex vivo: 212 to 293
-    /// N·s/m²).
+    /// A friction that rises with the displacement up to a kinetic friction (Dahl), with a viscous part, as in Kim and
+    /// Lee (2016), and a larger static friction (Karnopp), as in Simone (2002) and Okamura et al. (2004). The defaults
+    /// are chosen here.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ShaftParameters in "tissue." {
         /// σ of layers: stiffness with which the shaft drags the tissue before it slides.
-        ///
-        /// The tissue is dragged by `F/σ`.
         stiffness_n_per_m: f64 at "tissue.shaft_stiffness_n_per_m" [SHAFT_STIFFNESS_N_PER_M.range()] = 400.0,
         /// Ratio of the static to the kinetic friction of the shaft in layers.
         static_ratio: f64 [STATIC_RATIO.range()] = 1.1,
@@ -40,14 +30,13 @@ impl ShaftParameters {
     }
 }
 
-/// The friction `F` from one position to the next:
+/// The friction from one position to the next:
 ///
 /// ```text
 /// F = clamp(F + σ Δx, -F_max, F_max),  F_max = F_kinetic · (static_ratio where the shaft sticks, else 1)
 /// ```
-/// The stored energy is `F²/2σ`. A motion adds at most its work, and the bound only reduces the energy, so the friction
-/// dissipates for any change of the bound. The shaft slides while the bound acts. It sticks again when the bound does
-/// not act (after a reversal) or below the stick speed (Karnopp).
+/// The stored energy `F²/2σ` grows at most by the motion's work. The shaft sticks again when the bound does not act or
+/// below the stick speed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shaft<L: Lane> {
     stiffness: L,
@@ -74,7 +63,7 @@ impl<L: Lane> Shaft<L> {
         }
     }
 
-    /// Displacement of the dragged tissue in m, positive into the tissue.
+    /// Displacement of the dragged tissue, positive into the tissue.
     #[inline(always)]
     pub(super) fn drag_m(&self) -> L {
         self.force * self.compliance

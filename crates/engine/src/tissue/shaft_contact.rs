@@ -1,8 +1,5 @@
-//! Friction of the layers around the shaft.
-
 use trocar_core::lane::Lane;
 
-/// Friction on the shaft: its kinetic bound in N, and the shaft's length in the tissue in m.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ShaftContact<L> {
     pub(super) kinetic_n: L,

@@ -1,5 +1,3 @@
-//! Layers that relax, creep and tear: they rupture when the released energy reaches the toughness.
-
 use trocar_core::settings::{Key, KeySource, count, joined};
 
 use super::literature::{Outside, outside};
@@ -14,14 +12,11 @@ use super::{Reaction, Tissue};
 use trocar_core::error::InvalidValue;
 use trocar_core::lane::{Lane, Mask};
 
-/// Start of a layer that the needle has not reached, in m. Deeper than any run.
+/// Start of an unreached layer, deeper than any run.
 const FAR_M: f64 = 1e9;
 
 trocar_core::settings! {
-    /// The needle's crack in layers that tear.
-    ///
-    /// Both defaults are chosen here: the diameter of a common needle, and a speed at which a rupture takes about 30
-    /// ms, as in the paper's recordings.
+    /// Chosen here: a common needle, and ruptures of 30 ms, as in the recordings.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct Crack in "tissue." {
         /// w: width of the crack that the needle cuts in layers that tear.
@@ -31,39 +26,26 @@ trocar_core::settings! {
     }
 }
 
-/// Parameters of layers that tear.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TearingSettings {
-    /// Surface of the undeformed tissue.
     pub surface: Surface,
-    /// Crack of the needle.
     pub crack: Crack,
-    /// Friction on the shaft.
     pub shaft: ShaftParameters,
-    /// Layers by name, from the surface down.
     pub layers: Vec<Named<TearingLayer>>,
 }
 
 impl TearingSettings {
-    /// The keys, except the keys of the layers.
+    /// Without the keys of the layers.
     pub const KEYS: &'static [Key] = &joined::<{ count(Self::GROUPS) }>(Self::GROUPS);
 
     const GROUPS: &'static [&'static [Key]] = &[Surface::KEYS, Crack::KEYS, ShaftParameters::KEYS];
 
-    /// Reads the parameters.
-    ///
-    /// # Errors
-    /// Errors of the source.
     pub fn read<S: KeySource>(source: &mut S) -> Result<Self, S::Error> {
         let (surface, crack, shaft) = (Surface::read(source)?, Crack::read(source)?, ShaftParameters::read(source)?);
         let layers = read_layers(source, TearingLayer::read)?;
         Ok(Self { surface, crack, shaft, layers })
     }
 
-    /// Checks all conditions that do not depend on the tick.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first key out of range.
     pub fn validate(&self) -> Result<(), InvalidValue> {
         self.surface.validate()?;
         self.crack.validate()?;
@@ -71,10 +53,6 @@ impl TearingSettings {
         check_layers(&self.layers, TearingLayer::validate)
     }
 
-    /// Checks all conditions for ticks of `tick_s`.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first key out of range.
     pub fn validate_on_ticks(&self, tick_s: f64) -> Result<(), InvalidValue> {
         self.surface.validate()?;
         self.crack.validate()?;
@@ -90,41 +68,26 @@ impl Default for TearingSettings {
     }
 }
 
-/// A needle in layers that relax, creep and tear.
-///
-/// Each layer is a viscoelastic solid (see `viscoelastic.rs`). `front` is the depth of its crack, in the layer's
-/// undeformed length, and `d = x - front` the deflection by a touching needle at `x`. An intact layer has its front at
-/// its surface. A crack of area `A` is faster than any relaxation, so its energy release rate depends on the unrelaxed
-/// compliance `C = 1/k₀`; a crack of area `ℓ w` doubles the compliance. The Maxwell branch's unrelaxed force `f_1` acts
-/// closer to the crack's tip than the relaxed force:
+/// A layer is a viscoelastic solid with its crack at the depth `front` and the deflection `d = x - front`. A crack is
+/// faster than any relaxation, so its energy release rate depends on the unrelaxed compliance `1/k₀`, which a crack of
+/// area `ℓ w` doubles; the Maxwell branch's force `f_1` acts closer to the crack's tip:
 ///
 /// ```text
 /// J = f (f + χ f_1)/2 · dC/dA,   dC/dA = 1/(k₀ w ℓ)
 /// ```
-/// The layer ruptures when `J` reaches the toughness `R`, for a slow insertion at `f² = 2 k₀ w ℓ R`. From then on the
-/// crack advances, at most at the crack speed, while the force is above the force of steady cutting, `R w`:
+/// The layer ruptures when `J` reaches the toughness `R`. Then the crack advances while the force is above that of
+/// steady cutting, `R w` (Azar and Hayward 2008):
 ///
 /// ```text
 /// front ← max(front, min(x - d_c, front + c_r T)),   d_c the deflection at the force R w; at 0 after the bottom
 /// ```
-/// The tissue never pulls: if the needle retreats faster than the layer recovers, it loses contact, and the layer
-/// recovers alone. A crack does not heal. Fronts, dampers and the shaft only dissipate energy.
-///
-/// As in [`Layers`](super::Layers), a layer begins at the needle's position when the layer above is cut through, and
-/// the forces of the layer above, the layer being cut, and the shaft's friction add up.
-///
-/// After Mahvash and Dupont (*Mechanics of dynamic needle insertion into a biological material*, IEEE TBME 57(4),
-/// 2010): a rupture is a sudden extension of a crack, when the release rate of strain energy exceeds the toughness
-/// after a viscoelastic deflection. A faster insertion lowers the rupture force if it raises the release rate;
-/// deflection and work at the rupture fall to a minimum. The cutting force `R w` is from Azar and Hayward (ISBMS 2008).
-/// The form of `J` with `χ` is chosen here.
+/// The tissue never pulls: a needle that retreats faster than the layer recovers loses contact. A rupture is a sudden
+/// extension of a crack, after Mahvash and Dupont (2010); the form of `J` with `χ` is chosen here.
 #[derive(Debug, Clone)]
 pub struct Tearing<L: Lane> {
     layers: Box<[Layer<L>]>,
-    /// Index of the first layer that still exerts a force on the tip in any lane.
     first: usize,
     begun: usize,
-    /// Maximum advance of a crack per tick, in m.
     reach_m: L,
     shaft: Shaft<L>,
     held: ShaftContact<L>,
@@ -138,16 +101,15 @@ struct Layer<L: Lane> {
     start: L,
     bottom: L,
     thickness: L,
-    /// Force at which the crack advances: the cutting force, and 0 when the layer is cut through.
+    /// Force at which the crack advances; 0 when the layer is cut through.
     cutting_n: L,
-    /// Squared rupture force of a slow insertion in N², `2 k₀ w ℓ R`.
+    /// `2 k₀ w ℓ R`.
     rupture_n2: L,
     concentration: L,
     friction: L,
     grip: L,
     ruptures: L::Mask,
     is_begun: L::Mask,
-    /// Lanes in which the crack may advance.
     is_open: L::Mask,
     is_through: L::Mask,
     is_done: L::Mask,
@@ -186,8 +148,7 @@ impl<L: Lane> Layer<L> {
         self.is_open = self.is_open | (mask & !self.ruptures);
     }
 
-    /// Advances the crack and deflects the layer. Returns the force on the tip in N, and the lanes in which the layer
-    /// ruptures and in which it is cut through.
+    /// Returns the force on the tip, and the lanes that rupture and are cut through.
     #[inline(always)]
     fn react(&mut self, position: L, reach_m: L) -> (L, L::Mask, L::Mask) {
         let zero = L::zero();
@@ -217,10 +178,6 @@ impl<L: Lane> Layer<L> {
 }
 
 impl<L: Lane> Tearing<L> {
-    /// Creates an undeformed tissue, with the needle at `start_m`.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] as in [`TearingSettings::validate`], or for no layer, or a needle that starts inside.
     pub fn new(settings: &TearingSettings, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue> {
         Self::check(settings, tick_s, start_m)?;
         let contact_m = settings.surface.contact_m;
@@ -294,9 +251,7 @@ impl<L: Lane> Model for Tearing<L> {
         Some(settings.surface.contact_m)
     }
 
-    /// Springs from 0, for a layer that is being cut, to the slope of a fast deflection of the stiffest layer just before
-    /// its rupture or during cutting, with its relaxation. A layer that is cut through does not push back. The shaft adds
-    /// its stiffness after a layer with friction is cut.
+    /// As for [`Layers`](super::Layers), with fast slopes.
     fn springs(settings: &TearingSettings, depth_m: Option<f64>) -> Option<Springs> {
         let width_m = settings.crack.crack_width_m;
         let depth_m = depth_m.unwrap_or(f64::INFINITY);

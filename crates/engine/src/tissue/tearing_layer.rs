@@ -1,5 +1,3 @@
-//! Parameters of a layer that tears, with their keys and ranges.
-
 use super::literature::{
     Bounds, FRICTION_N_PER_M, GRIP_N, STIFFENING_N_PER_M2, STIFFNESS_N_PER_M, THICKNESS_M, TOUGHNESS_J_PER_M2,
 };
@@ -7,13 +5,9 @@ use super::model::DefaultLayer;
 use trocar_core::error::{InvalidValue, require};
 
 trocar_core::settings! {
-    /// A layer that tears, see [`Tearing`](super::Tearing).
-    ///
-    /// Keys shared with [`LayerParameters`](super::LayerParameters) have the same defaults.
-    ///
-    /// The toughness is the toughness of bovine liver, 164 J/m² (Gokgol, Basdogan and Canadinc, Med. Eng. Phys. 34,
-    /// 2012). The other defaults are chosen here: with a crack of 1 mm in width, a slow insertion ruptures the layer at
-    /// 1.3 N and cuts it at 0.16 N; an intact layer loses half of its force within seconds, like soft tissue.
+    /// Keys shared with [`LayerParameters`](super::LayerParameters) have the same defaults. The toughness is that of
+    /// bovine liver (Gokgol et al. 2012); the others are chosen here, for a slow rupture at 1.3 N and a cut at 0.16 N
+    /// with a crack of 1 mm.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct TearingLayer in "tissue.layer.*." {
         /// Thickness of the layer.
@@ -43,44 +37,37 @@ trocar_core::settings! {
 }
 
 impl TearingLayer {
-    /// The force in N at which a slow insertion ruptures the layer, with a crack of `crack_width_m`: `√(2 k₀ w ℓ R)`.
+    /// `√(2 k₀ w ℓ R)`, for a slow insertion.
     #[must_use]
     pub fn rupture_force_n(&self, crack_width_m: f64) -> f64 {
         (2.0 * self.stiffness_n_per_m * crack_width_m * self.release_length_m * self.toughness_j_per_m2).sqrt()
     }
 
-    /// The force in N of steady cutting, with a crack of `crack_width_m`: `R w`.
+    /// `R w`, for steady cutting.
     #[must_use]
     pub fn cutting_force_n(&self, crack_width_m: f64) -> f64 {
         self.toughness_j_per_m2 * crack_width_m
     }
 
-    /// True if the layer ruptures. With a cutting force of at least its rupture force it gives way without a drop of
-    /// force.
+    /// Otherwise the layer gives way without a drop of force.
     #[must_use]
     pub fn ruptures(&self, crack_width_m: f64) -> bool {
         self.rupture_force_n(crack_width_m) > self.cutting_force_n(crack_width_m)
     }
 
-    /// Slope in N/m of a fast deflection around the deflection `d` at which the relaxed force is `force_n`:
-    /// `k₀ + 2 a₂ d` with `k∞ d + a₂ d² = f`.
+    /// `k₀ + 2 a₂ d` around the deflection with `k∞ d + a₂ d² = force_n`.
     #[must_use]
     pub fn fast_slope_n_per_m(&self, force_n: f64) -> f64 {
         let slow = self.stiffness_n_per_m * self.relaxed_share;
         self.stiffness_n_per_m - slow + (slow * slow + 4.0 * self.stiffening_n_per_m2 * force_n).sqrt()
     }
 
-    /// Checks the ranges of the fields for ticks of `tick_s`.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the key of the first number out of range.
     pub fn validate_on_ticks(&self, tick_s: f64) -> Result<(), InvalidValue> {
         self.validate()?;
         let (key, relaxation) = ("tissue.layer.*.relaxation_time_s", self.relaxation_time_s);
         require(key, relaxation, relaxation >= tick_s, "at least simulation.tick_s").map(drop)
     }
 
-    /// The default layer, whose values are the defaults of the keys.
     #[must_use]
     pub fn default_list() -> Vec<DefaultLayer> {
         vec![("organ", vec![])]

@@ -1,9 +1,6 @@
-//! The settings of a tissue in a functional mock-up unit, and the errors of a unit that does not fit them.
-
 use super::fmu::{FmuError, UnitTissue};
 
 trocar_core::settings! {
-    /// Settings of a tissue in a functional mock-up unit.
     #[derive(Debug, Clone, PartialEq)]
     pub struct FmuSettings in "tissue.fmu." no const {
         /// Functional mock-up unit of the tissue: FMI 2.0 or 3.0, co-simulation. A run executes its code, so use only
@@ -27,32 +24,25 @@ trocar_core::settings! {
     }
 }
 
-/// A setting that does not fit its unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnfitUnit {
-    /// Key of the setting.
     pub key: &'static str,
-    /// Problem of the setting.
     pub problem: UnitProblem,
 }
 
-/// Problem of a setting of a unit.
 #[derive(Debug, Clone, PartialEq)]
 pub enum UnitProblem {
-    /// The unit itself, or one of its variables.
     Unit(FmuError),
-    /// The setting, as a sentence that follows the key.
+    /// A sentence that follows the key.
     Setting(String),
 }
 
 impl UnitTissue {
-    /// Key of the unit's file.
     #[must_use]
     pub fn file_key() -> &'static str {
         FmuSettings::KEYS[0].path
     }
 
-    /// Key of the communication step.
     #[must_use]
     pub fn step_key() -> &'static str {
         FmuSettings::KEYS[1].path

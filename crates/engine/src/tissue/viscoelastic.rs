@@ -1,23 +1,18 @@
-//! A standard linear solid with a stiffening spring: the tissue under the needle tip, before and between cuts.
-
 use trocar_core::lane::Lane;
 
-/// The force at a deflection `d`, with the viscous deflection `d_v` of the Maxwell branch:
+/// A standard linear solid with a stiffening spring and the viscous deflection `d_v` of the Maxwell branch:
 ///
 /// ```text
 /// f = k∞ d + a₂ d² + k₁ (d - d_v),   τ d_v' = d - d_v,   k∞ = relaxed_share · k₀,  k₁ = k₀ - k∞
 /// ```
-/// `k₀` is the stiffness of a fast deflection, `k∞` of a slow one. With `a₂ = 0` this is the standard linear solid: a
-/// held deflection relaxes with τ, and under a held force the deflection creeps with `τ k₀/k∞`. The deflection is
-/// linear within a tick (a first-order hold), for which the update has no discretisation error:
+/// The deflection is linear within a tick (a first-order hold), so the update has no discretisation error:
 ///
 /// ```text
 /// d_v ← e d_v + (c - e) d_before + (1 - c) d,   e = exp(-T/τ),  c = (1 - e) τ/T
 /// ```
-/// The stored energy is `k∞ d²/2 + a₂ d³/3 + k₁ (d - d_v)²/2`. The damper only dissipates.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Viscoelastic<L> {
-    /// `k∞ + k₁ c`: slope of the force over the deflection at the end of a tick, at `d = 0`.
+    /// `k∞ + k₁ c`: slope at the end of a tick, at `d = 0`.
     tick_stiffness: L,
     stiffening: L,
     /// `k₁`.
@@ -31,12 +26,11 @@ pub(super) struct Viscoelastic<L> {
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TickEnd<L> {
-    /// Part of the viscous deflection that does not depend on the new deflection.
+    /// The viscous deflection without the effect of the new deflection.
     inherited_m: L,
 }
 
 impl<L: Lane> Viscoelastic<L> {
-    /// Creates an undeflected solid for ticks of `tick_s`: `k₀` in N/m, `a₂` in N/m², the share `k∞/k₀`, and τ in s.
     pub(super) fn new(
         stiffness_n_per_m: f64,
         stiffening_n_per_m2: f64,
@@ -64,9 +58,7 @@ impl<L: Lane> Viscoelastic<L> {
         TickEnd { inherited_m }
     }
 
-    /// The deflection in m at which the force at the end of the tick is `force_n`, at least 0.
-    ///
-    /// At a force of 0 it is the deflection of the free surface, which recovers without the needle.
+    /// At a force of 0 it is the deflection of the free surface.
     #[inline(always)]
     pub(super) fn deflection_at(&self, end: TickEnd<L>, force_n: L) -> L {
         let load = force_n + self.branch_stiffness * end.inherited_m;

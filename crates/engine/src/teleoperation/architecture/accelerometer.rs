@@ -1,8 +1,6 @@
-//! Estimation of accelerations from velocities.
-
 use trocar_core::lane::Lane;
 
-/// First-order low pass of the velocity's differences: `a_k = a_{k-1} + w ((v_k - v_{k-1}) / T - a_{k-1})`.
+/// `a_k = a_{k-1} + w ((v_k - v_{k-1}) / T - a_{k-1})`
 #[derive(Debug, Clone)]
 pub(super) struct Accelerometer<L> {
     weight: L,

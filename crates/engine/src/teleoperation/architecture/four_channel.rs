@@ -1,5 +1,3 @@
-//! The four-channel architecture: positions and forces in both directions.
-
 use super::accelerometer::Accelerometer;
 use super::frozen::FrozenForce;
 use super::local_force::{HandLoad, LocalForce};
@@ -11,10 +9,8 @@ use trocar_core::lane::Lane;
 use trocar_core::settings::Key;
 
 trocar_core::settings! {
-    /// Settings of the four-channel architecture besides the coupling and the local force feedback.
-    ///
     /// With all defaults, the transmitted stiffness of a 50 N/m tissue is within 5 % at 5 Hz, and the loop is stable at
-    /// 4000 N/m in a firm grip (`tests/it/architectures.rs`). At twice the bandwidth this no longer holds.
+    /// 4000 N/m in a firm grip (`tests/it/architectures.rs`).
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct FourChannelSettings in "controller." {
         /// Bandwidth of the acceleration estimates (four-channel).
@@ -22,7 +18,6 @@ trocar_core::settings! {
     }
 }
 
-/// Positions and forces in both directions, with gains that make the teleoperator transparent.
 #[derive(Debug, Clone)]
 pub struct FourChannel<L> {
     load: HandLoad<L>,
@@ -77,8 +72,8 @@ impl<L: Lane> BuiltInArchitecture<L> for FourChannel<L> {
     const KEYS: &'static [&'static [Key]] =
         &[CouplingSettings::KEYS, LocalForceSettings::KEYS, FourChannelSettings::KEYS];
 
-    /// Lawrence's `C_1 = Z_s + C_s`, `C_2 = 1 + C_6`, `C_3 = 1 + C_5`, `C_4 = -(Z_m + C_m)`. The slave's compliance
-    /// scales `C_3` down, because the tissue moves this slave less than in Lawrence's model.
+    /// Lawrence's `C_1 = Z_s + C_s`, `C_2 = 1 + C_6`, `C_3 = 1 + C_5`, `C_4 = -(Z_m + C_m)`, with `C_3` reduced by the
+    /// slave's compliance.
     fn gains(settings: &ControllerSettings, machines: &Machines) -> Result<(MasterGains, SlaveGains), InvalidValue> {
         let Machines { position_scale, force_scale, proportional_gain: k_p, .. } = *machines;
         let (load, local) = LocalForce::<L>::gains(settings, machines)?;

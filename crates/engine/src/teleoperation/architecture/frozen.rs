@@ -1,13 +1,9 @@
-//! The feedback force of an architecture while the slave is frozen.
-
 use super::ArrivedAtMaster;
 use trocar_core::lane::Lane;
 
-/// Holds the force of the last unfrozen tick while the received mode is "augmented", plus the change of the tissue
-/// force since then.
+/// Holds the last unfrozen force, plus the change of the tissue force since then, while the slave is frozen.
 #[derive(Debug, Clone)]
 pub(super) struct FrozenForce<L> {
-    /// Feedback force and tissue force at the last unfrozen tick, in N.
     whole_n: L,
     tissue_n: L,
 }

@@ -1,5 +1,3 @@
-//! The paper's architecture with local force feedback on both sides.
-
 use super::frozen::FrozenForce;
 use super::{Architecture, ArrivedAtMaster, BuiltInArchitecture, MasterGains, MasterSample, SlaveGains};
 use crate::teleoperation::{AtMaster, AtSlave, ControllerSettings, Machines};
@@ -8,15 +6,9 @@ use trocar_core::lane::Lane;
 use trocar_core::settings::Key;
 
 trocar_core::settings! {
-    /// The gains of the local force feedback.
-    ///
-    /// With the default gains (6 at the master, 0 at the slave), the four-channel architecture transmits the stiffness
-    /// of a 50 N/m tissue within 5 % at 5 Hz.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct LocalForceSettings in "controller." {
         /// C_6, local force feedback at the master (local-force, four-channel): divides its apparent mass by 1 + C_6.
-        ///
-        /// Lawrence's `C_6`; it divides the apparent damping by the same factor.
         master_force_gain: f64 [NON_NEGATIVE] = 6.0,
         /// C_5, local force feedback at the slave (local-force, four-channel), in command U_s per N: makes the slave
         /// compliant.
@@ -24,8 +16,7 @@ trocar_core::settings! {
     }
 }
 
-/// Local force feedback, which reduces the master's apparent mass and damping and makes the slave compliant: `x_ref = P
-/// x_h - g_e f_e`, `F_ed = k_f F_e - k_h F_h`.
+/// `x_ref = P x_h - g_e f_e`, `F_ed = k_f F_e - k_h F_h`
 #[derive(Debug, Clone)]
 pub struct LocalForce<L> {
     position_scale: L,
@@ -69,7 +60,6 @@ impl<L: Lane> BuiltInArchitecture<L> for LocalForce<L> {
     }
 }
 
-/// Force terms of the master's law: `k_f F_e - k_h F_h`.
 #[derive(Debug, Clone)]
 pub(super) struct HandLoad<L> {
     force: L,

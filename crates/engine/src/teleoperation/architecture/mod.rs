@@ -1,5 +1,3 @@
-//! The architectures: the message of each side, and its use by the receiver.
-
 mod accelerometer;
 pub(super) mod four_channel;
 mod frozen;
@@ -21,34 +19,24 @@ use trocar_core::augmentation::Modes;
 use trocar_core::error::InvalidValue;
 use trocar_core::lane::Lane;
 
-/// The master's sample.
 #[derive(Debug, Clone, Copy)]
 pub struct MasterSample<L> {
-    /// `x_h` in m.
     pub position_m: L,
-    /// `v_h` in m/s.
     pub velocity_m_per_s: L,
-    /// `a_h` in m/s².
     pub acceleration_m_per_s2: L,
-    /// `F_h` in N.
     pub hand_force_n: L,
 }
 
-/// The slave's sample.
 #[derive(Debug, Clone, Copy)]
 pub struct SlaveSample<L> {
-    /// Measured force scaled to the master, in N.
+    /// Scaled to the master.
     pub force_n: L,
-    /// `x_e` in m.
     pub position_m: L,
-    /// `v_e` in m/s.
     pub velocity_m_per_s: L,
-    /// `a_e` in m/s².
     pub acceleration_m_per_s2: L,
 }
 
 impl<L: Lane> SlaveSample<L> {
-    /// Creates a sample with an acceleration of 0; `force_n` is scaled to the master.
     #[inline(always)]
     #[must_use]
     pub fn without_acceleration(slave: &AtSlave<L>, force_n: L) -> Self {
@@ -61,20 +49,15 @@ impl<L: Lane> SlaveSample<L> {
     }
 }
 
-/// Inputs of the master's side at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct ArrivedAtMaster<L> {
-    /// The received sample.
     pub sample: SlaveSample<L>,
-    /// Force of the sample in N, or the passivity scheme's replacement.
+    /// Force of the sample, or the passivity scheme's replacement.
     pub force_n: L,
-    /// The slave's mode.
     pub mode: Modes<L>,
 }
 
-/// Defines the message of each side and its use by the receiver.
 pub trait Architecture<L: Lane> {
-    /// The master's sample. The default has an acceleration of 0.
     #[inline(always)]
     fn master_sends(&mut self, master: &AtMaster<L>) -> MasterSample<L> {
         MasterSample {
@@ -85,17 +68,13 @@ pub trait Architecture<L: Lane> {
         }
     }
 
-    /// The target of the slave's reference in m, on the slave's scale.
     fn slave_target(&mut self, arrived: &MasterSample<L>, slave: &AtSlave<L>) -> L;
 
-    /// The slave's sample, from the measured force scaled to the master (`force_n`, N). The default acceleration is 0.
     #[inline(always)]
     fn slave_sends(&mut self, slave: &AtSlave<L>, force_n: L) -> SlaveSample<L> {
         SlaveSample::without_acceleration(slave, force_n)
     }
 
-    /// The feedback force in N.
-    ///
     /// While the slave is frozen, the position coupling must keep its value, or the feedback force would grow as the
     /// hand moves away.
     fn master_force(&mut self, arrived: &ArrivedAtMaster<L>, master: &AtMaster<L>) -> L;
@@ -119,7 +98,6 @@ impl<L: Lane, T: Architecture<L> + ?Sized> Architecture<L> for Box<T> {
     }
 }
 
-/// The registry's requirements besides the trait: the linear law for the stability analysis, and a constructor.
 pub(super) trait BuiltInArchitecture<L: Lane>: Architecture<L> + Sized {
     const COUPLES_POSITIONS: bool = false;
     const MODELS_SLAVE: bool = false;
@@ -135,7 +113,6 @@ trocar_core::registry! {
     /// four-channel architecture (Lawrence 1993).
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum ControllerKind at "controller.kind" = PositionForce;
-    /// A built-in architecture.
     pub enum AnyArchitecture<L> by (each, of_kind);
 
     "position-force" => PositionForce = position_force::PositionForce,
@@ -145,35 +122,27 @@ trocar_core::registry! {
 }
 
 trocar_core::settings! {
-    /// The kind of architecture, and the settings of all kinds. A key acts for the kinds that read it.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ControllerSettings in "controller." {
-        /// Kind of architecture.
         kind: ControllerKind,
-        /// Spring and damper between the machines.
         coupling: CouplingSettings for (ControllerKind::measurement(CouplingSettings::KEYS)),
-        /// Local force feedback.
         local_force: LocalForceSettings for (ControllerKind::measurement(LocalForceSettings::KEYS)),
-        /// Settings of the four-channel architecture.
         four_channel: FourChannelSettings for (ControllerKind::measurement(FourChannelSettings::KEYS)),
     }
 }
 
 impl ControllerKind {
-    /// The condition on the kinds that read these keys.
     const fn measurement(keys: &[Key]) -> ActsFor {
         let kinds = of_kind!([WORD, Part] => (WORD, <Part<f64> as BuiltInArchitecture<f64>>::KEYS));
         ActsFor::built_from(keys, Self::KEY.path, &kinds)
     }
 
-    /// True if the feedback force depends on both positions, so the slave must send its own.
     #[must_use]
     pub fn couples_positions(self) -> bool {
         of_kind!(self, Part => Part::<f64>::COUPLES_POSITIONS)
     }
 
-    /// True if the gains depend on the slave's dynamics ([`Machines::slave_drag`] and
-    /// [`Machines::slave_inertia`]).
+    /// True if the gains depend on [`Machines::slave_drag`] and [`Machines::slave_inertia`].
     #[must_use]
     pub fn models_slave(self) -> bool {
         of_kind!(self, Part => Part::<f64>::MODELS_SLAVE)
@@ -181,10 +150,6 @@ impl ControllerKind {
 }
 
 impl ControllerSettings {
-    /// Computes the gains for two machines.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] if the law divides by `K_p` and `K_p` is 0.
     pub fn gains(&self, machines: &Machines) -> Result<(MasterGains, SlaveGains), InvalidValue> {
         of_kind!(self.kind, Part => Part::<f64>::gains(self, machines))
     }

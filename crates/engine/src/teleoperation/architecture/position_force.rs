@@ -1,12 +1,10 @@
-//! The paper's architecture: position forward, force back.
-
 use super::{Architecture, ArrivedAtMaster, BuiltInArchitecture, MasterGains, MasterSample, SlaveGains};
 use crate::teleoperation::{AtMaster, AtSlave, ControllerSettings, Machines};
 use trocar_core::error::InvalidValue;
 use trocar_core::lane::Lane;
 use trocar_core::settings::Key;
 
-/// Sends the position to the slave and the measured force to the master: `x_ref = P x_h`, `F_ed = F_e`.
+/// The paper's: `x_ref = P x_h`, `F_ed = F_e`.
 #[derive(Debug, Clone)]
 pub struct PositionForce<L> {
     position_scale: L,

@@ -1,5 +1,3 @@
-//! The position-position architecture.
-
 use super::frozen::FrozenForce;
 use super::{Architecture, ArrivedAtMaster, BuiltInArchitecture, MasterGains, MasterSample, SlaveGains};
 use crate::teleoperation::{AtMaster, AtSlave, ControllerSettings, Machines};
@@ -8,19 +6,17 @@ use trocar_core::lane::Lane;
 use trocar_core::settings::Key;
 
 trocar_core::settings! {
-    /// The coupling between the machines. The default spring is slightly stiffer than the arm.
+    /// The default spring is slightly stiffer than the arm.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct CouplingSettings in "controller.coupling_" {
         /// Spring between the machines (position-position, four-channel).
-        ///
-        /// On the slave's scale, in N/m.
         stiffness_n_per_m: f64 [NON_NEGATIVE] = 1000.0,
         /// Damper parallel to the spring.
         damping_n_s_per_m: f64 [NON_NEGATIVE] = 10.0,
     }
 }
 
-/// A spring and a damper between the machines: `x_ref = P x_h`, `F_ed = k_x (P x_h - x_e) + k_v (P v_h - v_e)`.
+/// `x_ref = P x_h`, `F_ed = k_x (P x_h - x_e) + k_v (P v_h - v_e)`
 #[derive(Debug, Clone)]
 pub struct PositionPosition<L> {
     coupling: Coupling<L>,
@@ -56,7 +52,6 @@ impl<L: Lane> BuiltInArchitecture<L> for PositionPosition<L> {
     }
 }
 
-/// Position and velocity terms of the master's law: `k_x (P x_h - x_e) + k_v (P v_h - v_e)`.
 #[derive(Debug, Clone)]
 pub(super) struct Coupling<L> {
     pub(super) position_scale: L,

@@ -1,19 +1,12 @@
-//! The energy that a side may spend at its physical port.
-
 use trocar_core::lane::Lane;
 
-/// The energy account of one side.
+/// The energy that a side may spend at its port.
 ///
 /// ```text
 /// A += work of the port + received - sent,   A(0) = the side's share of E_0
-/// ```
-/// No side spends more than its account holds, and the energy in transit is never negative. With `A_m` at the master
-/// and `A_s` at the slave, therefore, at every tick
-///
-/// ```text
 /// E_m - E_s = A_m + A_s + in transit - E_0 >= -E_0
 /// ```
-/// Energies are sent as running totals, so a late or lost sample loses no energy.
+/// Energies are sent as running totals, so a lost sample loses no energy.
 #[derive(Debug, Clone)]
 pub(super) struct Account<L> {
     pub(super) energy_j: L,
@@ -31,14 +24,12 @@ impl<L: Lane> Account<L> {
         self.energy_j = self.energy_j + work_j;
     }
 
-    /// Adds the energy sent by the other side; `total_j` is its running total.
     #[inline(always)]
     pub(super) fn receive(&mut self, total_j: L) {
         self.energy_j = self.energy_j + (total_j - self.received);
         self.received = total_j;
     }
 
-    /// Sends an amount (J) to the other side. Returns the running total.
     #[inline(always)]
     pub(super) fn send(&mut self, energy_j: L) -> L {
         self.energy_j = self.energy_j - energy_j;
@@ -46,21 +37,19 @@ impl<L: Lane> Account<L> {
         self.sent
     }
 
-    /// Begins the running totals of both directions again at 0, and discards the energy above `max_j`, so the two sides
-    /// together hold no more than two that both begin.
+    /// Discards energy: two sides together hold no more than two that both begin.
     pub(super) fn peer_restarts(&mut self, max_j: L) {
         self.energy_j = self.energy_j.min(max_j);
         (self.sent, self.received) = (L::zero(), L::zero());
     }
 
-    /// Returns this side's demand to hold `wanted_j`: a running total if energy in transit counts.
     #[inline(always)]
     pub(super) fn demand(&self, wanted_j: L, counts_under_way: bool) -> L {
         let short = wanted_j - self.energy_j;
         if counts_under_way { self.received + short } else { short }
     }
 
-    /// The other side's demand beyond the energy in transit (J), from the received demand.
+    /// The other side's demand beyond the energy in transit.
     #[inline(always)]
     pub(super) fn open(&self, demand_j: L, counts_under_way: bool) -> L {
         let open = if counts_under_way { demand_j - self.sent } else { demand_j };

@@ -1,44 +1,34 @@
-//! The energy budget of the schemes that transfer received energy.
-
 use super::sides::Sides;
 use super::{Payload, SchemeContext, SlavePort};
 use crate::teleoperation::PassivitySettings;
 use trocar_core::lane::Lane;
 
-/// Index in a payload of the running total of the sent energy.
+/// In a payload: running total of the sent energy.
 pub(super) const ENERGY: usize = 0;
-/// Index in a budget's payload of the running total of the demanded energy.
+/// In a payload: running total of the demanded energy.
 pub(super) const DEMAND: usize = 3;
-/// Index in the master's payload of the feedback force over the last tick.
+/// In a payload: feedback force over the last tick.
 pub(super) const FELT: usize = 1;
 
-/// Share of its spare energy that a side sends each tick if energy in transit does not count: all within 0.2 s at 1 ms.
+/// Share of the spare energy sent each tick.
 const SHARE: f64 = 0.005;
 
-/// An account on each side, both with the level `budget_j` at the start, and the limits that keep them above 0:
+/// An account on each side, with the level `budget_j` at the start:
 ///
 /// ```text
 /// short   = level - A                    shortage of a side; the slave's includes the energy for its way to the hand
 /// open    = max(short of the other - in transit to it, 0)
-/// sent   += max(A - level, 0)            the excess over the level is sent at once,
-///         + max(open - short, 0) / 2     and the shortages are evened out
+/// sent   += max(A - level, 0) + max(open - short, 0) / 2
 /// d       = limit · max(short of the master, open) / level    damping of the hand, at most the limit
 /// ```
-/// A side sends its demand as a running total: the received energy plus its shortage. The sender thus knows the energy
-/// in transit and does not send it twice. The hand is damped only for energy that is not paid, so the operator pays for
-/// a motion that costs energy, such as a withdrawal against friction, but not for delay. A shortage only sets damping
-/// and sharing, so a wrong shortage cannot break the promise.
-///
-/// Without a delay each side sends all its energy at each tick, so both accounts act as one. The hand is then damped
-/// only over the fifth of `E_0` above the reserve.
+/// Demands are running totals (received energy plus shortage), so no energy is sent twice. A wrong shortage cannot
+/// break the promise.
 #[derive(Debug, Clone)]
 pub(super) struct Budget<L> {
     pub(super) sides: Sides<L>,
-    /// Energy that a side keeps when it sends its excess, in J.
     kept: L,
     share: L,
     counts_under_way: bool,
-    /// Demand of the slave at the master and of the master at the slave, beyond the energy in transit, in J.
     open_at_master: L,
     open_at_slave: L,
 }
@@ -56,12 +46,10 @@ impl<L: Lane> Budget<L> {
         }
     }
 
-    /// Excludes energy in transit: the hand's damping ignores it, and the accounts are balanced slowly.
     pub(super) fn without_energy_under_way(self) -> Self {
         Self { counts_under_way: false, ..self }
     }
 
-    /// The energy to send from an account that needs `needed_j` to a side that demands `open_j` (all in J).
     #[inline(always)]
     fn sent_j(&self, account_j: L, needed_j: L, open_j: L) -> L {
         let zero = L::zero();
@@ -92,7 +80,6 @@ impl<L: Lane> Budget<L> {
     pub(super) fn slave_sends(&mut self) -> (L, L) {
         let Sides { wanted, reserve, reference, slave, .. } = &self.sides;
         let demand = slave.demand(*wanted + reference.missing_j, self.counts_under_way);
-        // Keeps the energy that the last command may still take.
         let needed = reference.committed_j + *reserve;
         let sent = self.sent_j(slave.energy_j, needed, self.open_at_slave);
         (self.sides.slave.send(sent), demand)

@@ -1,16 +1,13 @@
-//! The feedback force, limited by the energy account.
-
 use super::SchemeContext;
 use trocar_core::lane::Lane;
 
-/// Limits the force on the hand to `|F| <= A / d`, where `d` is the largest displacement over the next tick in the
-/// direction in which the force drives the hand:
+/// Limits the force on the hand to `|F| <= A / d`, with the largest displacement over the next tick in the direction of
+/// the force
 ///
 /// ```text
 /// d = max(0, -sign(F) v T + T² (|a| + |F - F_last| / m) / 2)
 /// ```
-/// with the acceleration `a` of the last tick and the master's mass `m`. A force that resists the motion is not
-/// limited.
+/// with the acceleration `a` of the last tick and the master's mass `m`.
 #[derive(Debug, Clone)]
 pub(super) struct ForceLimit<L> {
     tick: L,
@@ -19,11 +16,8 @@ pub(super) struct ForceLimit<L> {
     inverse_mass: L,
     velocity: L,
     pub(super) force_n: L,
-    /// Force (N) without the limit and without a scheme's damping.
     command_n: L,
-    /// Largest tissue force (N) received so far.
     shown_n: L,
-    /// Energy in J dissipated at the hand by added damping and the limit.
     pub(super) dissipated_j: L,
 }
 
@@ -54,10 +48,7 @@ impl<L: Lane> ForceLimit<L> {
         self.shown_n = self.shown_n.max(force_n.abs());
     }
 
-    /// The force (N) for a command (N) with added damping (N·s/m), a velocity (m/s) and an available energy (J).
-    ///
-    /// The damping never raises the force above the command or above the largest tissue force so far: the operator pays
-    /// for the slave's motion with a force of the tissue's size.
+    /// The damping never raises the force above the command or the largest tissue force so far.
     #[inline(always)]
     pub(super) fn limit(&mut self, command_n: L, damping: L, velocity: L, energy_j: L) -> L {
         let zero = L::zero();

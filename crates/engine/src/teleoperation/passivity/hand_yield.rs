@@ -1,23 +1,17 @@
-//! Prediction of the hand's yielding to a force that has not reached it yet.
-
 use super::SchemeContext;
 use trocar_core::lane::Lane;
 
-/// Stiffness in N/m and damping in N·s/m of the nominal hand at the master: the static stiffness of the paper's arm
-/// (eq. 32), and the damping of master and arm.
+/// The paper's arm (eq. 32), and the damping of master and arm.
 const HAND_STIFFNESS_N_PER_M: f64 = 700.0;
 const HAND_DAMPING_N_S_PER_M: f64 = 41.0;
 
-/// Predicts at the slave how far the hand will yield, like a Smith predictor (Smith 1959, *A controller to overcome
-/// dead time*), with a spring and a damper:
+/// Predicts how far the hand will yield to a force that has not reached it, like a Smith predictor (1959); the slave
+/// stays behind the hand by `y`:
 ///
 /// ```text
 /// b y' + k y = f - F_ed    F_ed: the feedback force at the last known position of the hand
 /// ```
-/// A hand pushes on until it feels the force, a round trip after the contact, and the slave would push as far. The
-/// slave therefore stays behind the received position by `y`, which is 0 at a constant felt force. The slave only
-/// yields: it never goes deeper than the hand because a force has ended. The energy account limits the reference after
-/// this prediction, so a wrong hand model costs force or tracking, but no passivity.
+/// A wrong hand model costs tracking, but no passivity, because the energy account limits the reference afterwards.
 #[derive(Debug, Clone)]
 pub(super) struct HandYield<L> {
     compliance: L,

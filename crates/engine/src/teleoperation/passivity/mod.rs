@@ -1,12 +1,7 @@
-//! Schemes that keep the teleoperator from generating energy under any delay.
+//! Schemes that promise `E_m - E_s >= -E_0` at every tick, under any delay.
 //!
-//! The ports are the physical contacts with the hand and the tissue: `(F_ed, x_h)` on the master's side, `(f_e, x_e)`
-//! on the slave's, with energy positive into the master's port and out of the slave's. Energies use displacements, so a
-//! force held over a tick gives the integral exactly. The slave's energies are scaled to the master's by force scale
-//! over position scale.
-//!
-//! A scheme promises `E_m - E_s >= -E_0` at every tick. Its energy account on each side ([`account`]) pays for the
-//! motion of the needle and for the force on the hand, respectively.
+//! Energy is positive into the master's port `(F_ed, x_h)` and out of the slave's `(f_e, x_e)`, and scaled to the
+//! master by force scale over position scale. Displacements give the work of a held force exactly.
 
 mod account;
 mod budget;
@@ -33,89 +28,71 @@ use trocar_core::settings::{ActsFor, Key};
 
 use trocar_core::lane::Lane;
 
-/// Share of an account reserved for unforeseen effects: hand force and tissue force may change within the motion to
-/// which a command commits a machine.
-///
-/// A friction of 2 N that reverses within 0.5 mm takes 1 mJ, half of the reserve of the default budget of 10 mJ.
+/// Share of an account for force changes within a committed motion: of the default 10 mJ, 1 mJ pays for a friction of
+/// 2 N that reverses within 0.5 mm.
 const RESERVE: f64 = 0.2;
 
-/// Length of a [`Payload`].
 pub const PAYLOAD: usize = 4;
 
-/// Numbers that a scheme adds to each sample of a direction.
+/// Numbers that a scheme adds to each sample.
 pub type Payload<L> = [L; PAYLOAD];
 
-/// Inputs of a scheme at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Arrived<L: Lane> {
-    /// The payload of the last sample that has arrived.
     pub payload: Payload<L>,
-    /// Lanes in which it has arrived at this tick.
     pub is_fresh: L::Mask,
 }
 
-/// Energies of a scheme in J.
 #[derive(Debug, Clone, Copy)]
 pub struct SchemeEnergies<L> {
-    /// `E_0`, the bound of the promise `E_m - E_s >= -E_0` at every tick. `None` without a promise.
+    /// `E_0`; `None` without a promise.
     pub promised_j: Option<L>,
-    /// Energy dissipated at the master so far.
     pub dissipated_j: L,
-    /// Work withheld from the slave so far.
     pub refused_j: L,
 }
 
-/// Adds a payload to each side's samples, and changes received samples.
-///
 /// Each method is called once per tick, in this order. Send energies as running totals, which survive late and lost
-/// samples. The default methods pass everything through.
+/// samples.
 pub trait PassivityScheme<L: Lane> {
-    /// True if the scheme uses payloads. Otherwise the link is faster.
     #[inline(always)]
     fn sends_payload(&self) -> bool {
         true
     }
 
-    /// The master's payload, after a displacement of `displacement_m` since the last tick.
     #[inline(always)]
     fn master_sends(&mut self, _displacement_m: L) -> Payload<L> {
         [L::zero(); PAYLOAD]
     }
 
-    /// The master's position for the slave, on the master's scale, from the received one.
+    /// On the master's scale.
     #[inline(always)]
     fn receive_position(&mut self, position_m: L, _arrived: &Arrived<L>, _port: &SlavePort<L>) -> L {
         position_m
     }
 
-    /// The slave's reference in m, from the supervisor's, which is frozen or re-engaging in an event.
     #[inline(always)]
     fn limit_reference(&mut self, reference_m: L, _port: &SlavePort<L>) -> L {
         reference_m
     }
 
-    /// The slave's payload.
     #[inline(always)]
     fn slave_sends(&mut self) -> Payload<L> {
         [L::zero(); PAYLOAD]
     }
 
-    /// The tissue force for the master in N, from the received one and the master's velocity.
     #[inline(always)]
     fn receive_force(&mut self, force_n: L, _arrived: &Arrived<L>, _velocity_m_per_s: L) -> L {
         force_n
     }
 
-    /// The feedback force in N, from the force law's and the master's velocity.
     #[inline(always)]
     fn limit_force(&mut self, force_n: L, _velocity_m_per_s: L) -> L {
         force_n
     }
 
-    /// The other side has started anew, so the running totals of both directions begin again at 0.
+    /// The running totals of both directions begin again at 0.
     fn peer_restarts(&mut self) {}
 
-    /// The promised bound and the energies dissipated and withheld so far.
     fn energies(&self) -> SchemeEnergies<L> {
         SchemeEnergies { promised_j: None, dissipated_j: L::zero(), refused_j: L::zero() }
     }
@@ -159,13 +136,11 @@ impl<L: Lane, T: PassivityScheme<L> + ?Sized> PassivityScheme<L> for Box<T> {
     }
 }
 
-/// Inputs of a built-in scheme's constructor.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SchemeContext<L> {
     pub(super) tick_s: f64,
     pub(super) start_m: L,
     pub(super) reference_m: L,
-    /// True if samples arrive at the tick that sends them, in both directions.
     pub(super) is_immediate: bool,
     pub(super) position_scale: f64,
     /// Energy at the master per energy at the slave.
@@ -176,7 +151,6 @@ pub(super) struct SchemeContext<L> {
 
 #[cfg(test)]
 impl SchemeContext<f64> {
-    /// The paper's machines on a tick of 1 ms.
     fn for_tests() -> Self {
         use crate::plant::{ControlTiming, MasterParameters, SlaveParameters, SlaveStep};
         let step = SlaveStep::new(&SlaveParameters::default(), ControlTiming::Continuous, 1e-3).expect("valid");
@@ -197,7 +171,6 @@ pub(super) trait BuiltInScheme<L: Lane>: PassivityScheme<L> + Sized {
     const CARRIES_POSITIONS: bool = true;
     const KEYS: &'static [&'static [Key]];
 
-    /// The keys and values of the dampings (N·s/m) that the scheme holds over a tick at the master.
     fn held_dampings(_settings: &PassivitySettings) -> [Option<(&'static str, f64)>; 2] {
         [None, None]
     }
@@ -210,7 +183,6 @@ trocar_core::registry! {
     /// Slotine 1991), or an energy tank on each side (Franken et al. 2011).
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Scheme at "passivity.scheme" = None;
-    /// A built-in passivity scheme.
     pub enum AnyScheme<L> by (each, of_kind);
 
     "none" => None = no_scheme::NoScheme,
@@ -220,26 +192,18 @@ trocar_core::registry! {
 }
 
 trocar_core::settings! {
-    /// The scheme, and the settings of all schemes. A key acts for the schemes that read it.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct PassivitySettings in "passivity." {
-        /// Kind of passivity scheme.
         scheme: Scheme,
-        /// Damping that a scheme may add.
         damping: DampingSettings for (Scheme::measurement(DampingSettings::KEYS)),
-        /// Settings of the wave variables.
         waves: WavesSettings for (Scheme::measurement(WavesSettings::KEYS)),
-        /// Energy that a scheme may spend in advance.
         budget: BudgetSettings for (Scheme::measurement(BudgetSettings::KEYS)),
-        /// Settings of the energy tanks.
         tank: TankSettings for (Scheme::measurement(TankSettings::KEYS)),
-        /// Limits of the slave's motion when it catches up.
         catch_up: CatchUpSettings for (Scheme::measurement(CatchUpSettings::KEYS)),
     }
 }
 
 impl Scheme {
-    /// The condition on the schemes that read these keys.
     const fn measurement(keys: &[Key]) -> ActsFor {
         let schemes = of_kind!([WORD, Part] => (WORD, <Part<f64> as BuiltInScheme<f64>>::KEYS));
         ActsFor::built_from(keys, Self::KEY.path, &schemes)
@@ -253,7 +217,6 @@ impl Scheme {
 }
 
 impl PassivitySettings {
-    /// The keys and values of the dampings (N·s/m) that the scheme holds over a tick at the master.
     pub fn held_dampings(&self) -> [Option<(&'static str, f64)>; 2] {
         of_kind!(self.scheme, Part => Part::<f64>::held_dampings(self))
     }

@@ -1,5 +1,3 @@
-//! The link without a passivity scheme.
-
 use std::marker::PhantomData;
 
 use trocar_core::settings::Key;
@@ -8,7 +6,6 @@ use super::{BuiltInScheme, PassivityScheme, SchemeContext};
 use crate::teleoperation::PassivitySettings;
 use trocar_core::lane::{Gather, LANES, Lane};
 
-/// Passes samples unchanged.
 #[derive(Debug, Clone)]
 pub struct NoScheme<L>(PhantomData<L>);
 

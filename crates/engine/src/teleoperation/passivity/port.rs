@@ -1,5 +1,3 @@
-//! A port and its energy balance.
-
 use trocar_core::lane::Lane;
 
 #[derive(Debug, Clone, Copy)]
@@ -14,7 +12,7 @@ impl<L: Lane> Port<L> {
         Self { force: L::zero(), position, energy_j: L::zero() }
     }
 
-    /// Adds the work of the force held since the last tick. Returns the displacement.
+    /// Adds the work of the held force. Returns the displacement.
     #[inline(always)]
     pub(in crate::teleoperation) fn moved(&mut self, position: L) -> L {
         let displacement = position - self.position;
@@ -28,7 +26,6 @@ impl<L: Lane> Port<L> {
         self.force = force;
     }
 
-    /// The work since the last tick of a force that is linear in position between ticks.
     #[inline(always)]
     pub(in crate::teleoperation) fn pushed(&mut self, position: L, force: L) -> L {
         let work = L::splat(0.5) * (force + self.force) * (position - self.position);
@@ -38,18 +35,14 @@ impl<L: Lane> Port<L> {
     }
 }
 
-/// The slave's port at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct SlavePort<L> {
-    /// Measured force scaled to the master, in N.
     pub force_n: L,
-    /// Cost of moving the slave against the measured force, scaled to the master, in J/m.
+    /// Cost against the measured force, scaled to the master.
     pub cost_j_per_m: L,
-    /// Work since the last tick, scaled to the master, in J; 0 when a reference is limited.
+    /// Since the last tick, scaled to the master; 0 when a reference is limited.
     pub work_j: L,
-    /// Position in m.
     pub position_m: L,
-    /// Velocity in m/s.
     pub velocity_m_per_s: L,
 }
 

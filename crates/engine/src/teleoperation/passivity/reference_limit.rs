@@ -1,25 +1,18 @@
-//! The slave's reference, limited by the energy account.
-
 use super::SchemeContext;
 use super::port::SlavePort;
 use trocar_core::lane::Lane;
 
-/// Time constant in s with which a slave that was held back catches up, at most at the catch-up speed.
+/// Time constant with which the slave catches up.
 const CATCH_UP_S: f64 = 0.2;
 
-/// Follows a target at most at the target's speed plus a catch-up speed, and only while the account pays for the motion
-/// to which the command commits the slave.
-///
-/// With a force `f` and a tissue of stiffness up to `K`, a further travel `d` takes at most the work
+/// The account must pay for the motion to which a command commits the slave. With a force `f` and a tissue of stiffness
+/// up to `K`, a further travel `d` takes at most
 ///
 /// ```text
 /// W(d) = f d + K d² / 2 <= A    d in [(-f - √(f² + 2 K A)) / K, (-f + √(f² + 2 K A)) / K]
 /// ```
-/// and `d` is known from the command and the slave's state, including the slave's lag
-/// ([`SlaveMotion`](super::slave_motion::SlaveMotion)). A retreat that the tissue pays for is always possible.
-///
-/// Over a delayed link the reference moves against the force only so fast that the account lasts for the brake's time
-/// constant `β`, `|f v| β <= A`. A slave short of energy thus slows down instead of hitting its brake repeatedly.
+/// Over a delayed link the reference moves against the force only at `|f v| β <= A` with the brake's time constant `β`,
+/// so a slave short of energy does not hit its brake repeatedly.
 #[derive(Debug, Clone)]
 pub(super) struct ReferenceLimit<L> {
     step: L,
@@ -38,11 +31,9 @@ pub(super) struct ReferenceLimit<L> {
     state: L,
     target: L,
     reference: L,
-    /// Maximum work in J of the motion to which the slave is committed, kept in the account.
     pub(super) committed_j: L,
-    /// Work in J of the way to the hand against the present force.
     pub(super) missing_j: L,
-    /// Work withheld from the slave, less recovered work, in J: `∫ f d(target - reference)`.
+    /// `∫ f d(target - reference)`
     pub(super) refused_j: L,
 }
 
@@ -64,7 +55,6 @@ impl<L: Lane> ReferenceLimit<L> {
             inverse_gain: L::splat(1.0 / motion.gain),
             resting_state: L::splat(motion.resting_state),
             next_state: motion.next_state.map(L::splat),
-            // At rest: the state is relative to its value at rest.
             state: L::zero(),
             target: start,
             reference: start,
@@ -77,7 +67,6 @@ impl<L: Lane> ReferenceLimit<L> {
     #[inline(always)]
     pub(super) fn follow(&mut self, target: L, hand: L, port: &SlavePort<L>, energy_j: L) -> L {
         let zero = L::zero();
-        // The target's speed plus the catch-up speed.
         let gap = target - self.reference;
         let reach = (target - self.target).abs() + (gap.abs() * self.share).min(self.step);
         let (position, velocity, force) = (port.position_m, port.velocity_m_per_s, port.cost_j_per_m);

@@ -1,5 +1,3 @@
-//! The energy accounts of both sides, and the limits that keep them above 0.
-
 use super::account::Account;
 use super::force_limit::ForceLimit;
 use super::reference_limit::ReferenceLimit;
@@ -7,15 +5,11 @@ use super::{RESERVE, SchemeContext, SchemeEnergies, SlavePort};
 use crate::teleoperation::PassivitySettings;
 use trocar_core::lane::Lane;
 
-/// State common to the schemes with an account on each side.
-///
-/// ```text
-/// d = limit · max(short / wanted)    damping of the hand while an account is short, at most the limit
-/// ```
+/// Damping of the hand while an account is short: `d = limit · max(short / wanted)`, at most the limit.
 #[derive(Debug, Clone)]
 pub(super) struct Sides<L> {
     promised: L,
-    /// Wanted energy of an account in J. Without a delay it is the fifth of `E_0` above the reserve.
+    /// Without a delay, the fifth of `E_0` above the reserve.
     pub(super) wanted: L,
     inverse_wanted: L,
     pub(super) reserve: L,
@@ -58,7 +52,6 @@ impl<L: Lane> Sides<L> {
     }
 
     pub(super) fn peer_restarts(&mut self) {
-        // Each account begins with half of the promise.
         let level = L::splat(0.5) * self.promised;
         self.master.peer_restarts(level);
         self.slave.peer_restarts(level);

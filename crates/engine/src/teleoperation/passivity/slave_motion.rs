@@ -1,41 +1,29 @@
-//! The travel of a slave that a command makes inevitable.
-
 use crate::plant::SlaveStep;
 
-/// Time constant of the emergency brake, as a multiple of the slave's lag.
-///
-/// With 1 the brake puts the reference as far behind the slave as it leads in a steady motion. With 2 the paper's slave
-/// stops after 3 ms instead of 11. Larger factors need large commands and gain little.
+/// Brake time per lag of the slave: with 2 the paper's slave stops after 3 ms, with 1 after 11.
 const BRAKE_PER_LAG: f64 = 2.0;
 
-/// The slave's travel after a command, as a linear function of its state.
-///
-/// Let the slave have the velocity `v`, the third state `w` and the reference `u` ahead of it, and let the brake `u =
-/// -β v` act from the next tick on. The slave then comes to rest after
+/// With velocity `v`, third state `w`, reference `u` ahead, and the brake `u = -β v` from the next tick on, the slave
+/// comes to rest after
 ///
 /// ```text
 /// travel = per_velocity · v + per_state · w + per_lead · u
 /// ```
-/// The tissue does not move the slave, so this is exact.
+/// Exact, because the tissue does not move the slave.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::teleoperation) struct SlaveMotion {
-    /// Travel per velocity, in s.
     pub(super) per_velocity_s: f64,
-    /// Travel per unit of the third state, in m.
     pub(super) per_state: f64,
     pub(super) per_lead: f64,
-    /// `β` in s.
+    /// `β`.
     pub(super) brake_s: f64,
-    /// Position at rest per metre of reference.
     pub(super) gain: f64,
-    /// Third state at rest per metre of position.
     pub(super) resting_state: f64,
-    /// Coefficients of the third state at the next tick: of `v`, `w`, `u` and the travel over the tick.
+    /// Coefficients of the third state at the next tick: of `v`, `w`, `u` and the travel.
     pub(super) next_state: [f64; 4],
 }
 
 impl SlaveMotion {
-    /// Computes the motion of a slave with this step over a tick of `tick_s`.
     pub(in crate::teleoperation) fn new(step: &SlaveStep, tick_s: f64) -> Self {
         let gain = if step.rest[0] == 0.0 { 1.0 } else { step.rest[0] };
         let resting_state = step.rest[2] / gain;
@@ -47,14 +35,14 @@ impl SlaveMotion {
         let travels = |brake_s: f64| {
             let [a, b] = [v, w].map(|row| [row[0] - brake_s * row[2], row[1]]);
             let along = [x[0] - brake_s * x[2], x[1]];
-            // Stability test of Schur and Cohn: both poles are inside the unit circle.
+            // Schur-Cohn: both poles are inside the unit circle.
             let (trace, determinant) = (a[0] + b[1], a[0] * b[1] - a[1] * b[0]);
             let settles = determinant.abs() < 1.0 && trace.abs() < 1.0 + determinant;
             // Sum over all ticks: along · (I - A)^-1.
             let sums = solve([[1.0 - a[0], -b[0]], [-a[1], 1.0 - b[1]]], along);
             sums.filter(|sums| settles && brake_s >= 0.0 && sums[0] > 0.0).map(|sums| (brake_s, sums))
         };
-        // A slave that no brake stops is assumed to be at its commanded position.
+        // An unstoppable slave counts as being at its commanded position.
         let [per_velocity_s, per_state, per_lead, brake_s] = match brakes.into_iter().find_map(travels) {
             Some((brake_s, [of_v, of_w])) => {
                 let travel = |j: usize| x[j] + of_v * v[j] + of_w * w[j];

@@ -1,5 +1,3 @@
-//! An energy tank on each side.
-
 use super::account::Account;
 use super::budget::{ENERGY, FELT};
 use super::hand_yield::HandYield;
@@ -10,7 +8,6 @@ use trocar_core::lane::Lane;
 use trocar_core::settings::Key;
 
 trocar_core::settings! {
-    /// Settings of the tanks.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct TankSettings in "passivity." {
         /// Desired level of each tank (energy-tank).
@@ -21,31 +18,20 @@ trocar_core::settings! {
     where tank_share: |s| s.tank_share < 1.0, "above 0 and below 1";
 }
 
-/// Capacity of a tank as a multiple of its level. The excess is discarded.
+/// Capacity of a tank as a multiple of its level.
 const MAX_LEVELS: f64 = 10.0;
 
-/// After Franken, Stramigioli, Misra, Secchi and Macchelli (2011, *Bilateral telemanipulation with time delays: a
-/// two-layer approach combining passivity and transparency*). The transparency layer sets the command; the passivity
-/// layer limits it to the energy in the tank.
+/// The passivity layer limits the command to the energy in the tank (Franken et al. 2011):
 ///
 /// ```text
 /// H_m += F_ed Δx_h + received - sent      F_ed = F + d v_h,  d = limit · max(1 - H_m / level, 0)
 /// H_s -= f_e Δx_e - received + sent       H_s limits the steps of the reference
+/// E_m - E_s >= -2 tank_level_j            at every tick
 /// ```
-/// Each tick each tank sends a fraction of its energy, as a running total, so a lost sample loses no energy. Without a
-/// delay it sends all, and the hand is damped only over the fifth of `E_0` above the reserve. Both tanks start full.
-/// The promise, with `E_m = Σ F_ed Δx_h` and `E_s = ∫ f_e dx_e` scaled to the master:
-///
-/// ```text
-/// E_m - E_s >= -2 tank_level_j    at every tick
-/// ```
-/// A tank pays for the motion to which a command commits the slave, including its lag, so the promise holds at the
-/// physical ports, also from a preloaded contact. The slave yields to the tissue as the hand will when it feels the
-/// force ([`HandYield`]).
+/// A tank pays for the motion to which a command commits the slave, so the promise holds at the physical ports.
 #[derive(Debug, Clone)]
 pub struct Tank<L> {
     sides: Sides<L>,
-    /// Energy that the slave's tank keeps besides the energy of its last command, in J.
     kept: L,
     max: L,
     share: L,
@@ -53,8 +39,6 @@ pub struct Tank<L> {
 }
 
 impl<L: Lane> Tank<L> {
-    /// Discards a tank's energy above its capacity and sends a share of the energy above `kept_j`. Returns the running
-    /// total.
     #[inline(always)]
     fn share(tank: &mut Account<L>, max: L, share: L, kept_j: L) -> L {
         tank.energy_j = tank.energy_j.min(max);

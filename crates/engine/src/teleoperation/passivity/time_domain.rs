@@ -1,5 +1,3 @@
-//! Passivity observer and controller in the time domain, at both ports.
-
 use super::budget::{Budget, DEMAND, ENERGY, FELT};
 use super::hand_yield::HandYield;
 use super::{Arrived, BuiltInScheme, PAYLOAD, PassivityScheme, Payload, SchemeContext, SchemeEnergies, SlavePort};
@@ -7,23 +5,11 @@ use crate::teleoperation::{BudgetSettings, CatchUpSettings, DampingSettings, Pas
 use trocar_core::lane::Lane;
 use trocar_core::settings::Key;
 
-/// After Hannaford and Ryu (2002, *Time-domain passivity control of haptic interfaces*), with an observer and a
-/// controller at each side of a delayed link (Ryu, Artigas and Preusche 2010, *A passive bilateral control scheme for a
-/// teleoperator with time-varying communication delay*).
+/// Observer and controller (Hannaford and Ryu 2002) at each side of a delayed link (Ryu et al. 2010). For any tissue up
+/// to `max_stiffness_n_per_m`, `E_m - E_s >= -2 budget_j` at every tick.
 ///
-/// The promise, with `E_m = Σ F_ed Δx_h`, `E_s = ∫ f_e dx_e` scaled to the master and any passive or active tissue up
-/// to `max_stiffness_n_per_m`:
-///
-/// ```text
-/// E_m - E_s >= -2 budget_j    at every tick
-/// ```
-/// The slave's account pays for the motion of the needle, including its lag, not of the reference. Two additions
-/// prevent position drift (Chawda, Van Quang, O'Malley and Ryu 2014, *Compensating position drift in time domain
-/// passivity approach based teleoperation*; Coelho, Singh, Muskardin, Balachandran and Kondak 2018, *Smoother
-/// position-drift compensation for time domain passivity approach based teleoperation*): a slave that was held back
-/// catches up while its account allows it, and damping of a moving hand pays the slave's shortage.
-///
-/// The slave yields to the tissue as the hand will when it feels the force ([`HandYield`]).
+/// Against position drift (Chawda et al. 2014, Coelho et al. 2018), a slave that was held back catches up while its
+/// account allows it, and damping of a moving hand pays the slave's shortage.
 #[derive(Debug, Clone)]
 pub struct TimeDomain<L> {
     budget: Budget<L>,

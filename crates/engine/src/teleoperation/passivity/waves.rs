@@ -1,5 +1,3 @@
-//! The wave variables.
-
 use super::budget::{Budget, DEMAND, ENERGY};
 use super::{Arrived, BuiltInScheme, PAYLOAD, PassivityScheme, Payload, SchemeContext, SchemeEnergies, SlavePort};
 use crate::teleoperation::{BudgetSettings, CatchUpSettings, DampingSettings, PassivitySettings};
@@ -7,61 +5,43 @@ use trocar_core::lane::Lane;
 use trocar_core::settings::Key;
 
 trocar_core::settings! {
-    /// Settings of the wave variables.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct WavesSettings in "passivity." {
         /// Wave impedance b (wave-variables); below 2 m / T with the master's mass m and the tick T.
-        ///
-        /// While the needle pushes, the link yields like a spring of about `b / T`, with the delay `T`. The default is
-        /// stiffer than the arm for delays up to 0.1 s.
         wave_impedance_n_s_per_m: f64 [POSITIVE] = 90.0,
         /// Time constant with which the slave returns to the hand's position (wave-variables).
         drift_time_s: f64 [POSITIVE] = 0.2,
     }
 }
 
-/// Time constant in s of the filter on the wave that returns to the master.
-///
-/// A wave that the master reflects arrives again after both delays with the opposite sign; without a delay it would
-/// alternate from tick to tick. A low-pass filter of a wave is passive (Niemeyer and Slotine 2004, *Telemanipulation
-/// with time delays*). This one acts above 30 Hz, beyond the bandwidth of hand and slave.
+/// The returning wave would alternate from tick to tick without a delay. A low-pass filter of a wave is passive
+/// (Niemeyer and Slotine 2004); this one acts above 30 Hz.
 const FILTER_S: f64 = 5e-3;
 
-/// Largest force as a multiple of the tissue force: the force with which the hand pays for the slave's motion.
+/// Largest force per tissue force.
 const FORCE_MARGIN: f64 = 1.2;
 
-/// Time constant in s with which the force's limit decays after the tissue force, so a hand in free motion soon feels
-/// no force.
+/// Lets the force on a hand in free motion decay.
 const RELEASE_S: f64 = 0.15;
 
-/// Index in a payload of the wave over the last tick.
+/// In a payload: wave over the last tick.
 const WAVE: usize = 1;
-/// Index in a payload of the running energy of the wave.
+/// In a payload: running energy of the wave.
 const WAVE_ENERGY: usize = 2;
 
-/// After Niemeyer and Slotine (1991, *Stable adaptive teleoperation*). The link carries the waves `u = (b v + F) /
-/// √(2b)` forward and `v = (b v - F) / √(2b)` back in place of velocity and force. A delay cannot amplify waves.
+/// The link carries the waves `u = (b v + F) / √(2b)` forward and `v = (b v - F) / √(2b)` back, which a delay cannot
+/// amplify (Niemeyer and Slotine 1991):
 ///
 /// ```text
 /// master  F_ed = b Δx_h / T - √(2b) v_arrived / T   u = (b Δx_h + F_ed T) / √(2b)
 /// slave   Δx_ref = √(2/b) u_arrived - f_e T / b     v = (b Δx_ref - f_e T) / √(2b)
+/// promise E_m - E_s >= -2 budget_j    at every tick
 /// ```
-/// The time-domain scheme makes the same promise, at the physical ports:
+/// The waves are passive at `(f_e, x_ref)`; a [`Budget`] accounts for the needle's lag, augmentation, jitter and loss.
+/// A missing sample is held while energy pays for it (Hirche and Buss 2004, 2012); a position sent besides corrects
+/// drift (Chawda and O'Malley 2015).
 ///
-/// ```text
-/// E_m - E_s >= -2 budget_j    at every tick
-/// ```
-/// The waves are passive at `(f_e, x_ref)`, but the needle follows the reference with a lag. An energy budget on both
-/// sides ([`Budget`]) accounts for this lag, for augmentation, and for links with jitter and loss. There the last
-/// sample is held while the received energy, less the spent energy, plus the budget pays for it (Hirche and Buss 2004,
-/// *Packet loss effects in passive telepresence systems*; 2012, *Human-oriented control for haptic teleoperation*). The
-/// position is sent, too: a slave ahead of the hand, or behind it without a force, returns to it slowly, against drift
-/// (Chawda and O'Malley 2015, *Position synchronization in bilateral teleoperation under time-varying communication
-/// delays*).
-///
-/// The force exceeds the received tissue force, or a recent one that decays, by at most a fifth. Otherwise a hand in
-/// free motion would feel `b v`, and waves that return from a free needle would make it overshoot. While the needle
-/// pushes, it advances no deeper than the hand. Without delay, positions and forces are sent under the same budget.
+/// The force is at most 1.2 times the recent tissue force, because a hand in free motion would feel `b v` otherwise.
 #[derive(Debug, Clone)]
 pub struct Waves<L> {
     budget: Budget<L>,
@@ -86,20 +66,16 @@ pub struct Waves<L> {
     moved: L,
     filter_share: L,
     returned: L,
-    /// Recent tissue force (N), the share of it that remains after a tick, and the largest force as a multiple of it.
     recent_n: L,
     kept_share: L,
     force_margin: L,
-    /// The slave's reference without the supervisor's changes, on the master's scale, in m: at the last tick, and now
-    /// by the waves.
+    /// On the master's scale, without the supervisor's changes.
     reference: L,
     target: L,
     force_n: L,
-    /// Received position of the hand, on the slave's scale, in m.
     hand: L,
 }
 
-/// A wave that is held between samples while its energy lasts.
 #[derive(Debug, Clone)]
 struct SupervisedWave<L> {
     half_inverse_tick: L,
@@ -150,13 +126,13 @@ impl<L: Lane> PassivityScheme<L> for Waves<L> {
         }
         let wave = self.forward.receive(arrived);
         let drift = ((position_m - self.reference) * self.drift_share).clamp(-self.max_drift, self.max_drift);
-        // A lag of the slave behind a pushing hand is the stretch of the link, not drift.
+        // A lag behind a pushing hand is the stretch of the link, not drift.
         let is_stretch = drift.gt(L::zero()) & port.force_n.gt(L::zero());
         let drift = L::select(is_stretch, L::zero(), drift);
         self.force_n = port.force_n;
         let pushed = self.inverse_impedance * port.force_n * self.tick;
         let free = self.reference + (self.gain_in * wave - pushed) + drift;
-        // Otherwise a force that the hand still feels, but the slave does not, would drive the slave beyond the hand.
+        // A force that only the hand still feels would drive the slave beyond the hand.
         let (deepest, shallowest) = (position_m.max(self.reference), position_m.min(self.reference));
         let zero = L::zero();
         let not_deeper = L::select(port.force_n.gt(zero), free.min(deepest), free);
@@ -169,8 +145,7 @@ impl<L: Lane> PassivityScheme<L> for Waves<L> {
         // Excludes the hand's motion during an event, for which the operator does not pay in advance.
         let hand_m = commanded_m + (self.hand - self.target * self.position_scale);
         let reference_m = self.budget.sides.limit_reference(commanded_m, hand_m, port);
-        // The budget limits the waves, not the supervisor's change, so the freeze is felt through the force law and not
-        // as a wall.
+        // The waves exclude the supervisor's change, so the freeze is felt through the force law.
         let reference = self.target - (commanded_m - reference_m) * self.inverse_scale;
         let moved = self.impedance * (reference - self.reference);
         self.back_wave = (moved - self.force_n * self.tick) * self.inverse_gain_out;
@@ -236,7 +211,7 @@ impl<L: Lane> BuiltInScheme<L> for Waves<L> {
             held: zero,
             spent: zero,
         };
-        // The drift has a separate speed limit, because a wave is as fast as the hand.
+        // A wave is as fast as the hand; the drift has its own limit.
         let speed = if context.is_immediate { catch_up } else { f64::INFINITY };
         Self {
             budget: Budget::new(settings, context, speed).without_energy_under_way(),
