@@ -1,8 +1,7 @@
-//! The part of trocar that runs on a real controller: online estimation of the tissue, detection of ruptures and
-//! event-based haptic augmentation, one step per sample.
+//! Online estimation of the tissue, detection of ruptures and event-based haptic augmentation for a real controller,
+//! one step per sample, without operating system, allocator and standard library.
 //!
-//! It needs no operating system, no allocator and no standard library. [`rig`] combines all parts into one controller.
-//! The simulator, the crate `trocar`, runs the same source and re-exports it.
+//! [`rig`] combines all parts into one controller; the simulator runs the same source.
 //!
 //! Equation numbers refer to Barbé, Bayle, de Mathelin and Gangi, *In Vivo Model Estimation and Haptic Characterization
 //! of Needle Insertions*.

@@ -1,5 +1,3 @@
-//! The role of the estimator.
-//!
 //! A built-in estimator is one file of this folder, one row of the registry in `mod.rs`, and one word of `Parameters`
 //! there if it estimates new parameters.
 
@@ -13,26 +11,23 @@ pub struct Estimate<L> {
     pub predicted_force_n: L,
     /// `e_k = y_k - ŷ_k` in N (eq. 7).
     pub residual_n: L,
-    /// `H_k`, the change of stiffness (N/m) and damping (N·s/m) by the sample (eq. 25).
+    /// `H_k`: change of stiffness (N/m) and damping (N·s/m) (eq. 25).
     pub correction: [L; 2],
     /// `K_k` in N/m.
     pub stiffness_n_per_m: L,
     /// `B_k` in N·s/m.
     pub damping_n_s_per_m: L,
-    /// The parameter named by [`RlsSettings::extra_parameter_column`], in its unit; 0 without one.
+    /// The parameter of [`RlsSettings::extra_parameter_column`]; 0 without one.
     pub extra_parameter: L,
 }
 
-/// Estimates the tissue's parameters from one sample at a time.
-///
-/// A user-defined estimator implements this trait for `f64`, the built-in estimators for any number of lanes.
+/// Estimates the tissue's parameters; a user-defined estimator implements it for `f64`.
 pub trait Estimator<L: Lane> {
-    /// Processes a sample: `y`, the depth `p` below the contact (negative outside), and `v`.
-    ///
-    /// The residual refers to the prediction before the sample (eq. 6-7).
+    /// Processes `y`, the depth `p` below the contact (negative outside) and `v`; the residual refers to the prediction
+    /// before (eq. 6-7).
     fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L>;
 
-    /// Marks a gap in the samples. The next sample has no prediction.
+    /// Marks a gap: the next sample has no prediction.
     fn skip(&mut self);
 }
 
@@ -48,7 +43,7 @@ impl<L: Lane, E: Estimator<L> + ?Sized> Estimator<L> for alloc::boxed::Box<E> {
 }
 
 pub(super) trait BuiltIn {
-    /// True for the paper's estimator, which a rig runs.
+    /// The paper's estimator, which a rig runs.
     const IS_BASELINE: bool = false;
     const EXTRA_PARAMETER: Option<&'static str> = None;
 

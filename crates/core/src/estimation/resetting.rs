@@ -1,9 +1,7 @@
-//! The gain with complete restoration (eq. 13, 17, 18), for any number of parameters.
-
 use super::settings::RlsSettings;
 use crate::lane::{Lane, by_index};
 
-/// The gain `F`:
+/// The gain `F` with complete restoration:
 ///
 /// ```text
 /// F_k = F_{k-1} - δ F_{k-1} φ φᵀ F_{k-1} / (1/α + φᵀ F_{k-1} φ)   (13, 15)
@@ -25,7 +23,7 @@ impl<L: Lane, const N: usize> Resetting<L, N> {
     pub(super) fn new(settings: &RlsSettings) -> Self {
         let gain = settings.initial_gain;
         let initial = N as f64 / gain;
-        // The threshold is for two parameters. Adapted to `N`, it allows the same information between restorations.
+        // The setting is for two parameters; this allows the same information for `N`.
         let threshold = settings.reset_threshold + (initial - 2.0 / gain);
         Self {
             initial_gain: L::splat(gain),
@@ -36,8 +34,7 @@ impl<L: Lane, const N: usize> Resetting<L, N> {
         }
     }
 
-    /// Updates with a regressor `φ`, the weight `δ` and `1/α`. Returns `F φ` and the factor that scales it to each
-    /// parameter's share of an error.
+    /// Updates with `φ`, `δ` and `1/α`. Returns `F φ` and its factor to each parameter's share of an error.
     #[inline(always)]
     pub(super) fn update(&mut self, regressor: [L; N], delta: L, squared: L, inverse_weight: L) -> ([L; N], L) {
         let direction: [L; N] = by_index!(N, |i| dot(self.gain[i], regressor));

@@ -1,10 +1,8 @@
-//! Input and output of a step.
-
 use super::DetectionState;
 use crate::augmentation::Mode;
 use crate::safety::{FaultCause, Limited, SafetyState};
 
-/// A rig's measurements at one tick.
+/// A rig's measurements.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// `x_h` in m.
@@ -18,7 +16,7 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// The sample of a tick without a measurement. Every channel counts as bad.
+    /// Every channel counts as bad.
     pub const MISSING: Self = Self {
         master_position_m: f64::NAN,
         slave_position_m: f64::NAN,
@@ -27,35 +25,35 @@ impl Sample {
     };
 }
 
-/// The channels of a sample that have an impossible value.
+/// Channels with an impossible value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Faults {
-    /// True if the master's position is impossible.
+    /// Of the master.
     pub master_position: bool,
-    /// True if the slave's position is impossible.
+    /// Of the slave.
     pub slave_position: bool,
-    /// True if the slave's velocity is used and impossible.
+    /// Only if it is used.
     pub slave_velocity: bool,
-    /// True if the force is impossible.
+    /// Of the needle.
     pub force: bool,
 }
 
 impl Faults {
-    /// Returns true if any channel is faulty.
+    /// True if any channel is faulty.
     #[inline(always)]
     #[must_use]
     pub fn any(self) -> bool {
         self.master_position | self.slave_position | self.slave_velocity | self.force
     }
 
-    /// The sum of 1 for the master's position, 2 for the slave's, 4 for its velocity and 8 for the force.
+    /// The sum of 1: master's position, 2: slave's position, 4: its velocity, 8: force.
     #[must_use]
     pub fn bits(self) -> u32 {
         let flags = [self.master_position, self.slave_position, self.slave_velocity, self.force];
         flags.into_iter().rev().fold(0, |bits, flag| bits << 1 | u32::from(flag))
     }
 
-    /// Returns true if a channel is faulty that estimator and detector need.
+    /// True if the detection lacks a channel.
     #[inline(always)]
     #[must_use]
     pub fn of_slave(self) -> bool {
@@ -63,7 +61,7 @@ impl Faults {
     }
 }
 
-/// A rig's commands at one tick, and the values that led to them.
+/// Commands at one tick, and the values behind them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Command {
     /// `x_ref` for the slave's position controller, in m.
@@ -74,9 +72,9 @@ pub struct Command {
     pub allowed_force_step_n: f64,
     /// Mode of the supervisor.
     pub mode: Mode,
-    /// True if the detector raises an alarm at this sample.
+    /// True if this sample raises an alarm.
     pub alarm: bool,
-    /// True if the supervisor acts on an alarm; with augmentation disabled, if there is an alarm.
+    /// True if an alarm began an event; with augmentation disabled, if there is an alarm.
     pub alarm_taken: bool,
     /// `K` in N/m.
     pub stiffness_n_per_m: f64,
@@ -94,16 +92,16 @@ pub struct Command {
     pub slave_velocity_m_per_s: f64,
     /// Faults of the sample.
     pub faults: Faults,
-    /// Number of consecutive bad samples, including this one; 0 for a good sample.
+    /// Consecutive bad samples, this one included.
     pub faulty_samples: u32,
-    /// State of the detection: armed, settling or blind.
+    /// State of the detection.
     pub detection: DetectionState,
-    /// Number of ticks since `detection` began.
+    /// Ticks since `detection` began.
     pub detection_ticks: u32,
-    /// State of the commands: disabled, aligning, active or fault.
+    /// State of the commands.
     pub state: SafetyState,
-    /// Cause of the last fault; `None` before a fault and after [`HapticController::enable`](super::HapticController).
+    /// Cause of the last fault since [`HapticController::enable`](super::HapticController).
     pub fault: Option<FaultCause>,
-    /// The safety limits that acted at this tick.
+    /// Safety limits that acted.
     pub limited: Limited,
 }

@@ -1,5 +1,3 @@
-//! The two macros that declare settings.
-
 /// Declares the settings of a part.
 ///
 /// ```
@@ -21,8 +19,8 @@
 /// assert!(Freeze { min_hold_s: 2.0, ..Freeze::DEFAULT }.validate().is_err());
 /// ```
 ///
-/// generates the struct, `DEFAULT` and `Default`, its keys `KEYS`, `validate` and `read`. A key is the prefix after
-/// `in` plus the field's name, or the literal after `at`. A field is one of
+/// generates the struct, `DEFAULT`, `Default`, `KEYS`, `validate` and `read`. A key is the prefix and the field's name,
+/// or the literal after `at`. A field is one of
 ///
 /// | declaration | holds |
 /// |---|---|
@@ -40,13 +38,12 @@
 /// | `name: Other [kinds last]` | a choice; the keys of its kinds follow the keys of all fields |
 ///
 /// - `for Motion::Any | Inserting` before a default names the kinds of a choice for which a key acts; `for (...)` gives
-///   them as an [`ActsFor`](crate::settings::ActsFor).
-/// - `given (threshold: f64)` after the prefix names extra inputs of the defaults. `read` takes them, and
-///   `name: Other (threshold)` passes them on. There is then no default, unless the input has one, as in
-///   `given (threshold: f64 = 2.0)`, which also generates `default_for`.
-/// - `no DEFAULT` states that a field has no default. `no const` states that a default cannot be built at compile time,
-///   and generates only `Default`.
-/// - `where field: |s| ..., "at least ...";` checks a field against others. `then Self::check;` runs any other check.
+///   an [`ActsFor`](crate::settings::ActsFor).
+/// - `given (threshold: f64)` after the prefix names inputs of the defaults, which `read` takes and
+///   `name: Other (threshold)` passes on. With a value, as in `given (threshold: f64 = 2.0)`, there is also a default,
+///   and `default_for`.
+/// - `no DEFAULT`: a field has no default. `no const`: no default at compile time, only `Default`.
+/// - `where field: |s| ..., "at least ...";` checks a field against others; `then Self::check;` runs any check.
 #[macro_export]
 macro_rules! settings {
     (
@@ -75,7 +72,7 @@ macro_rules! settings {
         }
 
         impl $name {
-            /// The keys of these settings, in order.
+            /// The keys, in order.
             pub const KEYS: &'static [$crate::settings::Key] = {
                 const GROUPS: &[&[$crate::settings::Key]] = &[
                     $($crate::settings!(@acting
@@ -88,10 +85,7 @@ macro_rules! settings {
                 &$crate::settings::joined::<{ $crate::settings::count(GROUPS) }>(GROUPS)
             };
 
-            /// Checks the stated ranges of the fields and the conditions between them.
-            ///
-            /// # Errors
-            /// [`InvalidValue`](trocar_core::error::InvalidValue) naming the key of the first setting out of range.
+            /// Checks the ranges of the fields and the conditions between them.
             pub fn validate(&self) -> Result<(), $crate::error::InvalidValue> {
                 $($crate::settings!(@check
                     ($crate::settings!(@path $prefix $field $($key)?)) (&self.$field)
@@ -113,9 +107,6 @@ macro_rules! settings {
             }
 
             /// Reads the settings.
-            ///
-            /// # Errors
-            /// Errors of the source.
             pub fn read<S: $crate::settings::KeySource>(
                 source: &mut S $($(, $given: $given_ty)+)?
             ) -> Result<Self, S::Error> {
@@ -145,7 +136,6 @@ macro_rules! settings {
     (@range $range:ident) => { $crate::settings::Range::$range };
     (@range $($range:tt)+) => { $($range)+ };
 
-    // The kinds for which keys act.
     (@acting {} {} $keys:expr) => { $keys };
     (@acting {$choice:ident $($kind:ident)+} {} $keys:expr) => {
         $crate::settings!(@acting {} {
@@ -248,7 +238,6 @@ macro_rules! settings {
     };
     (@check ($path:expr) ($value:expr) {$other:ident} {$($last:ident)*}) => { $other::validate($value)?; };
 
-    // The value of a field, read from a source.
     (@read $source:ident ($path:expr) {f64} {$($range:tt)+} {} {}) => { $source.number($path)? };
     (@read $source:ident ($path:expr) {f64} {$($range:tt)+} {} {=> $derived:expr}) => {
         $source.number_or($path, || $derived)
@@ -288,7 +277,7 @@ macro_rules! settings {
             /// The default settings.
             pub const DEFAULT: Self = Self::default_for($($stand_in),+);
 
-            /// The default settings for other inputs.
+            /// The defaults for other inputs.
             #[must_use]
             pub const fn default_for($($given: $given_ty),+) -> Self {
                 $(let $field = $crate::settings!(@value {$($ty)+} {$($default)*});)*
@@ -342,10 +331,9 @@ macro_rules! settings {
 /// assert_eq!(Law::DEFAULT.word(), "decay");
 /// ```
 ///
-/// generates the enum, `DEFAULT` (the kind after `=`) and `Default`, `WORDS`, `word`, `validate`, `read`, its key
-/// `KEY`, the keys of its kinds `KIND_KEYS`, and `KEYS` with all of them. A kind is empty, or holds fields as in
-/// [`settings!`](crate::settings!), or other settings in parentheses. Its keys act for the kinds that have them. `no
-/// const` generates only `Default`. `ALL` lists the kinds if all are empty.
+/// generates the enum, `DEFAULT` (the kind after `=`), `Default`, `WORDS`, `ALL` if all kinds are empty, `word`,
+/// `validate`, `read`, `KEY`, `KIND_KEYS`, and `KEYS` with both. A kind is empty, or has fields as in
+/// [`settings!`](crate::settings!) or other settings in parentheses. `no const` generates only `Default`.
 #[macro_export]
 macro_rules! choice {
     (
@@ -381,7 +369,7 @@ macro_rules! choice {
         $crate::choice!(@all $name $({$variant $(($payload))? $({$prefix})?})*);
 
         impl $name {
-            /// The words of the kinds, in order.
+            /// The words, in order.
             pub const WORDS: &'static [&'static str] = &[$($word),*];
 
             /// The key of the choice.
@@ -398,7 +386,7 @@ macro_rules! choice {
                 $crate::settings!(@meaning $($about)*),
             );
 
-            /// The keys of the kinds; each acts only for the kinds that have it.
+            /// The keys of the kinds; each acts only for kinds that have it.
             pub const KIND_KEYS: &'static [$crate::settings::Key] = {
                 const GROUPS: &[&[$crate::settings::Key]] = &[$({
                     const GROUPS: &[&[$crate::settings::Key]] = &[
@@ -430,10 +418,7 @@ macro_rules! choice {
                 }
             }
 
-            /// Checks the stated ranges of the fields.
-            ///
-            /// # Errors
-            /// [`InvalidValue`](trocar_core::error::InvalidValue) naming the key of the first setting out of range.
+            /// Checks the ranges of the fields.
             pub fn validate(&self) -> Result<(), $crate::error::InvalidValue> {
                 $($(
                     if let Self::$variant(settings) = self {
@@ -451,9 +436,6 @@ macro_rules! choice {
             }
 
             /// Reads the choice.
-            ///
-            /// # Errors
-            /// Errors of the source.
             pub fn read<S: $crate::settings::KeySource>(source: &mut S) -> Result<Self, S::Error> {
                 let given = source.word($path)?;
                 let given = Self::WORDS.iter().position(|word| *word == given);
