@@ -40,7 +40,7 @@ pub struct ChainOutput<L: Lane> {
     pub decision: Decision<L>,
 }
 
-/// Estimator and detector, with constant time and memory per sample.
+/// Constant time and memory per sample.
 #[derive(Debug, Clone)]
 pub struct Chain<L, E, D> {
     /// Tissue surface assumed by the estimator, in m.
@@ -79,13 +79,13 @@ impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
         ChainOutput { depth_m: input.depth_m, estimate, decision: detector.update(&input) }
     }
 
-    /// Separates the stages: the estimator does not depend on the detector, so it can run ahead.
+    /// The estimator does not depend on the detector, so it can run ahead.
     #[inline(always)]
     pub fn stages(&mut self) -> (Estimation<'_, L, E>, &mut D) {
         (Estimation { contact_m: self.contact_m, estimator: &mut self.estimator }, &mut self.detector)
     }
 
-    /// Handles a missing sample: no new estimate, no alarm, and a loss of contact for the detector.
+    /// For a missing sample: no new estimate, no alarm, and a loss of contact.
     pub fn skip(&mut self, force_n: L, velocity_m_per_s: L) -> Decision<L> {
         self.estimator.skip();
         let zero = L::zero();
@@ -101,7 +101,7 @@ impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
         Decision { alarm: L::Mask::splat(false), ..decision }
     }
 
-    /// Processes the first sample after a gap; the detector, which lacks a prediction, counts it as missing.
+    /// For the first sample after a gap, which has no prediction and counts as missing.
     pub fn resume(&mut self, measurement: &Measurement<L>) -> Decision<L> {
         let Measurement { force_n, position_m, velocity_m_per_s } = *measurement;
         let decision = self.skip(force_n, velocity_m_per_s);

@@ -1,7 +1,5 @@
-//! Online estimation of the tissue, detection of ruptures and event-based haptic augmentation for a real controller,
-//! one step per sample, without operating system, allocator and standard library.
-//!
-//! [`rig`] combines all parts into one controller; the simulator runs the same source.
+//! Online estimation of the tissue, detection of ruptures and haptic augmentation for a real controller ([`rig`]), one
+//! step per sample, without operating system, allocator and standard library.
 //!
 //! Equation numbers refer to Barbé, Bayle, de Mathelin and Gangi, *In Vivo Model Estimation and Haptic Characterization
 //! of Needle Insertions*.

@@ -1,4 +1,4 @@
-/// Declares the built-in parts of a role by their words in scenarios, kinds, settings (in parentheses) and paths.
+/// Declares the built-in parts of a role: words in scenarios, kinds, settings (in parentheses) and paths.
 ///
 /// ```text
 /// registry! {
@@ -33,8 +33,8 @@
 /// of_kind!([WORD, Part] => (WORD, Part::<f64>::NAME))
 /// ```
 ///
-/// `each!` matches on the part, `of_kind!` on the kind (the last form: an array over all kinds) with `Part` as its
-/// type. Without `at` and words, the kinds are an ordinary enum.
+/// `of_kind!` binds `Part` to the type of the kind; its last form is an array over all kinds. Without `at` and words,
+/// the kinds are an ordinary enum.
 #[macro_export]
 macro_rules! registry {
     (
@@ -85,7 +85,6 @@ macro_rules! registry {
             $("" => $Name = $($part)::+,)*
         }
     };
-    // `$d` stands for the `$` of the two local macros.
     (
         @parts ($d:tt) $Kind:ident
         $(#[doc = $any_about:literal])*

@@ -41,7 +41,7 @@ impl TickGrid {
         self.ticks
     }
 
-    /// The time of tick `k` in s, rounded once: 0.069 and not 0.06900000000000001 if the rate is whole.
+    /// In s, rounded once: 0.069 and not 0.06900000000000001 if the rate is whole.
     #[inline]
     #[must_use]
     pub fn time_s(&self, k: u64) -> f64 {

@@ -5,7 +5,7 @@ use crate::time::nearest_ticks;
 crate::settings! {
     /// When augmentation begins and ends.
     ///
-    /// - `Teleoperation → Augmented` on an alarm outside of the refractory period.
+    /// - `Teleoperation → Augmented` on an alarm.
     /// - `Augmented → Reengaging` after `min_hold_s`, once `g < exit_ratio · γ` for `exit_quiet_s`, at the latest after
     ///   `max_hold_s`.
     /// - `Reengaging → Teleoperation` when force and position have blended.
@@ -68,7 +68,7 @@ impl<L: Lane> Automaton<L> {
         self.in_teleoperation
     }
 
-    /// `blended`: lanes whose position had blended by the tick before.
+    /// `blended`: lanes whose position has blended.
     #[inline(always)]
     pub(super) fn step(&mut self, tick: u64, alarm: L::Mask, decision: L, blended: L::Mask) -> Modes<L> {
         let now = L::splat(tick as f64);

@@ -47,10 +47,10 @@ impl<L: Lane, F: ForceLaw<L>> ForceFeedback<L, F> {
         }
     }
 
-    /// The force in the received mode, and its allowed change, both in N.
+    /// The force and its allowed change in N.
     ///
-    /// If a link has lost a change of mode, the force passes through the skipped modes, because only the complete
-    /// cross-fade returns it to the measured force.
+    /// If a link has lost a change of mode, the force passes through the skipped modes: only the complete cross-fade
+    /// returns it to the measured force.
     #[inline(always)]
     pub(super) fn update(&mut self, mode: Modes<L>, force: L, velocity: L) -> (L, L) {
         if (self.mode.is_teleoperation() & mode.is_teleoperation()).all() {

@@ -1,5 +1,4 @@
-//! Event-based haptic augmentation (section 5.1): on an alarm the slave is frozen and the felt force drop is
-//! exaggerated.
+//! Event-based haptic augmentation (section 5.1).
 
 mod automaton;
 mod force;
@@ -66,7 +65,7 @@ trait BuiltIn {
 
     fn build(settings: &Self::Settings, tick_s: f64) -> Self;
 
-    /// `None` if the certificate of events does not cover the part.
+    /// `None` if the certificate of events does not cover it.
     fn map(_settings: &Self::Settings) -> Option<Self::Map> {
         None
     }
@@ -98,7 +97,7 @@ pub struct Command<L: Lane> {
     pub slave_reference_m: L,
     /// In N.
     pub feedback_force_n: L,
-    /// Largest change from the last tick that the active law allows, in N.
+    /// Largest change since the last tick that the active law allows, in N.
     pub allowed_step_n: L,
     /// Lanes in which an alarm began an event; with augmentation disabled, lanes with an alarm.
     pub alarm_taken: L::Mask,
@@ -115,10 +114,8 @@ pub struct SlaveCommand<L: Lane> {
     pub alarm_taken: L::Mask,
 }
 
-/// Automaton and motion law on the slave's side, force law on the master's side.
-///
-/// Over a link, [`decide`](Supervisor::decide) and [`feedback_force`](Supervisor::feedback_force) run on their sides;
-/// [`update`](Supervisor::update) does both.
+/// Over a link, [`decide`](Supervisor::decide) runs on the slave's side, and
+/// [`feedback_force`](Supervisor::feedback_force) on the master's.
 #[derive(Debug, Clone)]
 pub struct Supervisor<L: Lane, M = HeldReference<L>, F = AnyForceLaw<L>> {
     enabled: L::Mask,
@@ -171,7 +168,7 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
             };
         }
         let before = self.automaton.mode();
-        // Lanes without augmentation may run beside others: their alarms have no effect.
+        // Lanes without augmentation may run beside others.
         let mode = self.automaton.step(now.tick, now.alarm & self.enabled, now.decision, self.motion.is_blended());
         let modes = ModeChange { before, now: mode };
         self.motion.sense(now.force_n);
@@ -182,7 +179,7 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
         }
     }
 
-    /// The master's side: the feedback force and its largest allowed change, both in N.
+    /// The master's side: the force and its largest allowed change, both in N.
     #[inline(always)]
     pub fn feedback_force(&mut self, mode: Modes<L>, force_n: L, velocity_m_per_s: L) -> (L, L) {
         self.feedback.update(mode, force_n, velocity_m_per_s)

@@ -14,16 +14,16 @@ crate::choice! {
 
 /// Gives the slave's reference in every mode; a user-defined law implements it for `f64`.
 pub trait MotionLaw<L: Lane> {
-    /// The reference in m in teleoperation; `hand_m` is scaled to the slave, `slave_m` is measured.
+    /// In m, in teleoperation; `hand_m` is scaled to the slave, `slave_m` is measured.
     fn follow(&mut self, hand_m: L, slave_m: L) -> L;
 
-    /// The reference in m in any mode.
+    /// In m, in any mode.
     fn update(&mut self, modes: ModeChange<L>, hand_m: L, slave_m: L) -> L;
 
-    /// Receives the measured force (N) at a tick of an event, before [`update`](MotionLaw::update).
+    /// Receives the measured force (N) before [`update`](MotionLaw::update).
     fn sense(&mut self, _force_n: L) {}
 
-    /// Lanes whose gap is closed, so re-engaging may end.
+    /// Lanes that may end re-engaging.
     fn is_blended(&self) -> L::Mask;
 }
 
@@ -46,10 +46,7 @@ impl<L: Lane, M: MotionLaw<L> + ?Sized> MotionLaw<L> for alloc::boxed::Box<M> {
     }
 }
 
-/// `x_ref = hand + gap`
-///
-/// The hold gives the reference during an event. The gap starts such that the reference does not jump at the release;
-/// the return closes it.
+/// `x_ref = hand + gap`, with a gap such that the reference does not jump at the release.
 #[derive(Debug, Clone)]
 pub struct HeldReference<L> {
     freeze: Freeze,
@@ -134,7 +131,7 @@ impl<L: Lane> MotionLaw<L> for HeldReference<L> {
             self.last = L::select(modes.has_become(Mode::Augmented), self.frozen, self.last);
         }
         let returned = self.returned(gap, hand, begins);
-        // While the slave is held the gap of an earlier event does not change.
+        // A held slave keeps the gap of an earlier event.
         self.gap = L::select(modes.now.is_augmented(), self.gap, returned);
         let followed = hand + self.gap;
         let held = self.held(followed);

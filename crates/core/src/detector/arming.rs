@@ -6,10 +6,8 @@ crate::settings! {
     /// When the detector is armed.
     ///
     /// A CUSUM alone raises alarms at the first contact and while the estimator converges. The detector is therefore
-    /// armed only after contact for `settle_s` with `g` at or below the threshold, and a crossing counts only if the
-    /// force falls below a predicted resisting force, the needle is not withdrawn, and it is deep enough.
-    ///
-    /// The cost: a rupture within `settle_s` after any other crossing is not detected.
+    /// armed only after contact for `settle_s` with `g` at or below the threshold. The cost: a rupture within
+    /// `settle_s` after another crossing is not detected.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ArmingSettings in "detector." {
         /// Duration of quiet contact before the detector is armed.
@@ -38,7 +36,7 @@ crate::choice! {
     }
 }
 
-/// The conditions on an alarm; all must hold.
+/// Conditions on an alarm; all must hold.
 #[derive(Debug, Clone, Copy)]
 pub struct AlarmConditions<L: Lane> {
     /// The needle is in contact.
@@ -56,7 +54,7 @@ pub struct AlarmConditions<L: Lane> {
 }
 
 impl<L: Lane> AlarmConditions<L> {
-    /// Lanes in which all conditions hold.
+    /// Lanes in which all hold.
     #[inline(always)]
     pub fn all(&self) -> L::Mask {
         self.armed & self.in_contact & self.moves_as_required & self.is_deep & self.is_drop
@@ -105,13 +103,13 @@ impl<L: Lane> Arming<L> {
             armed: self.is_armed(),
             is_drop,
             moves_as_required: input.velocity_m_per_s.ge(self.min_velocity),
-            // With a minimum of 0 only the contact counts, for the detectors that need one.
+            // With a minimum of 0 only the contact counts.
             is_deep: input.depth_m.ge(self.minimum_depth) | self.minimum_depth.le(zero),
             quiet_samples: self.quiet_ticks,
         }
     }
 
-    /// Counts the sample. Returns the lanes with an alarm, among those `above` the threshold.
+    /// Returns the lanes with an alarm, among those `above` the threshold.
     #[inline(always)]
     pub(super) fn update(&mut self, above: L::Mask, input: &DetectorInput<L>) -> L::Mask {
         let zero = L::zero();

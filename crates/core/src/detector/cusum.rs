@@ -2,7 +2,7 @@ use super::DistanceSettings;
 use crate::lane::Lane;
 
 crate::settings! {
-    /// Threshold, drift and cap, in the unit of the distance.
+    /// Threshold, drift and cap.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct CusumSettings in "detector." given (distance: &DistanceSettings) {
         /// Threshold (γ): an alarm is raised when g exceeds it, in the distance's unit.
@@ -11,8 +11,8 @@ crate::settings! {
         /// Drift (ν), subtracted at each sample (eq. 27), in the distance's unit.
         drift: f64 [ANY] => "halfway between the hypotheses; 2.02e-2 N² for the paper's variances" distance.tuning().1,
         /// Largest value of g, in the distance's unit.
-        /// Above γ. Without a cap one sample of a 15 N drop sets `g = 225 N²`, which takes 11,000 samples to fall. The
-        /// cost: `g` does not show the size of the change.
+        ///
+        /// Without a cap one sample of a 15 N drop sets `g = 225 N²`, which takes 11,000 samples to fall.
         cap: f64 [POSITIVE] => "ten thresholds" 10.0 * threshold,
     }
     where cap: |s| s.cap > s.threshold, "above detector.threshold";

@@ -1,7 +1,7 @@
 use crate::estimation::Parameters;
 
 crate::settings! {
-    /// Distribution of the residual under the hypotheses of eq. 19.
+    /// The residual under the hypotheses of eq. 19.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct Hypotheses in "detector." {
         /// σ_0: standard deviation of the residual without a rupture.
@@ -17,12 +17,10 @@ crate::settings! {
         /// Negative, because the force falls below the prediction.
         rupture_mean_n: f64 [ANY] = -0.2,
         /// Correction of the stiffness by a rupture, for eq. 26.
-        ///
-        /// In one sample.
         stiffness_change_n_per_m: f64 [POSITIVE] = 20.0,
         /// Correction of the damping by a rupture, for eq. 26.
         ///
-        /// In one sample; the first rupture of the shipped insertion corrects it by up to 21 N·s/m.
+        /// The first rupture of the shipped insertion corrects it by up to 21 N·s/m in one sample.
         damping_change_n_s_per_m: f64 [POSITIVE]
             for Parameters::StiffnessAndDamping | StiffnessDampingFriction | HuntCrossley | LeastResidual = 20.0,
     }

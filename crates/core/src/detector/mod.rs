@@ -1,4 +1,4 @@
-//! Detection of ruptures from the estimator's residual: a distance, its CUSUM, and the arming, which the paper omits.
+//! Detection of ruptures: a distance, its CUSUM, and the arming, which the paper omits.
 
 mod arming;
 mod cusum;
@@ -135,20 +135,20 @@ impl<L: Lane> CusumDetector<L> {
         Self::with_distance(AnyDistance::new(&settings.distance, tick_s), settings, tick_s)
     }
 
-    /// Starts anew after a gap in the samples, with the arguments of [`Self::new`].
+    /// Starts anew after a gap, with the arguments of [`Self::new`].
     pub fn restart(&mut self, settings: &DetectorSettings, tick_s: f64) {
         *self = Self::with_distance(self.distance.restarted(&settings.distance, tick_s), settings, tick_s);
     }
 }
 
 impl<L: Lane, D> CusumDetector<L, D> {
-    /// Like [`CusumDetector::new`], with the given distance.
+    /// With the given distance.
     #[must_use]
     pub fn with_distance(distance: D, settings: &DetectorSettings, tick_s: f64) -> Self {
         Self { distance, cusum: Cusum::new(&settings.cusum), arming: Arming::new(&settings.arming, tick_s) }
     }
 
-    /// Sets threshold and cap per lane, to run several detectors on the same samples.
+    /// Per lane, to run several detectors on the same samples.
     #[must_use]
     pub fn with_thresholds(mut self, threshold: L, cap: L) -> Self {
         self.cusum.set_thresholds(threshold, cap);
@@ -166,7 +166,7 @@ impl<D: Distance<f64>> CusumDetector<f64, D> {
 }
 
 impl<L: Lane, D: Distance<L>> CusumDetector<L, D> {
-    /// The conditions on an alarm at the next sample, for any `g`.
+    /// On an alarm at the next sample, for any `g`.
     #[inline(always)]
     pub fn conditions(&self, input: &DetectorInput<L>) -> AlarmConditions<L> {
         let conditions = self.arming.conditions(input);

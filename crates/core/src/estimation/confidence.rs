@@ -1,27 +1,27 @@
 use crate::lane::Lane;
 
-/// In s, of the order of an insertion between two ruptures. Chosen here.
+/// Of the order of an insertion between two ruptures. Chosen here.
 const MEMORY_S: f64 = 0.1;
 
-/// Of K in N/m and B in N·s/m. Chosen here, wider than the tissues of this project.
+/// N/m and N·s/m. Chosen here, wider than the tissues of this project.
 const PRIOR_STD: [f64; 2] = [1e3, 100.0];
 
-/// In N², for finite standard errors.
+/// For finite standard errors.
 const MIN_VARIANCE_N2: f64 = 1e-12;
 
 /// Confidence in an estimate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trust {
-    /// Standard error of K in N/m.
+    /// Of K.
     pub stiffness_std_n_per_m: f64,
-    /// Standard error of B in N·s/m.
+    /// Of B.
     pub damping_std_n_s_per_m: f64,
-    /// Share, 0 to 1, of the information about B that does not depend on K; at 0 B cannot be identified.
+    /// Share, 0 to 1, of the information about B that does not depend on K; at 0 B is unknown.
     pub excitation: f64,
 }
 
 impl Trust {
-    /// Sum of 1 if 0 is within two standard errors of K, 2 if of B, 4 if one of them is negative.
+    /// Sum of 1 if 0 is within two standard errors of K, 2 if of B, 4 if one is negative.
     #[inline]
     #[must_use]
     pub fn flags(&self, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> u8 {
@@ -33,15 +33,14 @@ impl Trust {
     }
 }
 
-/// The information of recent samples about `θ = (K, B)` of `y = φᵀθ`, `φ = (p, v)`, with the weight `w = exp(-t/0.1 s)`
-/// of a sample `t` ago:
+/// The information about `θ = (K, B)` of `y = φᵀθ`, `φ = (p, v)`; a sample `t` ago weighs `w = exp(-t/0.1 s)`:
 ///
 /// ```text
 /// M = Σ w φ φᵀ,   M₂ = Σ w² φ φᵀ,   σ² = Σ w e² / Σ w,   A = M + σ² P₀⁻¹
 /// cov θ = A⁻¹ (σ² M₂ + σ⁴ P₀⁻¹) A⁻¹,   excitation = 1 - M₀₁² / (M₀₀ M₁₁)
 /// ```
-/// Weighted least squares with a prior `P₀` and uncorrelated errors. `e` is the prediction error, so a wrong model
-/// increases the covariance; errors that are correlated in time make the true error larger still.
+/// Weighted least squares with a prior `P₀`. `e` is the prediction error, so a wrong model increases the covariance;
+/// errors correlated in time make the true error larger.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Confidence {
     decay: f64,
@@ -83,7 +82,6 @@ impl Confidence {
         let [s00, s01, s11] = self.squared_weights;
         let (a00, a01, a11) = (m00 + variance * prior[0], m01, m11 + variance * prior[1]);
         let determinant = a00 * a11 - a01 * a01;
-        // Rows of A⁻¹ and of the matrix in the middle.
         let (i00, i01, i11) = (a11 / determinant, -a01 / determinant, a00 / determinant);
         let (b00, b01, b11) = (s00 + variance * prior[0], s01, s11 + variance * prior[1]);
         let of = |x: f64, y: f64| variance * (x * x * b00 + 2.0 * x * y * b01 + y * y * b11);

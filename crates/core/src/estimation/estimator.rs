@@ -23,8 +23,7 @@ pub struct Estimate<L> {
 
 /// Estimates the tissue's parameters; a user-defined estimator implements it for `f64`.
 pub trait Estimator<L: Lane> {
-    /// Processes `y`, the depth `p` below the contact (negative outside) and `v`; the residual refers to the prediction
-    /// before (eq. 6-7).
+    /// Processes `y`, the depth `p` below the contact (negative outside) and `v` (eq. 6-7).
     fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L>;
 
     /// Marks a gap: the next sample has no prediction.

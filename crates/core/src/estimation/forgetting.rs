@@ -9,15 +9,14 @@ use crate::lane::Lane;
 /// D_k = D_{k-1} + δ (α φ φᵀ - (1-λ) D_{k-1}),   D_0 = 0
 /// F_k = (I/F_0 + D_k)⁻¹
 /// ```
-/// Plain exponential forgetting, `F_k⁻¹ = λ F_{k-1}⁻¹ + α φ φᵀ`, lets the gain grow by `1/λ` per sample in every
-/// direction without excitation. Here the information falls back to `1/F_0`, which bounds the gain:
-/// `0 <= D <= max(α φᵀφ) / (1-λ)` gives
+/// Plain forgetting, `F_k⁻¹ = λ F_{k-1}⁻¹ + α φ φᵀ`, lets the gain grow by `1/λ` per sample in directions without
+/// excitation. Here the information falls back to `1/F_0`; `0 <= D <= max(α φᵀφ) / (1-λ)` gives
 ///
 /// ```text
 /// 1 / (1/F_0 + max(α φᵀφ) / (1-λ))  <=  F  <=  F_0,   with α φᵀφ <= 1/β where the weighting is normalised
 /// ```
-/// `δ` scales both the new and the forgotten information. Derived here; Lai and Bernstein (2023, arXiv:2308.04259,
-/// introduction read) survey forgetting towards a fixed information.
+/// Derived here; Lai and Bernstein (2023, arXiv:2308.04259, introduction read) survey forgetting towards a fixed
+/// information.
 #[derive(Debug, Clone)]
 pub(super) struct Exponential<L, const N: usize> {
     /// `1/F_0`.
@@ -36,7 +35,7 @@ impl<L: Lane, const N: usize> Exponential<L, N> {
         }
     }
 
-    /// Updates with `φ`, `δ` and `1/α`. Returns `F_k φ` and its factor to each parameter's share of an error.
+    /// Returns `F_k φ` and its factor to each parameter's share of an error.
     #[inline(always)]
     pub(super) fn update(&mut self, regressor: [L; N], delta: L, inverse_weight: L) -> ([L; N], L) {
         let weight = delta / inverse_weight;
@@ -51,7 +50,7 @@ impl<L: Lane, const N: usize> Exponential<L, N> {
         (self.solve(regressor), weight)
     }
 
-    /// `(I/F_0 + D)⁻¹ b` by `L D Lᵀ` elimination. Every pivot is at least `1/F_0`; the bound guards against rounding.
+    /// `(I/F_0 + D)⁻¹ b` by `L D Lᵀ` elimination; the bound of the pivots guards against rounding.
     #[inline(always)]
     fn solve(&self, b: [L; N]) -> [L; N] {
         let mut rows = self.information;

@@ -3,37 +3,36 @@ use super::regression::Regression;
 use super::settings::RlsSettings;
 use crate::lane::{Lane, Mask};
 
-/// `p_r` in m, at which the power has no effect: `κ` and `n` are nearly independent for needles some centimetres deep.
-/// Chosen here.
+/// `p_r` in m, at which the power has no effect: `κ` and `n` are nearly independent at some centimetres. Chosen here.
 const REFERENCE_DEPTH_M: f64 = 0.01;
-/// `v_r` in m/s. Chosen here: at 0.01 m/s the errors on the in-vivo-like recording spread several times as far.
+/// `v_r`. Chosen here: at 0.01 m/s the errors on the in-vivo-like recording spread several times as far.
 const REFERENCE_VELOCITY_M_PER_S: f64 = 0.05;
 /// 1 gives a linear model; above 1 the tissue stiffens with depth.
 const FIRST_POWER: f64 = 1.0;
 const MIN_POWER: f64 = 0.5;
 const MAX_POWER: f64 = 4.0;
-/// In m, of the depth in the logarithm.
+/// Of the depth in the logarithm.
 const MIN_DEPTH_M: f64 = 1e-6;
 const MAX_DEPTH_M: f64 = 1.0;
-/// Information on the power (`Σ b²`) at which its gain is restored.
+/// Of the information on the power, `Σ b²`, at which its gain is restored.
 const POWER_MEMORY_N2: f64 = 20.0;
 
 /// `y = μ pⁿ + λ pⁿ v` in contact (eq. 2), as `y = p_r p̃ⁿ (κ + ρ v / v_r)`.
 ///
-/// Two estimators run in alternation (Diolaiti et al. 2005): one estimates `(κ, ρ)` with `n` known, the other `n` with
-/// these known, from `ln(y / (p_r (κ + ρ v/v_r))) = n ln p̃`. The logarithm is undefined for forces of at most 0 and
-/// overweighs small ones, so the second weights by the force and linearises it:
+/// Two estimators alternate (Diolaiti et al. 2005): one estimates `(κ, ρ)` with `n` known, the other `n` with these
+/// known, from `ln(y / (p_r (κ + ρ v/v_r))) = n ln p̃`. The logarithm overweighs small forces, so the second weights by
+/// the force and linearises it:
 ///
 /// ```text
 /// e⁺_k = y_k - φᵀθ_k = ŷ⁺ ln p̃ (n - n_{k-1}),      ŷ⁺ = φᵀθ_k
 /// n_k = n_{k-1} + f b e⁺ / (1 + f b²),    b = ŷ⁺ ln p̃,    f_k = f_{k-1} / (1 + f_{k-1} b²)
 /// ```
-/// `f` is restored to `1/N²` when `Σ b²` reaches 20 N². The second stage receives the error left by the first. The text
-/// of Diolaiti et al. was not available: the stages are from the paper's introduction and the abstract of Haddadi and
-/// Hashtrudi-Zaad (2012, IEEE T-RO 28(3)); their equations are derived and their numbers chosen here.
+/// `f` is restored to `1/N²` when `Σ b²` reaches 20 N². The text of Diolaiti et al. was not available: the stages are
+/// from the paper's introduction and the abstract of Haddadi and Hashtrudi-Zaad (2012, IEEE T-RO 28(3)), their
+/// equations derived and their numbers chosen here.
 ///
-/// Stiffness (`y / p` at rest) and damping (`dy/dv`) are reported at the needle's depth; the paper's are
-/// `μ = K p^(1-n)` and `λ = B p^-n`. `ln` and `exp` are computed lane by lane: the same bits on every machine.
+/// Reported are stiffness (`y / p` at rest) and damping (`dy/dv`) at the needle's depth; the paper's are
+/// `μ = K p^(1-n)` and `λ = B p^-n`.
 #[derive(Debug, Clone)]
 pub struct HuntCrossley<L> {
     regression: Regression<L, 2>,
@@ -42,7 +41,7 @@ pub struct HuntCrossley<L> {
     power_information: L,
     log_depth: L,
     dead_zone: L,
-    /// Stiffness (N/m) and damping (N·s/m) at the last depth in contact.
+    /// At the last depth in contact.
     local: [L; 2],
 }
 

@@ -4,13 +4,13 @@ use super::linear::Linear;
 use super::settings::RlsSettings;
 use crate::lane::{Lane, by_index};
 
-/// The models with and without friction; at each sample the smaller error counts.
+/// The smaller error of the models with and without friction.
 ///
-/// Neither predicts a rupture, but one of them predicts other changes, such as a reversal of the needle. The cost is a
-/// delay, because only the error of the better model counts. An interacting multiple model (Blom and Bar-Shalom 1988)
-/// would need a noise level, a transition matrix and exponentials; no source was found for the minimum.
+/// Neither predicts a rupture, but one of them predicts other changes, such as a reversal. The cost is a delay. An
+/// interacting multiple model (Blom and Bar-Shalom 1988) would need a noise level, a transition matrix and
+/// exponentials; no source was found for the minimum.
 ///
-/// Stiffness and damping always come from the model without friction, so they do not jump.
+/// Stiffness and damping come from the model without friction, so they do not jump.
 #[derive(Debug, Clone)]
 pub struct LeastResidual<L> {
     without: Linear<L>,

@@ -74,7 +74,7 @@ impl RlsSettings {
         of_kind!(self.kind(), Part => <Part<f64> as BuiltIn>::IS_BASELINE)
     }
 
-    /// Name, with the unit, of the column of the third parameter.
+    /// Column name of the third parameter.
     #[must_use]
     pub fn extra_parameter_column(&self) -> Option<&'static str> {
         of_kind!(self.kind(), Part => <Part<f64> as BuiltIn>::EXTRA_PARAMETER)

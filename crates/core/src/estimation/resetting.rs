@@ -8,8 +8,8 @@ use crate::lane::{Lane, by_index};
 /// x_k = x_{k-1} + δ α φᵀφ                                          (18)
 /// x_k >= α_0:  F_k = F_0, x_k = tr(F_0⁻¹)                          (17)
 /// ```
-/// `F` stays symmetric, because only one triangle is computed, and positive definite, because the subtracted matrix is
-/// at most `F φ φᵀ F / (φᵀ F φ)`.
+/// `F` stays symmetric, because one triangle is computed, and positive definite, because at most `F φ φᵀ F / (φᵀ F φ)`
+/// is subtracted.
 #[derive(Debug, Clone)]
 pub(super) struct Resetting<L, const N: usize> {
     initial_gain: L,
@@ -34,7 +34,7 @@ impl<L: Lane, const N: usize> Resetting<L, N> {
         }
     }
 
-    /// Updates with `φ`, `δ` and `1/α`. Returns `F φ` and its factor to each parameter's share of an error.
+    /// Returns `F φ` and its factor to each parameter's share of an error.
     #[inline(always)]
     pub(super) fn update(&mut self, regressor: [L; N], delta: L, squared: L, inverse_weight: L) -> ([L; N], L) {
         let direction: [L; N] = by_index!(N, |i| dot(self.gain[i], regressor));

@@ -3,13 +3,13 @@ use super::estimator::{BuiltIn, Estimate, Estimator};
 use super::settings::RlsSettings;
 use crate::lane::{Lane, Mask};
 
-/// Above this `F_0 α_0`, which bounds the ratio of the eigenvalues of `F`, rounding is checked.
+/// Rounding is checked above this `F_0 α_0`, a bound of the ratio of the eigenvalues of `F`.
 const WELL_CONDITIONED: f64 = 1e4;
 
 /// Smallest allowed ratio of the determinant of `F` to `F₀₀ F₁₁`.
 const MIN_DETERMINANT: f64 = 1e-12;
 
-/// The Kelvin-Voigt parameters `θ = (K, B)` of the force `y = K p + B v`, tracked sample by sample.
+/// `θ = (K, B)` of the force `y = K p + B v`:
 ///
 /// ```text
 /// e_k = y_k - φ_{k-1}ᵀ θ_{k-1}                                  (7)
@@ -20,12 +20,12 @@ const MIN_DETERMINANT: f64 = 1e-12;
 /// x_k >= α_0:  F_k = F_0, x_k = tr(F_0⁻¹)                       (17)
 /// 1/α_k = 1 + β φ_kᵀ φ_k                                        (14)
 /// ```
-/// with `φ_k = (p_k, v_k)` in contact (`p_k > 0`) and 0 outside. The dead zone scales the corrections; scaling `F`
-/// itself, another reading of the text after eq. 15, would end all adaptation at the first small error.
+/// with `φ_k = (p_k, v_k)` in contact (`p_k > 0`) and 0 outside. Scaling `F` itself by the dead zone, another reading
+/// of the text after eq. 15, would end all adaptation at the first small error.
 ///
 /// An update adds at most `δ α φφᵀ` to `F⁻¹`, so the eigenvalues of `F` lie between `1/α_0` and `F_0`. Rounding adds up
-/// to `n 2⁻⁵¹ F_0` over `n` corrections: with `F_0 α_0 <= 10⁴` (default: 102) `F` stays definite for over 10¹¹. With a
-/// longer memory each correction checks `F₀₀ F₁₁ - F₀₁² > 10⁻¹² F₀₀ F₁₁`, and otherwise restores `F_0`.
+/// to `n 2⁻⁵¹ F_0` over `n` corrections, so with `F_0 α_0 <= 10⁴` (default: 102) `F` stays definite for over 10¹¹;
+/// otherwise each correction checks it, and restores `F_0`.
 ///
 /// No two adjacent fields of equal use are both written at one sample and read at the next: the compiler would read
 /// them as a pair, which stalls until both writes have left the store buffer.
@@ -45,7 +45,7 @@ pub struct Rls<L> {
     initial_gain: L,
     initial_information: L,
     reset_threshold: L,
-    /// True if rounding could make `F` indefinite before it is restored.
+    /// True if rounding could make `F` indefinite.
     checks_definiteness: bool,
     normalisation: L,
     /// 1, or 0 without damping.
@@ -84,7 +84,7 @@ impl<L: Lane> Rls<L> {
         }
     }
 
-    /// Corrects the lanes `outside` of the dead zone; returns the parameters' change.
+    /// Corrects the lanes `outside` of the dead zone.
     #[inline(always)]
     fn correct(&mut self, outside: L::Mask, residual: L) -> [L; 2] {
         let (zero, one) = (L::zero(), L::splat(1.0));
@@ -154,9 +154,8 @@ impl<L: Lane> Estimator<L> for Rls<L> {
         let predicted = self.predicted_force;
         let residual = force_n - predicted;
 
-        // Fast path: most samples are within the dead zone, and the branch saves two divisions. Its inputs date from
-        // the last tick, because samples outside are mispredicted; with several lanes mispredictions cost more than the
-        // divisions.
+        // Fast path: most samples are within the dead zone, and the branch saves two divisions. With several lanes
+        // mispredictions cost more than the divisions.
         let outside = residual.abs().gt(self.dead_zone);
         let correction = if L::WIDTH > 1 || outside.any() { self.correct(outside, residual) } else { [zero; 2] };
 

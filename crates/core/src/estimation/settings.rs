@@ -1,6 +1,6 @@
 use super::Parameters;
 
-/// A memory of 1e5 corrections; closer to 1 the information is too large to invert in double precision.
+/// A memory of 1e5 corrections; closer to 1 the information is too large to invert.
 pub const MAX_FORGETTING_FACTOR: f64 = 0.99999;
 
 crate::choice! {
@@ -18,12 +18,12 @@ crate::choice! {
 }
 
 impl Forgetting {
-    /// In the long run a correction takes `1 - λ` of an error; with the default resetting it takes 0.28 on average.
+    /// A correction takes `1 - λ` of an error; with the default resetting it takes 0.28 on average.
     pub const DEFAULT_FACTOR: f64 = 0.7;
 }
 
 crate::settings! {
-    /// Where the depth of the samples begins.
+    /// Where the depth begins.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ContactSettings in "estimator." {
         /// Position of the tissue surface assumed by the estimator.
@@ -32,7 +32,7 @@ crate::settings! {
 }
 
 crate::settings! {
-    /// The regressor of friction, `length v / (|v| + speed)`, noisier near standstill with a lower speed. Chosen here.
+    /// The regressor of friction, `length v / (|v| + speed)`, noisier near standstill with a lower speed.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct FrictionShape in "estimator.friction_" {
         /// Speed at which half of the friction acts.
@@ -46,13 +46,13 @@ crate::settings! {
 crate::settings! {
     /// Weighting, dead zone and forgetting of the estimator.
     ///
-    /// One update corrects the share `φᵀFφ / (1/α + φᵀFφ)` of an error. With constant weighting (`normalisation = 0`)
-    /// it depends on the depth through `F_0 φᵀφ`; with eq. 14 it is `F_0 φᵀφ / (1 + (β + F_0) φᵀφ)`, beyond the depth
-    /// `1/√β` nearly `κ / (1 + κ)` with `κ = F_0 / β`. Each update adds `δ α φᵀφ → δ/β` to `x`, so with
-    /// `α_0 = tr(F_0⁻¹) + N/β` the gain is restored after about `N` full corrections.
+    /// One update corrects the share `φᵀFφ / (1/α + φᵀFφ)` of an error. With constant weighting it depends on the depth
+    /// through `F_0 φᵀφ`; with eq. 14 it is `F_0 φᵀφ / (1 + (β + F_0) φᵀφ)`, beyond the depth `1/√β` nearly
+    /// `κ / (1 + κ)`, `κ = F_0 / β`. With `α_0 = tr(F_0⁻¹) + N/β` the gain is restored after about `N` full
+    /// corrections.
     ///
-    /// The defaults (1 mm, κ = 10, N = 10) suit depths from millimetres to decimetres at 1 and 2 kHz. The cost: slow
-    /// adaptation within the first millimetre.
+    /// The defaults (1 mm, κ = 10, N = 10) suit millimetres to decimetres at 1 and 2 kHz; they adapt slowly within the
+    /// first millimetre.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct RlsSettings in "estimator." {
         /// Estimated parameters.
@@ -65,8 +65,6 @@ crate::settings! {
         /// weighting.
         normalisation: f64 [NON_NEGATIVE] = 1e6,
         /// F_0 of eq. 13, times the identity.
-        ///
-        /// In 1/m² with constant weighting.
         initial_gain: f64 [POSITIVE] => "10 times the normalisation, or 1e4 without one"
             if normalisation > 0.0 { 10.0 * normalisation } else { 1e4 },
         /// α_0 of eq. 17, at which F_0 is restored.

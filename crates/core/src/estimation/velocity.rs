@@ -1,10 +1,8 @@
 use crate::error::{InvalidValue, positive, require};
 use crate::lane::Lane;
 
-/// A Kalman filter in steady state for a position with white acceleration, after Bélanger (1992).
-///
-/// State `(p, v)`, transition `p += T v`, acceleration of standard deviation `a` held over each tick, position in steps
-/// of `q` (variance `q²/12`):
+/// A Kalman filter in steady state (Bélanger 1992): transition `p += T v`, acceleration of standard deviation `a` held
+/// over each tick, position in steps of `q` (variance `q²/12`):
 ///
 /// ```text
 /// p⁻ = p + T v,   p = p⁻ + l₀ (y - p⁻),   v = v + l₁ (y - p⁻)
@@ -19,7 +17,7 @@ pub struct VelocityFilter<L> {
 }
 
 impl<L: Lane> VelocityFilter<L> {
-    /// For positions in steps of `resolution_m`; `acceleration_m_per_s2` is a standard deviation.
+    /// `acceleration_m_per_s2` is a standard deviation.
     pub fn new(tick_s: f64, resolution_m: f64, acceleration_m_per_s2: f64) -> Result<Self, InvalidValue> {
         positive("simulation.tick_s", tick_s)?;
         positive("sensor.position_resolution_m", resolution_m)?;
@@ -58,8 +56,8 @@ impl<L: Lane> VelocityFilter<L> {
     }
 }
 
-/// The steady-state gain for a measurement variance `r` (m²) (Kalata 1984): `Λ = a T² / √r`,
-/// `ρ = (4 + Λ - √(8Λ + Λ²)) / 4`, `l₀ = 1 - ρ²`, `T l₁ = 2 (2 - l₀) - 4 √(1 - l₀) = 2 (1 - ρ)²`.
+/// For a measurement variance `r` (m²) (Kalata 1984): `Λ = a T² / √r`, `ρ = (4 + Λ - √(8Λ + Λ²)) / 4`, `l₀ = 1 - ρ²`,
+/// `T l₁ = 2 (1 - ρ)²`.
 fn steady_gain(tick_s: f64, r: f64, acceleration: f64) -> [f64; 2] {
     let index = acceleration * tick_s * tick_s / libm::sqrt(r);
     let rho = (4.0 + index - libm::sqrt(8.0 * index + index * index)) / 4.0;

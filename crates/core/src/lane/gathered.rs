@@ -11,8 +11,8 @@ macro_rules! of_each {
         [$({ let $one = $of; $part }),*]
     };
 }
-/// Implements `Gather` for a struct from its numbers, `masks` (`bool` over `f64`), fields that must be equal (`same`),
-/// and enums of which the tick uses only the variant (`kinds`); with `stored` also `Stored`.
+/// `Gather` for a struct from its numbers, `masks` (`bool` over `f64`), equal fields (`same`), and enums of which only
+/// the variant counts (`kinds`); with `stored` also `Stored`.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! gather {
@@ -53,7 +53,7 @@ macro_rules! gather {
     };
 }
 
-/// Combines the fields of eight values; returns `None` from the enclosing function if the variants differ.
+/// Returns `None` from the enclosing function if the variants differ.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! of_one_variant {
@@ -70,7 +70,7 @@ macro_rules! of_one_variant {
     };
 }
 
-/// Implements `Gather`, and with `stored` also `Stored`, for an enum of one-field variants, which must agree.
+/// `Gather`, and with `stored` also `Stored`, for an enum of one-field variants, which must agree.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! gather_variants {
@@ -115,8 +115,7 @@ macro_rules! gather_nothing {
     };
 }
 
-/// Builds an array by a loop: the closure of `array::from_fn` would be compiled without the run's instruction set, and
-/// often not inlined.
+/// A loop, because the closure of `array::from_fn` would be compiled without the run's instruction set.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! by_index {

@@ -1,7 +1,6 @@
 //! The number type of a tick: one scenario (`f64`) or several in parallel lanes.
 //!
-//! The tick is written over [`Lane`], with the same bits on every machine: no fused multiply-add, no reassociation, no
-//! transcendental function.
+//! The same bits on every machine: no fused multiply-add, no reassociation, no transcendental function.
 
 mod gather;
 mod gathered;
@@ -107,10 +106,9 @@ pub trait Lane:
         self.max(low).min(high)
     }
 
-    /// Rounds to a multiple of `step`, halves to even; magnitudes from 2⁵¹ steps are unchanged.
+    /// To a multiple of `step`, halves to even; unchanged from 2⁵¹ steps on.
     ///
-    /// Adding and subtracting 1.5·2⁵² rounds by additions alone, with the same result on every machine and at every
-    /// width.
+    /// Adding and subtracting 1.5·2⁵² rounds by additions alone: the same result at every width.
     #[inline(always)]
     fn round_to(self, step: Self, inverse_step: Self) -> Self {
         let shift = Self::splat(6_755_399_441_055_744.0);

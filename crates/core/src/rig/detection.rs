@@ -44,9 +44,8 @@ pub(super) struct Detected {
     pub(super) decision: Decision<f64>,
 }
 
-/// After up to `bridged_samples` missing samples, the next complete one is processed together with their linear
-/// interpolation: a drop in the gap is detected late. After a longer gap the estimate and the offset of the force
-/// sensor are kept, and the detector starts anew.
+/// The next complete sample after up to `bridged_samples` missing ones is processed with their linear interpolation.
+/// After a longer gap the estimate and the sensor's offset are kept, and the detector starts anew.
 #[derive(Debug, Clone)]
 pub(super) struct DetectionChain {
     chain: Chain<f64, Rls<f64>, CusumDetector<f64>>,
@@ -67,7 +66,7 @@ pub(super) struct DetectionChain {
     velocity_m_per_s: f64,
     state: DetectionState,
     ticks_in_state: u32,
-    /// Interpolated samples, and gaps too long to be bridged.
+    /// Samples interpolated, and gaps too long.
     bridged: u64,
     gaps: u64,
 }
@@ -119,7 +118,7 @@ impl DetectionChain {
         (self.state, self.ticks_in_state)
     }
 
-    /// Interpolated samples, and gaps too long to be bridged.
+    /// Samples interpolated, and gaps too long.
     pub(super) fn gaps(&self) -> (u64, u64) {
         (self.bridged, self.gaps)
     }
@@ -171,7 +170,7 @@ impl DetectionChain {
         self.without_residual()
     }
 
-    /// After missing samples, for the first sample, or for a number that is not the next one.
+    /// After missing samples, for the first one, or for a number that is not the next.
     fn resume(&mut self, measurement: &Measurement<f64>, number: u64) -> Detected {
         let was_blind = self.missing > self.bridged_samples;
         self.missing = 0;
@@ -258,7 +257,7 @@ impl Stored for DetectionState {
 
 impl Stored for DetectionChain {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        // Lists all fields, so the compiler asks for new ones. Those with `_` follow from the settings.
+        // Lists all fields, so the compiler asks for new ones.
         let Self {
             chain,
             filter,

@@ -1,6 +1,6 @@
 use crate::lane::Stored;
 
-/// A value that is held while its channel is bad, and then returns to the reading in bounded steps:
+/// A value that is held while its channel is bad, and then returns in bounded steps:
 ///
 /// ```text
 /// good        y = reading

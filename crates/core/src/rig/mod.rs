@@ -1,7 +1,7 @@
 //! Estimator, detector and supervisor for a real controller: one `step(sample) -> command` per tick.
 //!
-//! The simulator runs the same source (steps 3 to 6 of the tick of `trocar::engine`, without the delay of a link): the
-//! same samples give the same commands, bit for bit.
+//! The simulator runs the same source (steps 3 to 6 of the tick of `trocar::engine`): the same samples give the same
+//! commands, bit for bit.
 //!
 //! ```
 //! # use trocar_core as trocar;
@@ -22,20 +22,16 @@
 //! ```
 //!
 //! # Bad samples
-//! A number that is not finite, or beyond its limit in [`Limits`], is a fault of its channel ([`Command::faults`]). The
-//! last good value replaces it; before the first one the rig is at rest at [`Settings::start_m`], without force. The
-//! supervisor's timers continue.
+//! A number that is not finite, or beyond its limit in [`Limits`], is a fault of its channel ([`Command::faults`]): its
+//! last good value replaces it, and the supervisor's timers continue.
 //!
-//! Up to [`Limits::bridged_samples`] missing samples are interpolated, in the step of the next good one. After a longer
-//! gap the estimate is kept, and the detector starts anew: a rupture within the gap or the next
+//! Up to [`Limits::bridged_samples`] missing samples are interpolated in the step of the next good one. After a longer
+//! gap the detector starts anew: a rupture within the gap or the next
 //! [`ArmingSettings::settle_s`](crate::detector::ArmingSettings) of quiet contact is missed.
 //!
-//! Reference and feedback force return no faster than [`Limits::recovery_speed_m_per_s`] and
-//! [`Limits::recovery_force_rate_n_per_s`].
-//!
 //! # Safety
-//! Every command passes the [`SafetyStage`](crate::safety::SafetyStage). Before the first good sample the reference is
-//! [`Settings::start_m`], scaled; from then on it starts at the slave: switch on the motors after that sample.
+//! Before the first good sample the reference is [`Settings::start_m`], scaled; from then on it starts at the slave:
+//! switch on the motors after that sample.
 
 mod counters;
 mod detection;
@@ -82,7 +78,7 @@ pub struct HapticController {
     slave_m: f64,
     faulty_samples: u32,
     counters: Counters,
-    /// The last sample was bad, or a held value has not yet returned to its reading.
+    /// The last sample was bad, or a held value has not yet returned.
     is_disturbed: bool,
 }
 
@@ -121,10 +117,8 @@ impl HapticController {
         self.step_new(sample, number)
     }
 
-    /// Like [`HapticController::step`], with numbers from 1, one per tick.
-    ///
-    /// A repeated or lower number counts as missing, skipped ones as lost. Ten ascending numbers below the newest one
-    /// mean that the counter was set back, and the detector starts anew.
+    /// Numbers start at 1, one per tick: a repeated or lower one counts as missing. Ten ascending numbers below the
+    /// newest one mean that the counter was set back, and the detector starts anew.
     pub fn step_numbered(&mut self, sample: &Sample, number: u64) -> Command {
         let arrival = self.sequence.take(number);
         self.counters.note(arrival);
@@ -144,13 +138,13 @@ impl HapticController {
         self.command(&detected, hand_m, force_n, faults, Some(&self.slave_sample(sample)))
     }
 
-    /// The master's force decays within `safety.decay_s`, and the slave's reference holds until
-    /// [`HapticController::enable`]; no effect if `safety.acts` is `nowhere`.
+    /// The force decays and the reference holds until [`HapticController::enable`]; no effect if `safety.acts` is
+    /// `nowhere`.
     pub fn stop(&mut self) {
         self.safety.stop();
     }
 
-    /// Ends a stop or a fault: the reference moves to the hand, then the force returns.
+    /// The reference moves to the hand, then the force returns.
     pub fn enable(&mut self) {
         self.safety.enable();
     }
@@ -173,7 +167,7 @@ impl HapticController {
         self.tick
     }
 
-    /// The estimator's gain (F₀₀, F₀₁, F₁₁): the covariance of (`K`, `B`) up to a factor.
+    /// (F₀₀, F₀₁, F₁₁): the covariance of (`K`, `B`) up to a factor.
     #[must_use]
     pub fn estimator_gain(&self) -> [f64; 3] {
         self.detection.estimator_gain()
@@ -294,7 +288,7 @@ fn measurement(sample: &Sample) -> Measurement<f64> {
 
 impl Stored for HapticController {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        // Lists all fields, so the compiler asks for new ones. Those with `_` follow from the settings.
+        // Lists all fields, so the compiler asks for new ones.
         let Self {
             detection,
             sequence,

@@ -49,7 +49,7 @@ pub struct Detection {
     pub state_ticks: u32,
 }
 
-/// The detection of [`HapticController`](super::HapticController) alone, with the same results, bit for bit.
+/// The detection of [`HapticController`](super::HapticController), bit for bit.
 #[derive(Debug, Clone)]
 pub struct NeedleDetector {
     chain: DetectionChain,
@@ -61,7 +61,7 @@ pub struct NeedleDetector {
 }
 
 impl NeedleDetector {
-    /// Uses only the keys of estimator, detector, contact, sensor, tick and `rig.`; all must be valid.
+    /// Uses only the keys of estimator, detector, contact, sensor, tick and `rig.`.
     pub fn new(settings: &Settings) -> Result<Self, InvalidValue> {
         settings.validate()?;
         Ok(Self {

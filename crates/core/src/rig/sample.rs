@@ -46,7 +46,7 @@ impl Faults {
         self.master_position | self.slave_position | self.slave_velocity | self.force
     }
 
-    /// The sum of 1: master's position, 2: slave's position, 4: its velocity, 8: force.
+    /// 1: master's position, 2: slave's position, 4: its velocity, 8: force; summed.
     #[must_use]
     pub fn bits(self) -> u32 {
         let flags = [self.master_position, self.slave_position, self.slave_velocity, self.force];
@@ -68,13 +68,13 @@ pub struct Command {
     pub slave_reference_m: f64,
     /// `F_ed` for the master's force controller, in N.
     pub master_force_n: f64,
-    /// Largest change of `F_ed` from the last tick that the active law allows, in N.
+    /// Largest change of `F_ed` since the last tick that the active law allows, in N.
     pub allowed_force_step_n: f64,
     /// Mode of the supervisor.
     pub mode: Mode,
     /// True if this sample raises an alarm.
     pub alarm: bool,
-    /// True if an alarm began an event; with augmentation disabled, if there is an alarm.
+    /// True if an alarm began an event; with augmentation disabled, at each alarm.
     pub alarm_taken: bool,
     /// `K` in N/m.
     pub stiffness_n_per_m: f64,

@@ -7,8 +7,7 @@ use crate::estimation::{ContactSettings, Forgetting, Parameters, RlsSettings, Ve
 use crate::safety::SafetySettings;
 use crate::settings::{Key, KeySource, Range, count, joined, restricted};
 
-/// Of settings that the tick divides or multiplies by: no product overflows or underflows. Chosen here, far beyond any
-/// rig.
+/// No product of the tick overflows or underflows. Chosen here, far beyond any rig.
 const MIN_MAGNITUDE: f64 = 1e-12;
 const MAX_MAGNITUDE: f64 = 1e12;
 
@@ -61,7 +60,7 @@ const TICK: Range = Range::stated(1e-6, 1.0, "from 1e-6 to 1");
 const LIMIT: Range = Range::stated(MIN_MAGNITUDE, MAX_LIMIT, "positive, from 1e-12 to 1e6");
 
 crate::settings! {
-    /// Limits of a possible sample, and rates of recovery. Chosen here, wider than a needle's rig.
+    /// Limits of a possible sample, and rates of recovery. Chosen here.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct Limits in "rig." {
         /// Largest magnitude of a position; a sample beyond it is bad.
@@ -69,8 +68,6 @@ crate::settings! {
         /// Largest magnitude of a velocity; a sample beyond it is bad.
         velocity_m_per_s: f64 at "rig.velocity_limit_m_per_s" [self::LIMIT] = 10.0,
         /// Largest magnitude of a force; a sample beyond it is bad.
-        ///
-        /// Not above the sensor's range.
         force_n: f64 at "rig.force_limit_n" [self::LIMIT] = 100.0,
         /// Longest gap, in samples, over which missing samples are interpolated; at most 100.
         bridged_samples: u64 [0..] = 9,
@@ -146,7 +143,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Keys of a scenario, and `rig.start_m`; only estimators that a rig runs.
+    /// Keys of a scenario, and `rig.start_m`, with the estimators that a rig runs.
     pub const KEYS: &'static [Key] = {
         const GROUPS: &[&[Key]] = &[
             Machines::KEYS,
@@ -165,7 +162,7 @@ impl Settings {
         )
     };
 
-    /// Reads [`Settings::KEYS`] without checking ranges. A resolution of 0 means that the velocity is measured.
+    /// Does not check ranges. A resolution of 0 means that the velocity is measured.
     pub fn read<S: KeySource>(source: &mut S) -> Result<Self, S::Error> {
         let Machines { tick_s, start_m, position_scale, force_scale, resolution_m, acceleration_std_m_per_s2 } =
             Machines::read(source)?;
@@ -189,7 +186,7 @@ impl Settings {
         })
     }
 
-    /// Checks all ranges, and that no good sample can make a tick's numbers overflow.
+    /// Also, that no good sample makes a tick's numbers overflow.
     pub fn validate(&self) -> Result<(), InvalidValue> {
         self.machines().validate()?;
         self.limits.validate()?;

@@ -5,7 +5,7 @@ use crate::lane::{Lane, Stored};
 /// ```text
 /// s_k = clamp(s_{k-1} ± T / d, 0, 1)
 /// ```
-/// with the duration `d` of the whole way, upwards while the force is present.
+/// with the duration `d` of the whole way.
 #[derive(Debug, Clone)]
 pub struct Fade<L> {
     step: L,
@@ -26,7 +26,7 @@ impl<L: Lane> Fade<L> {
         self.share
     }
 
-    /// Moves towards 1 in the lanes in which the force is present, else towards 0.
+    /// Towards 1 in the lanes in which the force is present, else towards 0.
     #[inline(always)]
     pub fn update(&mut self, is_present: L::Mask) {
         let step = L::select(is_present, self.step, -self.step);

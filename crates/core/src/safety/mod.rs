@@ -28,7 +28,7 @@ pub struct Wanted {
     pub force_n: f64,
     /// Last good position of the slave in m.
     pub slave_m: f64,
-    /// True if every channel of the sample is good.
+    /// True if every channel is good.
     pub is_good: bool,
 }
 
@@ -50,14 +50,14 @@ pub struct Limited {
     pub force: bool,
     /// `safety.force_rate_n_per_s`.
     pub force_rate: bool,
-    /// `safety.reference_speed_m_per_s`, or the alignment's speed.
+    /// `safety.reference_speed_m_per_s`, or of an alignment.
     pub reference_speed: bool,
     /// `safety.lead_m`.
     pub lead: bool,
 }
 
 impl Limited {
-    /// The sum of 1: force, 2: its rate, 4: speed of the reference, 8: its lead.
+    /// 1: force, 2: its rate, 4: speed of the reference, 8: its lead; summed.
     #[must_use]
     pub fn bits(self) -> u32 {
         let flags = [self.force, self.force_rate, self.reference_speed, self.lead];
@@ -78,7 +78,7 @@ pub struct SafetyCounts {
     pub force: u64,
     /// `safety.force_rate_n_per_s`.
     pub force_rate: u64,
-    /// `safety.reference_speed_m_per_s`, or the alignment's speed.
+    /// `safety.reference_speed_m_per_s`, or of an alignment.
     pub reference_speed: u64,
     /// `safety.lead_m`.
     pub lead: u64,
@@ -150,15 +150,14 @@ impl SafetyStage {
         self.counts
     }
 
-    /// The force decays within `safety.decay_s`, and the reference holds until [`SafetyStage::enable`]; no effect if
-    /// `safety.acts` is `nowhere`.
+    /// The force decays and the reference holds until [`SafetyStage::enable`]; no effect if `safety.acts` is `nowhere`.
     pub fn stop(&mut self) {
         if self.acts {
             self.state = SafetyState::Disabled;
         }
     }
 
-    /// Ends a stop or a fault: the reference moves to the hand, then the force returns.
+    /// The reference moves to the hand, then the force returns.
     pub fn enable(&mut self) {
         if self.acts && matches!(self.state, SafetyState::Disabled | SafetyState::Fault) {
             self.begin_alignment();
@@ -167,7 +166,7 @@ impl SafetyStage {
         }
     }
 
-    /// Bounds the commands of a tick; `sample` is `None` unless it is good.
+    /// `sample` is `None` unless it is good.
     #[inline(always)]
     pub fn pass(&mut self, wanted: &Wanted, sample: Option<&SlaveSample>) -> Safe {
         if !self.acts {
@@ -288,7 +287,7 @@ impl Stored for SafetyCounts {
 
 impl Stored for SafetyStage {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        // Lists all fields, so the compiler asks for new ones. Those with `_` follow from the settings.
+        // Lists all fields, so the compiler asks for new ones.
         let Self {
             acts: _,
             force,

@@ -1,13 +1,13 @@
 use super::{FaultCause, SafetySettings};
 use crate::lane::Stored;
 
-/// In N. Chosen here: above the offset of an untared sensor.
+/// Chosen here: above the offset of an untared sensor.
 const PULL_N: f64 = 1.0;
 
-/// Accepted ratio of the integral of the velocity to the motion.
+/// Of the integral of the velocity to the motion.
 const RATIO: (f64, f64) = (0.5, 2.0);
 
-/// Restarts the comparison of position and velocity, because noise would accumulate.
+/// Restarts the comparison, because noise would accumulate.
 const COMPARED_SAMPLES: u32 = 10_000;
 
 /// A sample of the slave.
@@ -73,7 +73,7 @@ impl Plausibility {
             return None;
         }
         let step_m = position_m - self.last_m;
-        // In free air without noise the force is exactly 0.
+        // In free air without noise the force is 0.
         let is_constant = (force_n == self.last_n) & (force_n != 0.0);
         (self.last_m, self.last_n) = (position_m, force_n);
         self.constant_m = if is_constant { self.constant_m + step_m.abs() } else { 0.0 };
@@ -106,7 +106,7 @@ impl Plausibility {
 
 impl Stored for Plausibility {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        // Lists all fields, so the compiler asks for new ones. Those with `_` follow from the settings.
+        // Lists all fields, so the compiler asks for new ones.
         let Self {
             stuck_travel_m: _,
             pull_travel_m: _,

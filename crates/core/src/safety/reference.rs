@@ -1,7 +1,7 @@
 use super::SafetySettings;
 use crate::lane::Lane;
 
-/// Limits the speed of a reference and its distance from the measured slave `s`:
+/// Limits the speed of a reference and its distance from the slave `s`:
 ///
 /// ```text
 /// x_k = clamp(clamp(x, s - d, s + d), x_{k-1} - v T, x_{k-1} + v T)

@@ -1,6 +1,6 @@
 use crate::settings::{ActsFor, Range};
 
-/// Within these bounds no product of a tick overflows or underflows. Chosen here, far beyond any rig.
+/// No product of a tick overflows or underflows. Chosen here, far beyond any rig.
 const LIMIT: Range = Range::stated(1e-12, 1e6, "positive, from 1e-12 to 1e6");
 
 /// For keys that act only where the stage acts.
@@ -18,13 +18,12 @@ crate::choice! {
 }
 
 crate::settings! {
-    /// Limits of the commands to the motors, and the checks that stop a rig.
+    /// Limits of the commands to the motors, and checks that stop a rig.
     ///
-    /// Chosen here for a desktop haptic device and a needle. In the shipped scenarios the largest force is 13.8 N and
-    /// its largest rate 1511 N/s.
+    /// Chosen here for a desktop haptic device and a needle: the shipped scenarios reach 13.8 N and 1511 N/s.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct SafetySettings in "safety." {
-        /// Controllers that the limits act on.
+        /// Where the limits act.
         acts: SafetyActs,
         /// Largest magnitude of the master's force.
         force_limit_n: f64 [self::LIMIT] for (WHEN_ACTING) = 20.0,

@@ -11,8 +11,8 @@ use crate::lane::{Stored, store_code};
 ///      └──               good samples,  fault <────────┘
 ///                        or enable
 /// ```
-/// Only the active state commands the supervisor's force. A fault by missing samples ends with the next good sample, a
-/// sensor's fault with `enable`. A rig starts aligning.
+/// Only the active state commands the supervisor's force. Missing samples end their fault by the next good one; a
+/// sensor's fault ends with `enable`. A rig starts aligning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SafetyState {
     /// The force decays, and the reference holds.
@@ -21,7 +21,7 @@ pub enum SafetyState {
     Aligning,
     /// The supervisor's commands, limited.
     Active,
-    /// Bad samples or an implausible sensor: the force decays, and the reference holds.
+    /// The force decays, and the reference holds.
     Fault,
 }
 
@@ -50,7 +50,7 @@ impl SafetyState {
 /// Cause of the last fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FaultCause {
-    /// `safety.bad_samples` consecutive samples were bad or missing.
+    /// `safety.bad_samples` samples in a row.
     BadSamples,
     /// The force did not change during a motion.
     StuckForce,

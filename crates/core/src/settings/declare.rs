@@ -20,30 +20,29 @@
 /// ```
 ///
 /// generates the struct, `DEFAULT`, `Default`, `KEYS`, `validate` and `read`. A key is the prefix and the field's name,
-/// or the literal after `at`. A field is one of
+/// or the literal after `at`:
 ///
 /// | declaration | holds |
 /// |---|---|
-/// | `name: f64 [RANGE] = 0.5` | a number; `RANGE` is a constant of [`Range`](crate::settings::Range) or an expression that gives one |
+/// | `name: f64 [RANGE] = 0.5` | a number; `RANGE`: of [`Range`](crate::settings::Range), or an expression |
 /// | `name: f64 [SIGN] = 1.0` | 1 or -1 |
-/// | `name: f64 [RANGE] => "ten thresholds" 10.0 * threshold` | a number derived from the fields before it; the text states the rule |
+/// | `name: f64 [RANGE] => "ten thresholds" 10.0 * threshold` | derived from the fields before it by the stated rule |
 /// | `name: Option<f64> [RANGE]` | a number or none |
 /// | `name: u64 [1..] = 1`, `name: usize [1..] = 1` | a whole number and its minimum |
 /// | `name: bool = true` | true or false |
 /// | `name: Vec<f64> = [0.0, 1.0]` | numbers |
 /// | `name: String = "time_s"`, `name: Option<String>` | a text, or none |
-/// | `name: Option<String> [FILE]` | the path of a file, as it is written |
-/// | `name: Option<f64> [RANGE] => "ten intervals"`, `name: String => "the file's name"` | derived from other keys by the reader; the text states the rule |
-/// | `name: Other` | other settings or a choice, with their keys |
-/// | `name: Other [kinds last]` | a choice; the keys of its kinds follow the keys of all fields |
+/// | `name: Option<String> [FILE]` | a path |
+/// | `name: Option<f64> [RANGE] => "ten intervals"`, `name: String => "the file's name"` | derived by the reader |
+/// | `name: Other` | settings or a choice |
+/// | `name: Other [kinds last]` | a choice; the keys of its kinds follow all fields |
 ///
-/// - `for Motion::Any | Inserting` before a default names the kinds of a choice for which a key acts; `for (...)` gives
-///   an [`ActsFor`](crate::settings::ActsFor).
-/// - `given (threshold: f64)` after the prefix names inputs of the defaults, which `read` takes and
-///   `name: Other (threshold)` passes on. With a value, as in `given (threshold: f64 = 2.0)`, there is also a default,
-///   and `default_for`.
-/// - `no DEFAULT`: a field has no default. `no const`: no default at compile time, only `Default`.
-/// - `where field: |s| ..., "at least ...";` checks a field against others; `then Self::check;` runs any check.
+/// - `for Motion::Any | Inserting` before a default names the kinds for which a key acts; `for (...)` gives an
+///   [`ActsFor`](crate::settings::ActsFor).
+/// - `given (threshold: f64)` after the prefix names inputs of the defaults, for `read` and `name: Other (threshold)`;
+///   `given (threshold: f64 = 2.0)` also generates `default_for`.
+/// - `no DEFAULT`: a field has no default. `no const`: only `Default`.
+/// - `where field: |s| ..., "at least ...";` and `then Self::check;` check fields.
 #[macro_export]
 macro_rules! settings {
     (
@@ -331,9 +330,9 @@ macro_rules! settings {
 /// assert_eq!(Law::DEFAULT.word(), "decay");
 /// ```
 ///
-/// generates the enum, `DEFAULT` (the kind after `=`), `Default`, `WORDS`, `ALL` if all kinds are empty, `word`,
-/// `validate`, `read`, `KEY`, `KIND_KEYS`, and `KEYS` with both. A kind is empty, or has fields as in
-/// [`settings!`](crate::settings!) or other settings in parentheses. `no const` generates only `Default`.
+/// generates the enum, `DEFAULT`, `Default`, `WORDS`, `ALL` if all kinds are empty, `word`, `validate`, `read`, `KEY`,
+/// `KIND_KEYS`, and `KEYS` with both. A kind is empty, or has fields as in [`settings!`](crate::settings!) or other
+/// settings in parentheses.
 #[macro_export]
 macro_rules! choice {
     (

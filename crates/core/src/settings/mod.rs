@@ -1,7 +1,6 @@
 //! One declaration per setting: field, default, range, key and reader.
 //!
-//! [`settings!`](crate::settings!) declares the settings of a part, [`choice!`](crate::choice!) the kinds of one
-//! setting.
+//! [`settings!`](crate::settings!) declares settings, [`choice!`](crate::choice!) the kinds of one setting.
 
 mod declare;
 mod range;
@@ -29,7 +28,7 @@ pub enum Kind {
     Choice(&'static [&'static str]),
     /// Any text.
     Text,
-    /// A path relative to the scenario's folder, or `builtin:` and a name.
+    /// Relative to the scenario's folder, or `builtin:` and a name.
     File,
 }
 
@@ -83,7 +82,7 @@ pub enum Fallback {
 
 const MAX_WORDS: usize = 8;
 
-/// The words of a choice, or `true` or `false`, for which a key acts.
+/// Words of a choice, or of a switch, for which a key acts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ActsFor {
     /// The key of the choice.
@@ -95,7 +94,7 @@ pub struct ActsFor {
 }
 
 impl ActsFor {
-    /// A condition on at most eight words.
+    /// At most eight words.
     #[must_use]
     pub const fn new(key: &'static str, given: &[&'static str]) -> Self {
         let mut words = [""; MAX_WORDS];
@@ -107,7 +106,7 @@ impl ActsFor {
         Self { key, words, count: given.len(), also: None }
     }
 
-    /// Requires another choice to have this word, too.
+    /// Another choice must have this word, too.
     #[must_use]
     pub const fn only_with(self, key: &'static str, word: &'static str) -> Self {
         Self { also: Some((key, word)), ..self }
@@ -119,7 +118,7 @@ impl ActsFor {
         core::iter::once(Self { also: None, ..self }).chain(also)
     }
 
-    /// A condition on all words but one.
+    /// All words but one.
     #[must_use]
     pub const fn all_but(key: &'static str, words: &[&'static str], left_out: &str) -> Self {
         let mut built = Self::new(key, &[]);
@@ -133,7 +132,7 @@ impl ActsFor {
         built
     }
 
-    /// A condition on the kinds whose groups contain the first of `keys`.
+    /// Kinds whose groups contain the first of `keys`.
     #[must_use]
     pub const fn built_from(keys: &[Key], key: &'static str, kinds: &[(&'static str, &[&[Key]])]) -> Self {
         let mut built = Self::new(key, &[]);
@@ -284,7 +283,7 @@ pub trait KeySource {
     /// The error for an unknown word.
     fn unknown_word(&self, key: &str) -> Self::Error;
 
-    /// Visits the named tables of a list in order, with their keys as `list.*.key`.
+    /// Visits the named tables of a list, with their keys as `list.*.key`.
     fn visit_items(
         &mut self,
         list: &str,
@@ -319,7 +318,7 @@ pub const fn joined<const COUNT: usize>(groups: &[&[Key]]) -> [Key; COUNT] {
     all
 }
 
-/// The keys of all groups; keys without a condition get this one.
+/// Keys without a condition get this one.
 #[must_use]
 pub const fn acting<const COUNT: usize>(groups: &[&[Key]], acts_for: ActsFor) -> [Key; COUNT] {
     let mut all = joined::<COUNT>(groups);
@@ -333,7 +332,7 @@ pub const fn acting<const COUNT: usize>(groups: &[&[Key]], acts_for: ActsFor) ->
     all
 }
 
-/// The keys with fewer words for the choice at `path`, its default among them.
+/// Fewer words for the choice at `path`, its default among them.
 #[must_use]
 pub const fn restricted<const COUNT: usize>(
     mut keys: [Key; COUNT],
@@ -367,7 +366,7 @@ pub const fn count_distinct(groups: &[&[Key]]) -> usize {
     count
 }
 
-/// The `COUNT` different keys; a key of several groups acts for the kinds of all.
+/// The `COUNT` different keys; a key of several kinds acts for all of them.
 #[must_use]
 pub const fn distinct<const COUNT: usize>(groups: &[&[Key]]) -> [Key; COUNT] {
     let mut all = [Key::new("", Kind::Flag, Fallback::Unset, ""); COUNT];

@@ -30,28 +30,28 @@ pub struct AugmentedTick<L: Lane> {
     pub begins: L::Mask,
 }
 
-/// Gives the feedback force while the slave is frozen; a user-defined law implements it for `f64`.
+/// The feedback force while the slave is frozen; a user-defined law implements it for `f64`.
 pub trait ForceLaw<L: Lane> {
-    /// The force and its largest allowed change, both in N; ignored in lanes that are not frozen.
+    /// The force and its largest allowed change, both in N.
     fn augmented(&mut self, now: &AugmentedTick<L>) -> (L, L);
 }
 
-/// The force law as a linear map, for the certificate of events.
+/// For the certificate of events.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ForceMap {
-    /// Decay to a share of the force at the alarm.
+    /// Towards a share of the force at the alarm.
     Decays {
         /// Remaining share.
         ratio: f64,
         /// In s.
         time_constant_s: f64,
     },
-    /// Force at the alarm plus the change of the measured force times a gain, down to a floor.
+    /// The force at the alarm plus the change of the measured force times a gain, down to a floor.
     FollowsTissue {
         /// The gain.
         gain: f64,
     },
-    /// Force of teleoperation plus a damping of the master that rises from 0.
+    /// The force of teleoperation plus a rising damping.
     IsDamped {
         /// Largest damping.
         damping_n_s_per_m: f64,
@@ -79,7 +79,7 @@ crate::registry! {
 }
 
 impl ForceLawSettings {
-    /// `None` if the certificate of events does not cover the law.
+    /// `None` if the certificate of events does not cover it.
     #[must_use]
     pub fn map(&self) -> Option<ForceMap> {
         of_kind!(self, Part(kind_settings) => Part::<f64>::map(kind_settings))

@@ -22,7 +22,7 @@ pub struct HeldTick<L> {
     pub anchor_m: L,
     /// Slave's reference at the tick before; first the anchor.
     pub last_m: L,
-    /// Reference without the event: the hand plus the offset left by a clutch.
+    /// Without the event: the hand plus the offset left by a clutch.
     pub hand_m: L,
 }
 
@@ -32,7 +32,7 @@ pub trait Hold<L: Lane> {
     fn reference_m(&self, now: &HeldTick<L>) -> L;
 }
 
-/// The hold as a linear map, for the certificate of events.
+/// For the certificate of events.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HoldMap {
     /// A constant reference.
@@ -56,7 +56,7 @@ crate::registry! {
 }
 
 impl HoldSettings {
-    /// `None` if the certificate of events does not cover the hold.
+    /// `None` if the certificate of events does not cover it.
     #[must_use]
     pub fn map(&self) -> Option<HoldMap> {
         of_kind!(self, Part(kind_settings) => Part::<f64>::map(kind_settings))

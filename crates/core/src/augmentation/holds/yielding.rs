@@ -10,10 +10,8 @@ crate::settings! {
     }
 }
 
-/// `x_ref = min(hand, max(anchor, hand - d))`: rests at the anchor until the hand is `d` beyond it, then follows at
-/// this distance; follows a withdrawal at once.
-///
-/// A virtual fixture after Rosenberg (IEEE VRAIS 1993).
+/// `x_ref = min(hand, max(anchor, hand - d))`: a virtual fixture (Rosenberg, IEEE VRAIS 1993) that rests until the hand
+/// is `d` beyond the anchor.
 #[derive(Debug, Clone)]
 pub struct Yielding<L> {
     distance: L,

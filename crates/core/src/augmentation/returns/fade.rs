@@ -10,11 +10,11 @@ crate::settings! {
     }
 }
 
-/// In m; a smaller gap is closed, because subnormal numbers are slow.
+/// A smaller gap is closed, because subnormal numbers are slow.
 const SMALLEST_M: f64 = 1e-12;
 
-/// `gap = gap⁻ exp(-T/τ)`, also in teleoperation. A time constant above the time between two layers lets the load of
-/// the next layer push the hand back first.
+/// `gap = gap⁻ exp(-T/τ)`, also in teleoperation. A long time constant lets the load of the next layer push the hand
+/// back first.
 #[derive(Debug, Clone)]
 pub struct Fade<L> {
     keep: L,

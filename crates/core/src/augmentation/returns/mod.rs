@@ -20,11 +20,11 @@ use crate::lane::{Lane, Mask};
 /// Inputs at a tick, on the slave's scale.
 #[derive(Debug, Clone, Copy)]
 pub struct ReturnTick<L: Lane> {
-    /// Slave's reference minus hand at the tick before, in m; at the release, the gap without a jump.
+    /// Slave's reference minus hand at the tick before, in m.
     pub gap_m: L,
     /// Motion of the hand since the tick before, in m.
     pub hand_step_m: L,
-    /// Measured force in N; in teleoperation, the last one of the event.
+    /// In N; in teleoperation, the last one of the event.
     pub force_n: L,
     /// Lanes released at this tick.
     pub begins: L::Mask,
@@ -45,7 +45,7 @@ pub trait Return<L: Lane> {
     }
 }
 
-/// The return as a linear map, for the certificate of events.
+/// For the certificate of events.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ReturnMap {
     /// Closed when the event ends.
@@ -83,7 +83,7 @@ crate::registry! {
 }
 
 impl Reengage {
-    /// `None` if the certificate of events does not cover the return.
+    /// `None` if the certificate of events does not cover it.
     #[must_use]
     pub fn map(&self) -> Option<ReturnMap> {
         of_kind!(self, Part(kind_settings) => Part::<f64>::map(kind_settings))

@@ -12,13 +12,13 @@ crate::settings! {
     }
 }
 
-/// As the ramp, until the force is `stop_rise_n` above its minimum since the release; then keeps the gap.
+/// As the ramp, until the force is `stop_rise_n` above its minimum since the release.
 #[derive(Debug, Clone)]
 pub struct RampUntilLoad<L> {
     step: L,
     stop_rise: L,
     force: L,
-    /// Negative infinity after a stop, because a stopped ramp does not restart.
+    /// Negative infinity after a stop: a stopped ramp does not restart.
     min_force: L,
 }
 

@@ -12,22 +12,22 @@ crate::settings! {
     pub struct WindowSettings in "detector." {
         /// Length of the likelihood ratio's window in samples, at most 64.
         ///
-        /// The default is the estimator's default memory in updates, after which the residual vanishes (chosen here).
+        /// The default is the estimator's default memory, after which the residual vanishes (chosen here).
         window_samples: usize [1..] = 10,
     }
     where window_samples: |s| s.window_samples <= MAX_WINDOW_SAMPLES, "a whole number from 1 to 64";
 }
 
-/// Log-likelihood ratio of a mean that shifted from 0 by an unknown size at an unknown sample of the window:
+/// Log-likelihood ratio of a mean that shifted from 0 by an unknown size at an unknown sample:
 ///
 /// ```text
 /// T_k = max over n = 1 … N of (e_{k-n+1} + … + e_k)² / (2 σ_0² n)
 /// ```
 /// Dimensionless (Basseville and Nikiforov, *Detection of Abrupt Changes*, 1993, chapter 2; window: Willsky and Jones,
-/// *IEEE Transactions on Automatic Control* 21, 1976). Rises count like falls. The cost: `N` steps per sample.
+/// *IEEE Transactions on Automatic Control* 21, 1976). The cost: `N` steps per sample.
 #[derive(Debug, Clone)]
 pub struct LikelihoodRatio<L> {
-    /// Ring buffer, initially 0, which only makes ratios smaller.
+    /// Initially 0, which only makes ratios smaller.
     window: [L; MAX_WINDOW_SAMPLES],
     /// `1 / (2 σ_0² n)` from `n = 1` on.
     weight: [L; MAX_WINDOW_SAMPLES],

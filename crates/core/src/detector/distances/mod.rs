@@ -30,7 +30,7 @@ use super::DetectorInput;
 use super::hypotheses::Hypotheses;
 use crate::lane::Lane;
 
-/// Computes the number to accumulate (eq. 27); a user-defined distance implements it for `f64`.
+/// Gives the number to accumulate (eq. 27); a user-defined distance implements it for `f64`.
 pub trait Distance<L: Lane> {
     /// `s_k`, in the unit of the distance.
     fn update(&mut self, input: &DetectorInput<L>) -> L;
@@ -39,14 +39,13 @@ pub trait Distance<L: Lane> {
     #[inline(always)]
     fn reset(&mut self, _mask: L::Mask) {}
 
-    /// If false, `s_k - ν` itself is compared with the threshold.
+    /// If false, `s_k - ν` is compared with the threshold.
     #[inline(always)]
     fn accumulates(&self) -> bool {
         true
     }
 
-    /// Lanes in which a self-arming distance can judge a sample; `None` if [`ArmingSettings`](super::ArmingSettings)
-    /// arms it.
+    /// Lanes in which a self-arming distance can judge a sample; otherwise `None`.
     #[inline(always)]
     fn is_ready(&self) -> Option<L::Mask> {
         None
@@ -83,7 +82,6 @@ trait BuiltIn {
 
     fn new(settings: &DistanceSettings, tick_s: f64) -> Self;
 
-    /// Keeps what a gap in the samples does not change.
     fn restarted(&self, settings: &DistanceSettings, tick_s: f64) -> Self
     where
         Self: Sized,
@@ -115,7 +113,7 @@ crate::registry! {
 }
 
 crate::settings! {
-    /// A kind of distance and the settings of all kinds, because a study compares all kinds.
+    /// All are valid for every kind, because a study compares all kinds.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct DistanceSettings in "detector." {
         /// Kind of distance.
@@ -130,7 +128,7 @@ crate::settings! {
 }
 
 impl DistanceKind {
-    /// True if the distance is accumulated (eq. 27).
+    /// True if accumulated (eq. 27).
     #[must_use]
     pub fn accumulates(self) -> bool {
         of_kind!(self, Part => Part::<f64>::ACCUMULATES)
@@ -142,13 +140,13 @@ impl DistanceKind {
         of_kind!(self, Part => Part::<f64>::IS_ONE_SIDED)
     }
 
-    /// True for a distance without a model of the tissue.
+    /// True without a model of the tissue.
     #[must_use]
     pub fn is_baseline(self) -> bool {
         of_kind!(self, Part => Part::<f64>::IS_BASELINE)
     }
 
-    /// The condition that a self-arming distance waits for.
+    /// What a self-arming distance waits for.
     #[must_use]
     pub fn waits_for(self) -> Option<&'static str> {
         of_kind!(self, Part => Part::<f64>::WAITS_FOR)
@@ -162,10 +160,8 @@ impl DistanceKind {
 }
 
 impl Hypotheses {
-    /// Threshold γ and drift ν, in the unit of the distance.
-    ///
-    /// The drift is halfway between the hypotheses, the threshold one sample's contribution after the change. A
-    /// log-likelihood ratio includes its drift.
+    /// γ and ν in the unit of the distance: ν is halfway between the hypotheses, γ one sample's contribution after the
+    /// change. A log-likelihood ratio includes its drift.
     #[must_use]
     pub fn tuning(&self, kind: DistanceKind) -> (f64, f64) {
         of_kind!(kind, Part => Part::<f64>::tuning(self))
@@ -179,7 +175,7 @@ impl<L: Lane> AnyDistance<L> {
         of_kind!(settings.kind, Part => <Part<L> as BuiltIn>::new(settings, tick_s).into())
     }
 
-    /// Starts anew after a gap in the samples; the adaptive distance keeps the offset of the sensor.
+    /// Starts anew after a gap; the adaptive distance keeps the sensor's offset.
     #[must_use]
     pub fn restarted(&self, settings: &DistanceSettings, tick_s: f64) -> Self {
         each!(self, distance => distance.restarted(settings, tick_s).into())

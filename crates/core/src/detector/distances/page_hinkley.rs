@@ -3,15 +3,14 @@ use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::{Lane, Mask};
 
-/// Deviation of a residual from the mean since the start or the last alarm, in the direction of a rupture:
+/// Deviation from the mean since the start or the last alarm, in the direction of a rupture:
 ///
 /// ```text
 /// ē_k = ē_{k-1} + (e_k - ē_{k-1}) / k
 /// s_k = ± (e_k - ē_k)
 /// ```
-/// in N, with the sign of `m_1` (eq. 22). Accumulated by eq. 27 it is the Page-Hinkley test (Hinkley, *Biometrika* 58,
-/// 1971), in which a constant error of the model has no effect. The cost: after a long quiet time a new offset counts
-/// as a change.
+/// in N, with the sign of `m_1` (eq. 22); with eq. 27 the Page-Hinkley test (Hinkley, *Biometrika* 58, 1971). A
+/// constant error of the model has no effect, but after a long quiet time a new offset counts as a change.
 #[derive(Debug, Clone)]
 pub struct PageHinkley<L> {
     towards: L,
@@ -47,7 +46,7 @@ impl<L: Lane> BuiltIn for PageHinkley<L> {
     const UNIT: &'static str = "N";
     const IS_ONE_SIDED: bool = true;
 
-    /// Hinkley's drift is half the smallest shift to detect.
+    /// Half the smallest shift to detect.
     fn tuning(hypotheses: &Hypotheses) -> (f64, f64) {
         let half = hypotheses.rupture_mean_n.abs() / 2.0;
         (half, half)

@@ -3,11 +3,9 @@ use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::Lane;
 
-/// `s_k = |(ΔK_k / K_1, ΔB_k / B_1)|`, dimensionless: the length of `H_k` (eq. 25) relative to its value at a rupture
-/// (Barbé et al. 2006).
+/// `s_k = |(ΔK_k / K_1, ΔB_k / B_1)|`, dimensionless: `H_k` (eq. 25) relative to a rupture's (Barbé et al. 2006).
 ///
-/// The paper does not say how the components of eq. 26 are combined; with the length, each parameter can raise the
-/// alarm alone.
+/// The paper does not say how eq. 26 combines the components; with the length, each can raise the alarm alone.
 #[derive(Debug, Clone)]
 pub struct ParameterChange<L> {
     /// Inverse corrections by a rupture, in m/N and m/(N·s).

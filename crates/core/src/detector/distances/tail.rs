@@ -6,14 +6,13 @@ const BLOCK_S: f64 = 0.1;
 /// Smallest value of the tail.
 const TAIL_FROM: f64 = 3.0;
 
-/// Prior: time in s, peaks above [`TAIL_FROM`] in it, and means of `ln(peak / TAIL_FROM)` and of its square.
-///
-/// Heavier than normal noise: the first minutes have too few false alarms rather than too many.
+/// Prior: s, peaks above [`TAIL_FROM`], means of `ln(peak / TAIL_FROM)` and of its square. Heavier than normal noise,
+/// so the first minutes have too few false alarms rather than too many.
 const ASSUMED_S: f64 = 20.0;
 const ASSUMED_PEAKS: f64 = 10.0;
 const ASSUMED_MOMENTS: [f64; 2] = [0.18, 0.062];
 
-/// Range of the tail's shape. Below -0.5 the tail ends, above 1 it has no mean.
+/// Below -0.5 the tail ends, above 1 it has no mean.
 const SHAPE: (f64, f64) = (-0.5, 1.0);
 
 crate::settings! {
@@ -24,14 +23,14 @@ crate::settings! {
         /// this rate.
         ///
         /// The peaks above 3 per 0.1 s, without the peaks of alarms, give a generalised Pareto tail (Dekkers, Einmahl
-        /// and de Haan, *Annals of Statistics* 17, 1989). The rate is within a factor of three of the target for noise
-        /// with tails up to Student's t with 3 degrees of freedom and for correlated normal noise; it is higher if the
-        /// noise is both, and lower if a tenth of the force exceeds the noise.
+        /// and de Haan, *Annals of Statistics* 17, 1989). The rate is within a factor of three of the target for tails
+        /// up to Student's t with 3 degrees of freedom and for correlated normal noise, higher if the noise is both,
+        /// and lower if a tenth of the force exceeds the noise.
         false_alarms_per_min: Option<f64> [POSITIVE],
     }
 }
 
-/// The value that is exceeded at the wanted rate, from the peaks above [`TAIL_FROM`].
+/// The value that is exceeded at the wanted rate.
 #[derive(Debug, Clone)]
 pub(super) struct Tail<L> {
     wanted_hz: f64,
@@ -82,8 +81,6 @@ impl<L: Lane> Tail<L> {
         }
     }
 
-    /// Counts the block as one with an alarm.
-    ///
     /// An alarm counts as false only while the wanted rate allows one, with the mean of larger peaks. Without these
     /// peaks the tail would be cut off; with all of them ruptures would raise the level.
     pub(super) fn take_alarm(&mut self, mask: L::Mask) {
@@ -130,8 +127,7 @@ impl<L: Lane> Tail<L> {
     }
 }
 
-/// The value that one of `times` peaks exceeds, and both means over larger peaks, from the means of the logarithm and
-/// of its square.
+/// The value that one of `times` peaks exceeds, and both means over larger peaks.
 fn level(times: f64, [first, second]: [f64; 2]) -> (f64, [f64; 2]) {
     let spread = 1.0 - first * first / second;
     let lower = 1.0 - 0.5 / spread;

@@ -6,7 +6,7 @@ use crate::lane::{Lane, Mask};
 /// At least one sample.
 const WINDOW_S: f64 = 3e-3;
 
-/// In s: the noise is known after the first; refractory period.
+/// Until the noise is known, and refractory period.
 const KNOWN_S: f64 = 0.05;
 const MUTE_S: f64 = 0.1;
 
@@ -20,8 +20,7 @@ const LEAST_NOISE_N: f64 = 1e-6;
 /// Of normal noise, in multiples of its mean magnitude.
 const STD_OF_MEAN: f64 = 1.253_314_137_315_5;
 
-/// `s_k = (y_{k-w} - y_k) / σ_k` over 3 ms; `σ_k` follows from the running mean magnitude of these changes. Needs no
-/// contact position and no quiet time.
+/// `s_k = (y_{k-w} - y_k) / σ_k` over 3 ms; `σ_k` follows from the running mean magnitude of these changes.
 #[derive(Debug, Clone)]
 pub struct WindowedDerivative<L> {
     window: [L; MAX_SAMPLES],
@@ -33,7 +32,7 @@ pub struct WindowedDerivative<L> {
     /// In samples.
     known: f64,
     mute: f64,
-    /// Samples left of the refractory period.
+    /// Left of the refractory period.
     muted: L,
 }
 

@@ -1,18 +1,18 @@
 use crate::lane::{Lane, Mask};
 
-/// Smallest fall after an alarm that counts, relative to the fall of the alarm.
+/// Smallest fall that counts, relative to the alarm's fall.
 const LEAST_SHARE: f64 = 0.2;
 
 /// Of the smallest fall.
 const DECAY_S: f64 = 0.15;
 
-/// A larger rise, relative to the fall of the alarm, is a new load.
+/// A larger rise, relative to the alarm's fall, is a new load.
 const LOADED_SHARE: f64 = 0.65;
 
 /// Half a period at 4 Hz.
 const LONGEST_SWING_S: f64 = 0.125;
 
-/// A smaller change, relative to the fall or to the usual change, is not a turn.
+/// A smaller change, relative to the fall or the usual change, is no turn.
 const TURN_SHARE: f64 = 0.02;
 const TURN_SCALES: f64 = 3.0;
 
@@ -20,11 +20,11 @@ const TURN_SCALES: f64 = 3.0;
 const SUDDEN_SHARE: f64 = 0.5;
 const SUDDEN_TIME: f64 = 0.25;
 
-/// The ring-down of the machine after an alarm, in which no swing is a new rupture.
+/// The ring-down after an alarm, in which no swing is a new rupture.
 ///
-/// Its swings decay and take as long down as up. A fall counts only by what it goes below the last trough, unless it
-/// loses half of the last rise in a quarter of its time. Sinking crests (relaxation) allow the next trough to be lower
-/// by as much. The ring-down ends when the force has risen by 0.65 of the alarm's fall, or has not turned for 0.125 s.
+/// Swings decay and take as long down as up. A fall counts only below the last trough, lowered by sinking crests
+/// (relaxation), unless it loses half of the last rise in a quarter of its time. The ring-down ends when the force has
+/// risen by 0.65 of the alarm's fall, or has not turned for 0.125 s.
 #[derive(Debug, Clone)]
 pub(super) struct Aftermath<L> {
     /// Before the alarm, and the lowest since, in N.
@@ -33,17 +33,17 @@ pub(super) struct Aftermath<L> {
     /// In N.
     trough: L,
     crest: L,
-    /// Change from the crest before the last one to the last one in N, if it is a fall.
+    /// Fall from the last crest but one to the last, in N.
     trend: L,
     /// Bins of the last rise.
     rise: L,
-    /// Extreme force since the last turn in N, and bins since it and since the turn.
+    /// Extreme force since the last turn in N; bins since it and since the turn.
     extreme: L,
     since_extreme: L,
     since_turn: L,
     /// 1: rising, -1: falling, 0: no ring-down.
     direction: L,
-    /// Decaying share of the alarm's fall that a new fall must exceed.
+    /// Decaying, of the alarm's fall that a new fall must exceed.
     share: L,
 }
 
@@ -60,7 +60,7 @@ impl AftermathTimes {
     }
 }
 
-/// In N; a fall counts by at most `largest` and must exceed `least`.
+/// In N: at most `largest` of a fall counts, and it must exceed `least`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FallLimits<L> {
     pub(super) largest: L,
@@ -85,7 +85,7 @@ impl<L: Lane> Aftermath<L> {
         }
     }
 
-    /// After an alarm on a fall from `top` to `force` (N).
+    /// The alarm's fall was from `top` to `force` (N).
     #[inline(always)]
     pub(super) fn begin(&mut self, mask: L::Mask, top: L, force: L) {
         // There is no trend until the second crest.
@@ -104,7 +104,7 @@ impl<L: Lane> Aftermath<L> {
         self.share = L::select(mask, L::splat(LEAST_SHARE), self.share);
     }
 
-    /// While `falls`, the fall of the alarm still continues.
+    /// While `falls`, the alarm's fall continues.
     #[inline(always)]
     pub(super) fn update(&mut self, force: L, scale: L, falls: L::Mask, times: &AftermathTimes) {
         let (zero, one) = (L::zero(), L::splat(1.0));

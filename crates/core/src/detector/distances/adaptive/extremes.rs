@@ -1,7 +1,7 @@
 use super::{BINS, SHORT, before};
 use crate::lane::Lane;
 
-/// Extremes over the last two, four and eight bins and over the reference, each from two shorter ones.
+/// Over two, four and eight bins and over the reference, each from two shorter ones.
 #[derive(Debug, Clone)]
 pub(super) struct Extremes<L> {
     pub(super) twos: [L; BINS],
@@ -34,7 +34,7 @@ impl<L: Lane> Extremes<L> {
         };
     }
 
-    /// As if every bin so far had had this value.
+    /// As if every bin had had this value.
     #[inline(always)]
     pub(super) fn forget(&mut self, mask: L::Mask, value: L) {
         let Self { twos, fours, eights, whole } = self;

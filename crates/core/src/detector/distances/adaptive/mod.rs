@@ -26,7 +26,7 @@ const BIN_S: f64 = 1e-3;
 /// At least the longest window plus the reference before it.
 const BINS: usize = 64;
 
-/// Bins with stored shorter extremes: a longer extreme needs those of at most seven bins ago. Divides [`BINS`].
+/// A longer extreme needs shorter ones of at most seven bins ago. Divides [`BINS`].
 const SHORT: usize = 8;
 
 const MEDIAN_BINS: usize = 3;
@@ -45,14 +45,14 @@ const SLOW_M_PER_S: f64 = 2e-3;
 /// Share of the force that viscosity can release when the needle stops.
 const VISCOUS_SHARE: f64 = 0.7;
 
-/// A needle moves on if it is faster than [`MOVES_ON_M_PER_S`] and has lost less than this share of its velocity.
+/// A needle moves on above [`MOVES_ON_M_PER_S`], with less than this share of its velocity lost.
 const EVEN_SHARE: f64 = 0.1;
 const MOVES_ON_M_PER_S: f64 = 5e-3;
 
-/// Smallest fall that counts, relative to the load before it.
+/// Of the load before a fall: smallest fall that counts.
 const LEAST_SHARE: f64 = 0.1;
 
-/// Smallest fall that counts, relative to the largest recent load.
+/// Of the largest recent load: smallest fall that counts.
 const LEAST_RECENT_SHARE: f64 = 0.05;
 
 const LOAD_MEMORY_S: f64 = 0.3;
@@ -62,12 +62,12 @@ const SCALE_MEMORY_S: f64 = 1.0;
 /// Changes are clipped at this multiple of their scale.
 const CLIP: f64 = 3.0;
 
-/// Smallest scale, relative to the force sensor's step.
+/// Of the force sensor's step: smallest scale.
 const STEP_SHARE: f64 = 0.5;
 
 const LEAST_SCALE_N: f64 = 1e-9;
 
-/// The scales are valid after these bins.
+/// After which the scales are valid.
 const KNOWN_BINS: f64 = 50.0;
 
 const STIFFNESS_MEMORY_S: f64 = 0.3;
@@ -85,16 +85,16 @@ const MAX_RESOLUTION_M: f64 = 1e-4;
 /// In m and N.
 const ROUNDING: [f64; 2] = [1e-9, 1e-6];
 
-/// A force that is constant for longer is stuck.
+/// A force constant for longer is stuck.
 const STUCK_S: f64 = 0.2;
 
-/// Longest part of the same fall after an alarm.
+/// Longest fall after an alarm.
 const HOLD_S: f64 = 0.15;
 
-/// Shortest part of the same fall after an alarm.
+/// Shortest fall after an alarm.
 const MERGE_S: f64 = 0.03;
 
-/// A rise by this multiple of the scale ends the fall.
+/// Rise that ends the fall, in multiples of the scale.
 const NEW_LOAD: f64 = 10.0;
 
 /// For which the new load must last.
@@ -102,28 +102,27 @@ const NEW_LOAD_BINS: f64 = 2.0;
 
 /// The fall of the force in multiples of its usual change, without configuration.
 ///
-/// Samples are averaged in bins of at least 1 ms, and a median of three bins removes single outliers. `f` is the force,
-/// `x` the position, and `K` the stiffness from a regression of `Δf` on `Δx` under load. The surplus `r` is what the
-/// motion does not explain, `Δr = Δf - K Δx`. The *load* is the force above the mean of the first 50 bins, or above 0
-/// if that mean is noise. For each window `w`
+/// Samples are averaged in bins; a median of three removes outliers. `K` is the stiffness from a regression of changes
+/// of the force `f` on changes of the position `x` under load, `r` the force that the motion does not explain
+/// (`Δr = Δf - K Δx`), and the *load* the force above the mean of the first 50 bins, or above 0 if that mean is noise.
+/// For each window `w`
 ///
 /// ```text
 /// fall_w = min(min r before the window - r - continued, max f before the window - f - released)
 /// s_k    = max over w of min(fall_w, load) / c_w
 /// ```
 ///
-/// - *before the window*: the 15 ms before it. `min r` covers only the last two bins if a tenth of the load arrived in
-///   these 15 ms and the needle moves on: an impact stops a needle, a rupture lets it through.
-/// - `c_w`: the running mean, over 1 s, of the changes over `w`, each clipped at three means; at least half of the
-///   sensor's step.
+/// - *before the window*: in 15 ms, for `min r` in two bins if a tenth of the load arrived in the 15 ms and the needle
+///   moves on: an impact stops a needle, a rupture lets it through.
+/// - `c_w`: the mean, over 1 s, of the clipped changes over `w`; at least half of the sensor's step.
 /// - *released*: what the retreat so far, plus one encoder step, can release at the stiffest load so far.
-/// - *continued*: what an earlier fall adds if it continues at its rate (relaxation).
+/// - *continued*: what an earlier fall adds at its rate (relaxation).
 ///
-/// A fall counts as 0 if it is less than a tenth of the load or a twentieth of the largest load of the last 0.3 s; less
-/// than 0.7 of the load times the lost share of the velocity (viscosity); during a retreat or after 64 bins of rest;
-/// part of the fall of an alarm ([`FallHold`]) or of the ring-down after it ([`Aftermath`]).
+/// A fall counts as 0 below a tenth of the load, a twentieth of the largest load of the last 0.3 s, or 0.7 of the load
+/// times the lost share of the velocity (viscosity); during a retreat or after 64 bins of rest; and as part of an
+/// alarm's fall or ring-down.
 ///
-/// Constants chosen on synthetic recordings (`trocar roc --trials`), with other seeds than the reported ones.
+/// The constants were chosen on synthetic recordings with other seeds than the reported ones.
 #[derive(Debug, Clone)]
 pub struct Adaptive<L> {
     bin: Bin<L>,
@@ -134,11 +133,11 @@ pub struct Adaptive<L> {
     /// What the motion does not explain, in N.
     surplus: [L; BINS],
     position: [L; BINS],
-    /// Over the reference that ends at each bin: maximum force, minimum surplus and maximum position.
+    /// Over the reference: maximum force, minimum surplus and maximum position.
     peak: Extremes<L>,
     low: Extremes<L>,
     high: Extremes<L>,
-    /// Over the reference that ends at each bin, in m/s: the larger of mean and last velocity.
+    /// Over the reference, in m/s: the larger of mean and last velocity.
     speed: [L; BINS],
     scales: [L; WINDOWS_S.len()],
     /// Running means of `Δx²` and `Δx Δf`.
@@ -149,7 +148,6 @@ pub struct Adaptive<L> {
     tare: Tare<L>,
     hold: FallHold<L>,
     aftermath: Aftermath<L>,
-    /// For a wanted rate of false alarms.
     tail: Option<Tail<L>>,
     value: L,
 }
@@ -193,7 +191,7 @@ impl<L: Lane> BuiltIn for Adaptive<L> {
     }
 
     fn restarted(&self, settings: &DistanceSettings, tick_s: f64) -> Self {
-        // The samples after the gap may be under load, which would be taken for the sensor's offset.
+        // Samples after the gap may be under load and would be taken for the sensor's offset.
         Self { tare: self.tare.clone(), ..<Self as BuiltIn>::new(settings, tick_s) }
     }
 }
@@ -287,7 +285,7 @@ impl<L: Lane> Adaptive<L> {
         };
     }
 
-    /// In N/m, from a regression of force changes on position changes under load.
+    /// In N/m.
     #[inline(always)]
     fn stiffness(&mut self) -> L {
         let zero = L::zero();
@@ -320,7 +318,6 @@ impl<L: Lane> Adaptive<L> {
         if !may_count.any() {
             return zero;
         }
-        // What a retreat from the deepest position can release.
         let retreat = self.maximum(&self.high) - self.position[self.newest] + self.bin.steps[0];
         let released = stiffness.max(self.stiffest) * retreat;
         // The force is a median and lags by one bin, so the velocity uses the next position.
@@ -331,7 +328,7 @@ impl<L: Lane> Adaptive<L> {
         for index in 0..WINDOWS_S.len() {
             largest = largest.max(self.relative_fall(index, velocity, released, &ring));
         }
-        // A position that has never changed, or only by coarse steps, does not show rest.
+        // A position that never changed, or only by coarse steps, does not show rest.
         let is_at_rest = self.bin.steps[0].lt(L::splat(MAX_RESOLUTION_M))
             & !self.change(&self.position, BINS - 1).gt(L::splat(ROUNDING[0]));
         L::select(is_at_rest, zero, largest)
@@ -343,14 +340,14 @@ impl<L: Lane> Adaptive<L> {
         let reference = self.times.reference;
         let longest = BINS - 1 - reference;
         let mut maximum = maxima.whole[self.newest];
-        // The maxima of four adjacent references cover both.
+        // Four adjacent references cover both.
         for part in 1..4 {
             maximum = maximum.max(self.ago(&maxima.whole, (part * reference).min(longest)));
         }
         maximum
     }
 
-    /// Relative to the scale, within the limits of a ring-down.
+    /// Within the limits of a ring-down.
     #[inline(always)]
     fn relative_fall(&self, index: usize, velocity: L, released: L, ring: &FallLimits<L>) -> L {
         let zero = L::zero();
@@ -381,16 +378,16 @@ impl<L: Lane> Adaptive<L> {
             .max(ring.least);
         let counts = fall.gt(least) & advances;
         let scale = self.scales[index].max(self.bin.steps[1] * L::splat(STEP_SHARE)).max(L::splat(LEAST_SCALE_N));
-        // A fall is at most the load before it: noise without load is not a fall.
+        // At most the load before it: noise without load is not a fall.
         L::select(counts, fall.min(size), zero) / scale
     }
 
     #[inline(always)]
     fn learn(&mut self, stiffness: L) {
         let share = L::splat((1.0 / self.bins).max(self.times.scale_share));
-        // Medians of three bins share bins, so their change over fewer than three bins is too small.
+        // Medians of three bins share bins: their change over fewer bins is too small.
         let windows = by_index!(WINDOWS_S.len(), 0, |i| self.times.windows[i].max(MEDIAN_BINS));
-        // Array by array, because the compiler does not vectorise loops over windows.
+        // Array by array: the compiler does not vectorise loops over windows.
         let rises = by_index!(WINDOWS_S.len(), |i| self.change(&self.force, windows[i]));
         let advances = by_index!(WINDOWS_S.len(), |i| self.change(&self.position, windows[i]));
         let unexplained =

@@ -4,19 +4,17 @@ use crate::lane::Lane;
 /// Towards a lower force.
 const SINKING_S: f64 = 5.0;
 
-/// A smaller load, relative to the force without load, may be none: the recording may begin under load.
+/// Of the force without load: a smaller load may be none, as a recording may begin under load.
 const LEAST_SHARE: f64 = 0.05;
 
-/// A smaller load, in multiples of the usual change, may be noise.
+/// A smaller load, in usual changes, may be noise.
 const LEAST_SCALES: f64 = 6.0;
 
-/// A smaller mean of the first forces, in multiples of the usual change, is noise: the sensor is tared.
+/// A smaller mean of the first forces, in usual changes, is noise.
 const TARED_SCALES: f64 = 20.0;
 
-/// The force without load, so that a constant offset of the sensor does not hide ruptures: the mean of the first
-/// forces, or 0 if this is noise.
-///
-/// It follows lower forces down to 0, because a recording may begin under load.
+/// The force without load: the mean of the first forces, or 0 if it is noise. It follows lower forces down to 0,
+/// because a recording may begin under load.
 #[derive(Debug, Clone)]
 pub(super) struct Tare<L> {
     unloaded_n: L,
@@ -29,7 +27,7 @@ impl<L: Lane> Tare<L> {
         Self { unloaded_n: L::zero(), bins: 0.0 }
     }
 
-    /// Averages the first bins, then follows a lower force by a share per bin.
+    /// Averages the first bins, then follows a lower force.
     #[inline(always)]
     pub(super) fn update(&mut self, force: L, share: f64) {
         let zero = L::zero();
@@ -49,7 +47,6 @@ impl<L: Lane> Tare<L> {
         self.unloaded_n = L::select(is_tared, L::zero(), self.unloaded_n);
     }
 
-    /// Per bin, towards a lower force.
     pub(super) fn share(bin_s: f64) -> f64 {
         (bin_s / SINKING_S).min(1.0)
     }
@@ -59,8 +56,7 @@ impl<L: Lane> Tare<L> {
         force - self.unloaded_n
     }
 
-    /// What a fall is compared with: the load, or the force itself unless the load is clear now and was `before` the
-    /// fall.
+    /// What a fall is compared with: the load, or the force unless the load is clear now and `before`.
     #[inline(always)]
     pub(super) fn size(&self, force: L, before: L, scale: L) -> L {
         let clear = (self.unloaded_n.abs() * L::splat(LEAST_SHARE)).max(scale * L::splat(LEAST_SCALES));
