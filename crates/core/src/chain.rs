@@ -7,9 +7,9 @@ use crate::lane::{Lane, Mask};
 /// The slave's measured values.
 #[derive(Debug, Clone, Copy)]
 pub struct Measurement<L> {
-    /// In N, positive when the tissue resists insertion.
+    /// Positive when the tissue resists insertion.
     pub force_n: L,
-    /// In m, increasing into the tissue.
+    /// Increasing into the tissue.
     pub position_m: L,
     /// In m/s.
     pub velocity_m_per_s: L,
@@ -32,7 +32,7 @@ impl Measurement<f64> {
 /// Output at one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct ChainOutput<L: Lane> {
-    /// Below the contact, in m.
+    /// Below the contact.
     pub depth_m: L,
     /// Output of the estimator.
     pub estimate: Estimate<L>,
@@ -43,7 +43,7 @@ pub struct ChainOutput<L: Lane> {
 /// Constant time and memory per sample.
 #[derive(Debug, Clone)]
 pub struct Chain<L, E, D> {
-    /// Tissue surface assumed by the estimator, in m.
+    /// Tissue surface assumed by the estimator.
     pub contact_m: L,
     /// The estimator.
     pub estimator: E,

@@ -5,7 +5,7 @@ use crate::error::{InvalidValue, positive, require};
 /// In ticks.
 const WHOLE_TICK_TOLERANCE: f64 = 1e-6;
 
-/// Longest run; `k * tick_s` stays exact to the last bit of the tick far beyond it.
+/// Longest run; `k * tick_s` stays exact far beyond it.
 const MAX_TICKS: f64 = 1e9;
 
 /// A regular grid of ticks from time 0.

@@ -17,7 +17,7 @@ pub fn cross_fade<L: Lane>(progress: L) -> L {
 /// augmented      F and the bound of |ΔF| by the force law
 /// reengaging     F = F_a + w (F_e - F_a), w = u² (3 - 2u)    |ΔF| <= w |ΔF_e| + Δw |F_e⁻ - F_a|
 /// ```
-/// `F_a`: the last augmented force; `u` runs from 0 to 1.
+/// `F_a`: the last augmented force.
 #[derive(Debug, Clone)]
 pub(super) struct ForceFeedback<L, F> {
     law: F,

@@ -80,11 +80,11 @@ pub struct SupervisorInput<L: Lane> {
     pub alarm: L::Mask,
     /// `g_k`.
     pub decision: L,
-    /// In m, scaled to the slave.
+    /// Scaled to the slave.
     pub hand_m: L,
-    /// Measured, in m.
+    /// Measured.
     pub slave_m: L,
-    /// Measured force in N, on the slave's side.
+    /// Measured, on the slave's side.
     pub force_n: L,
 }
 
@@ -97,7 +97,7 @@ pub struct Command<L: Lane> {
     pub slave_reference_m: L,
     /// In N.
     pub feedback_force_n: L,
-    /// Largest change since the last tick that the active law allows, in N.
+    /// Largest change since the last tick that the active law allows.
     pub allowed_step_n: L,
     /// Lanes in which an alarm began an event; with augmentation disabled, lanes with an alarm.
     pub alarm_taken: L::Mask,

@@ -126,7 +126,7 @@ impl<L: Lane> MotionLaw<L> for HeldReference<L> {
                 Freeze::Reference => self.last,
             };
             self.frozen = L::select(modes.has_become(Mode::Augmented), held, self.frozen);
-            // The gap starts at the hold's reference, so the reference does not jump.
+            // So the reference does not jump.
             gap = L::select(begins, self.held(hand + self.gap) - hand, gap);
             self.last = L::select(modes.has_become(Mode::Augmented), self.frozen, self.last);
         }

@@ -63,17 +63,17 @@ impl Default for DetectorSettings {
 /// Inputs at one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct DetectorInput<L: Lane> {
-    /// `y_k` in N.
+    /// `y_k`.
     pub force_n: L,
-    /// `ŷ_k` in N.
+    /// `ŷ_k`.
     pub predicted_force_n: L,
-    /// `e_k = y_k - ŷ_k` in N.
+    /// `e_k = y_k - ŷ_k`.
     pub residual_n: L,
     /// `H_k` (eq. 25): stiffness (N/m) and damping (N·s/m).
     pub correction: [L; 2],
-    /// Below the contact, in m.
+    /// Below the contact.
     pub depth_m: L,
-    /// In m/s, positive into the tissue.
+    /// Positive into the tissue.
     pub velocity_m_per_s: L,
     /// Lanes in contact.
     pub in_contact: L::Mask,

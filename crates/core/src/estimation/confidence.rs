@@ -39,8 +39,7 @@ impl Trust {
 /// M = Σ w φ φᵀ,   M₂ = Σ w² φ φᵀ,   σ² = Σ w e² / Σ w,   A = M + σ² P₀⁻¹
 /// cov θ = A⁻¹ (σ² M₂ + σ⁴ P₀⁻¹) A⁻¹,   excitation = 1 - M₀₁² / (M₀₀ M₁₁)
 /// ```
-/// Weighted least squares with a prior `P₀`. `e` is the prediction error, so a wrong model increases the covariance;
-/// errors correlated in time make the true error larger.
+/// Weighted least squares with a prior `P₀`. `e` is the prediction error, so a wrong model increases the covariance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Confidence {
     decay: f64,

@@ -1,21 +1,18 @@
-//! A built-in estimator is one file of this folder, one row of the registry in `mod.rs`, and one word of `Parameters`
-//! there if it estimates new parameters.
-
 use super::settings::RlsSettings;
 use crate::lane::Lane;
 
 /// The estimate after one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct Estimate<L> {
-    /// `ŷ_k = φ_{k-1}ᵀ θ_{k-1}` in N (eq. 6).
+    /// `ŷ_k = φ_{k-1}ᵀ θ_{k-1}` (eq. 6).
     pub predicted_force_n: L,
-    /// `e_k = y_k - ŷ_k` in N (eq. 7).
+    /// `e_k = y_k - ŷ_k` (eq. 7).
     pub residual_n: L,
     /// `H_k`: change of stiffness (N/m) and damping (N·s/m) (eq. 25).
     pub correction: [L; 2],
-    /// `K_k` in N/m.
+    /// `K_k`.
     pub stiffness_n_per_m: L,
-    /// `B_k` in N·s/m.
+    /// `B_k`.
     pub damping_n_s_per_m: L,
     /// The parameter of [`RlsSettings::extra_parameter_column`]; 0 without one.
     pub extra_parameter: L,

@@ -14,7 +14,7 @@ const MAX_POWER: f64 = 4.0;
 /// Of the depth in the logarithm.
 const MIN_DEPTH_M: f64 = 1e-6;
 const MAX_DEPTH_M: f64 = 1.0;
-/// Of the information on the power, `Σ b²`, at which its gain is restored.
+/// Information on the power (`Σ b²`) at which its gain is restored.
 const POWER_MEMORY_N2: f64 = 20.0;
 
 /// `y = μ pⁿ + λ pⁿ v` in contact (eq. 2), as `y = p_r p̃ⁿ (κ + ρ v / v_r)`.

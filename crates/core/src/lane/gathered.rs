@@ -1,4 +1,4 @@
-/// Maps eight values like `map`, but compiles to a tenth of the code.
+/// Compiles to a tenth of the code of `map`.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! of_each {

@@ -1,7 +1,6 @@
 //! Estimator, detector and supervisor for a real controller: one `step(sample) -> command` per tick.
 //!
-//! The simulator runs the same source (steps 3 to 6 of the tick of `trocar::engine`): the same samples give the same
-//! commands, bit for bit.
+//! The simulator runs the same source: the same samples give the same commands, bit for bit.
 //!
 //! ```
 //! # use trocar_core as trocar;
@@ -117,8 +116,8 @@ impl HapticController {
         self.step_new(sample, number)
     }
 
-    /// Numbers start at 1, one per tick: a repeated or lower one counts as missing. Ten ascending numbers below the
-    /// newest one mean that the counter was set back, and the detector starts anew.
+    /// Numbers start at 1, one per tick; a repeated or lower one counts as missing, unless ten ascending ones show that
+    /// the counter was set back.
     pub fn step_numbered(&mut self, sample: &Sample, number: u64) -> Command {
         let arrival = self.sequence.take(number);
         self.counters.note(arrival);
@@ -138,13 +137,12 @@ impl HapticController {
         self.command(&detected, hand_m, force_n, faults, Some(&self.slave_sample(sample)))
     }
 
-    /// The force decays and the reference holds until [`HapticController::enable`]; no effect if `safety.acts` is
-    /// `nowhere`.
+    /// See [`SafetyStage::stop`].
     pub fn stop(&mut self) {
         self.safety.stop();
     }
 
-    /// The reference moves to the hand, then the force returns.
+    /// See [`SafetyStage::enable`].
     pub fn enable(&mut self) {
         self.safety.enable();
     }

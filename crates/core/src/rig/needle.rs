@@ -7,11 +7,11 @@ use crate::error::InvalidValue;
 /// Measurements of a needle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NeedleSample {
-    /// `x_e` in m, increasing into the tissue.
+    /// `x_e`, increasing into the tissue.
     pub position_m: f64,
-    /// `v_e` in m/s; ignored with [`VelocitySource::Filtered`](super::VelocitySource).
+    /// `v_e`; ignored with [`VelocitySource::Filtered`](super::VelocitySource).
     pub velocity_m_per_s: f64,
-    /// `y` in N, positive when the tissue resists insertion.
+    /// `y`, positive when the tissue resists insertion.
     pub force_n: f64,
 }
 
@@ -25,19 +25,19 @@ impl NeedleSample {
 pub struct Detection {
     /// True if this sample raises an alarm.
     pub alarm: bool,
-    /// `K` in N/m.
+    /// `K`.
     pub stiffness_n_per_m: f64,
-    /// `B` in N·s/m.
+    /// `B`.
     pub damping_n_s_per_m: f64,
-    /// `ŷ` in N; 0 if there is no prediction.
+    /// `ŷ`; 0 without a prediction.
     pub predicted_force_n: f64,
-    /// `e = y - ŷ` in N; 0 at a bad sample and at the next one.
+    /// `e = y - ŷ`; 0 at a bad sample and at the next one.
     pub residual_n: f64,
     /// `s`, in the unit of the distance.
     pub distance: f64,
     /// `g`, in the unit of the distance.
     pub decision: f64,
-    /// `v_e` used by the estimator, in m/s.
+    /// `v_e` used by the estimator.
     pub velocity_m_per_s: f64,
     /// Without `master_position`.
     pub faults: Faults,

@@ -5,13 +5,13 @@ use crate::safety::{FaultCause, Limited, SafetyState};
 /// A rig's measurements.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
-    /// `x_h` in m.
+    /// `x_h`.
     pub master_position_m: f64,
-    /// `x_e` in m, increasing into the tissue.
+    /// `x_e`, increasing into the tissue.
     pub slave_position_m: f64,
-    /// `v_e` in m/s; ignored with [`VelocitySource::Filtered`](super::VelocitySource).
+    /// `v_e`; ignored with [`VelocitySource::Filtered`](super::VelocitySource).
     pub slave_velocity_m_per_s: f64,
-    /// `y` in N, positive when the tissue resists insertion.
+    /// `y`, positive when the tissue resists insertion.
     pub force_n: f64,
 }
 
@@ -64,11 +64,11 @@ impl Faults {
 /// Commands at one tick, and the values behind them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Command {
-    /// `x_ref` for the slave's position controller, in m.
+    /// `x_ref` for the slave's position controller.
     pub slave_reference_m: f64,
-    /// `F_ed` for the master's force controller, in N.
+    /// `F_ed` for the master's force controller.
     pub master_force_n: f64,
-    /// Largest change of `F_ed` since the last tick that the active law allows, in N.
+    /// Largest change of `F_ed` since the last tick that the active law allows.
     pub allowed_force_step_n: f64,
     /// Mode of the supervisor.
     pub mode: Mode,
@@ -76,19 +76,19 @@ pub struct Command {
     pub alarm: bool,
     /// True if an alarm began an event; with augmentation disabled, at each alarm.
     pub alarm_taken: bool,
-    /// `K` in N/m.
+    /// `K`.
     pub stiffness_n_per_m: f64,
-    /// `B` in N·s/m.
+    /// `B`.
     pub damping_n_s_per_m: f64,
-    /// `ŷ` in N; 0 if there is no prediction.
+    /// `ŷ`; 0 without a prediction.
     pub predicted_force_n: f64,
-    /// `e = y - ŷ` in N; 0 at a bad sample and at the next one.
+    /// `e = y - ŷ`; 0 at a bad sample and at the next one.
     pub residual_n: f64,
     /// `s`, in the unit of the distance.
     pub distance: f64,
     /// `g`, in the unit of the distance.
     pub decision: f64,
-    /// `v_e` used by the estimator, in m/s.
+    /// `v_e` used by the estimator.
     pub slave_velocity_m_per_s: f64,
     /// Faults of the sample.
     pub faults: Faults,

@@ -22,11 +22,11 @@ use plausibility::Plausibility;
 /// Commands that enter the stage.
 #[derive(Debug, Clone, Copy)]
 pub struct Wanted {
-    /// For the slave, in m.
+    /// For the slave.
     pub reference_m: f64,
-    /// For the master, in N.
+    /// For the master.
     pub force_n: f64,
-    /// Last good position of the slave in m.
+    /// Last good position of the slave.
     pub slave_m: f64,
     /// True if every channel is good.
     pub is_good: bool,
@@ -35,9 +35,9 @@ pub struct Wanted {
 /// Commands that leave the stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Safe {
-    /// For the slave, in m.
+    /// For the slave.
     pub reference_m: f64,
-    /// For the master, in N.
+    /// For the master.
     pub force_n: f64,
     /// Limits that acted.
     pub limited: Limited,

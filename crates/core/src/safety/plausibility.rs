@@ -13,11 +13,11 @@ const COMPARED_SAMPLES: u32 = 10_000;
 /// A sample of the slave.
 #[derive(Debug, Clone, Copy)]
 pub struct SlaveSample {
-    /// In m, increasing into the tissue.
+    /// Increasing into the tissue.
     pub position_m: f64,
-    /// In m/s; `None` if it is estimated from the positions.
+    /// `None` if it is estimated from the positions.
     pub velocity_m_per_s: Option<f64>,
-    /// In N, positive when the tissue resists.
+    /// Positive when the tissue resists.
     pub force_n: f64,
 }
 

@@ -11,8 +11,7 @@ use crate::lane::{Stored, store_code};
 ///      └──               good samples,  fault <────────┘
 ///                        or enable
 /// ```
-/// Only the active state commands the supervisor's force. Missing samples end their fault by the next good one; a
-/// sensor's fault ends with `enable`. A rig starts aligning.
+/// Only the active state commands the supervisor's force. A rig starts aligning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SafetyState {
     /// The force decays, and the reference holds.

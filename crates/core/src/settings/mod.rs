@@ -256,28 +256,28 @@ pub trait KeySource {
     /// The error for a wrong value.
     type Error;
 
-    /// The number of a key.
+    /// A number.
     fn number(&self, key: &str) -> Result<f64, Self::Error>;
 
-    /// The number of a key without a default.
+    /// A number without a default.
     fn optional_number(&self, key: &str) -> Option<f64>;
 
-    /// The number of a key, set to the derived number if it is not given.
+    /// A number, set to the derived one if it is not given.
     fn number_or(&mut self, key: &'static str, derived: impl FnOnce() -> f64) -> f64;
 
-    /// The whole number of a key.
+    /// A whole number.
     fn whole(&self, key: &str) -> Result<u64, Self::Error>;
 
-    /// The truth value of a key.
+    /// True or false.
     fn flag(&self, key: &str) -> Result<bool, Self::Error>;
 
-    /// The numbers of a key.
+    /// A list of numbers.
     fn numbers(&self, key: &str) -> Result<&[f64], Self::Error>;
 
-    /// The word of a key.
+    /// A word.
     fn word(&self, key: &str) -> Result<&str, Self::Error>;
 
-    /// The text of a key without a default.
+    /// A text without a default.
     fn optional_word(&self, key: &str) -> Option<&str>;
 
     /// The error for an unknown word.

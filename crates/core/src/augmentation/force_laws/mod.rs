@@ -1,5 +1,3 @@
-//! A built-in law is one file of this folder and one line of the registry below.
-
 mod amplify;
 mod damp;
 mod decay;
@@ -16,15 +14,15 @@ use crate::lane::Lane;
 /// Inputs at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct AugmentedTick<L: Lane> {
-    /// `F*`: feedback force just before the alarm, in N.
+    /// `F*`: feedback force just before the alarm.
     pub anchor_n: L,
-    /// `F⁻`: feedback force at the tick before, in N.
+    /// `F⁻`: feedback force at the tick before.
     pub last_n: L,
-    /// `F_e`: measured force scaled to the master, in N.
+    /// `F_e`: measured force scaled to the master.
     pub measured_n: L,
-    /// `|ΔF_e|` in N.
+    /// `|ΔF_e|`.
     pub moved_n: L,
-    /// Of the master, in m/s.
+    /// Of the master.
     pub velocity_m_per_s: L,
     /// Lanes in the first tick of the event.
     pub begins: L::Mask,

@@ -1,5 +1,3 @@
-//! A built-in hold is one file of this folder and one line of the registry below.
-
 mod follow;
 mod forbidden_region;
 mod freeze;
@@ -15,7 +13,7 @@ pub use yielding::{Yielding, YieldingSettings};
 use super::BuiltIn;
 use crate::lane::Lane;
 
-/// Inputs at a tick, in m on the slave's scale.
+/// Inputs at a tick, on the slave's scale.
 #[derive(Debug, Clone, Copy)]
 pub struct HeldTick<L> {
     /// Slave at the alarm.

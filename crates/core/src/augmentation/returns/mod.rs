@@ -1,5 +1,3 @@
-//! A built-in return is one file of this folder and one line of the registry below.
-
 mod clutch;
 mod fade;
 mod ramp;
@@ -20,11 +18,11 @@ use crate::lane::{Lane, Mask};
 /// Inputs at a tick, on the slave's scale.
 #[derive(Debug, Clone, Copy)]
 pub struct ReturnTick<L: Lane> {
-    /// Slave's reference minus hand at the tick before, in m.
+    /// Slave's reference minus hand at the tick before.
     pub gap_m: L,
-    /// Motion of the hand since the tick before, in m.
+    /// Of the hand since the tick before.
     pub hand_step_m: L,
-    /// In N; in teleoperation, the last one of the event.
+    /// In teleoperation, the last one of the event.
     pub force_n: L,
     /// Lanes released at this tick.
     pub begins: L::Mask,

@@ -1,5 +1,3 @@
-//! A distance is one file of this folder and one line of the registry below.
-
 mod adaptive;
 mod force_derivative;
 mod likelihood_ratio;

@@ -22,10 +22,9 @@ crate::settings! {
         /// Wanted rate of false alarms of the adaptive detector, per minute; its threshold of 7 then corresponds to
         /// this rate.
         ///
-        /// The peaks above 3 per 0.1 s, without the peaks of alarms, give a generalised Pareto tail (Dekkers, Einmahl
-        /// and de Haan, *Annals of Statistics* 17, 1989). The rate is within a factor of three of the target for tails
-        /// up to Student's t with 3 degrees of freedom and for correlated normal noise, higher if the noise is both,
-        /// and lower if a tenth of the force exceeds the noise.
+        /// The peaks above 3 per 0.1 s give a generalised Pareto tail (Dekkers, Einmahl and de Haan, *Annals of
+        /// Statistics* 17, 1989). The rate is within a factor of three for tails up to Student's t with 3 degrees of
+        /// freedom or correlated normal noise, higher for both, and lower if a tenth of the force exceeds the noise.
         false_alarms_per_min: Option<f64> [POSITIVE],
     }
 }

@@ -6,7 +6,7 @@ use crate::lane::{Lane, Mask};
 /// At least one sample.
 const WINDOW_S: f64 = 3e-3;
 
-/// Until the noise is known, and refractory period.
+/// The noise estimate is valid after this time; refractory period after an alarm.
 const KNOWN_S: f64 = 0.05;
 const MUTE_S: f64 = 0.1;
 
@@ -17,7 +17,7 @@ const MEMORY_S: f64 = 1.0;
 /// Against a division by 0.
 const LEAST_NOISE_N: f64 = 1e-6;
 
-/// Of normal noise, in multiples of its mean magnitude.
+/// Standard deviation of normal noise, in multiples of its mean magnitude.
 const STD_OF_MEAN: f64 = 1.253_314_137_315_5;
 
 /// `s_k = (y_{k-w} - y_k) / σ_k` over 3 ms; `σ_k` follows from the running mean magnitude of these changes.
@@ -32,7 +32,7 @@ pub struct WindowedDerivative<L> {
     /// In samples.
     known: f64,
     mute: f64,
-    /// Left of the refractory period.
+    /// Samples left of the refractory period.
     muted: L,
 }
 

@@ -43,7 +43,7 @@ pub(super) struct Aftermath<L> {
     since_turn: L,
     /// 1: rising, -1: falling, 0: no ring-down.
     direction: L,
-    /// Decaying, of the alarm's fall that a new fall must exceed.
+    /// Decaying share of the alarm's fall that a new fall must exceed.
     share: L,
 }
 
@@ -60,7 +60,7 @@ impl AftermathTimes {
     }
 }
 
-/// In N: at most `largest` of a fall counts, and it must exceed `least`.
+/// A fall counts by at most `largest` and must exceed `least`, in N.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FallLimits<L> {
     pub(super) largest: L,
@@ -85,7 +85,6 @@ impl<L: Lane> Aftermath<L> {
         }
     }
 
-    /// The alarm's fall was from `top` to `force` (N).
     #[inline(always)]
     pub(super) fn begin(&mut self, mask: L::Mask, top: L, force: L) {
         // There is no trend until the second crest.

@@ -49,10 +49,10 @@ const VISCOUS_SHARE: f64 = 0.7;
 const EVEN_SHARE: f64 = 0.1;
 const MOVES_ON_M_PER_S: f64 = 5e-3;
 
-/// Of the load before a fall: smallest fall that counts.
+/// Smallest fall that counts, relative to the load.
 const LEAST_SHARE: f64 = 0.1;
 
-/// Of the largest recent load: smallest fall that counts.
+/// Smallest fall that counts, relative to the largest recent load.
 const LEAST_RECENT_SHARE: f64 = 0.05;
 
 const LOAD_MEMORY_S: f64 = 0.3;
@@ -62,7 +62,7 @@ const SCALE_MEMORY_S: f64 = 1.0;
 /// Changes are clipped at this multiple of their scale.
 const CLIP: f64 = 3.0;
 
-/// Of the force sensor's step: smallest scale.
+/// Smallest scale, relative to the sensor's step.
 const STEP_SHARE: f64 = 0.5;
 
 const LEAST_SCALE_N: f64 = 1e-9;
@@ -79,7 +79,6 @@ const LOAD: f64 = 6.0;
 
 const STIFFEST_MEMORY_S: f64 = 5.0;
 
-/// Of an encoder.
 const MAX_RESOLUTION_M: f64 = 1e-4;
 
 /// In m and N.
@@ -334,7 +333,6 @@ impl<L: Lane> Adaptive<L> {
         L::select(is_at_rest, zero, largest)
     }
 
-    /// Over the longest window and the reference before it.
     #[inline(always)]
     fn maximum(&self, maxima: &Extremes<L>) -> L {
         let reference = self.times.reference;

@@ -4,13 +4,13 @@ use crate::lane::Lane;
 /// Towards a lower force.
 const SINKING_S: f64 = 5.0;
 
-/// Of the force without load: a smaller load may be none, as a recording may begin under load.
+/// A load below this share of the force without load may be none.
 const LEAST_SHARE: f64 = 0.05;
 
-/// A smaller load, in usual changes, may be noise.
+/// A load below this multiple of the usual change may be noise.
 const LEAST_SCALES: f64 = 6.0;
 
-/// A smaller mean of the first forces, in usual changes, is noise.
+/// A mean below this multiple of the usual change is noise: the sensor is tared.
 const TARED_SCALES: f64 = 20.0;
 
 /// The force without load: the mean of the first forces, or 0 if it is noise. It follows lower forces down to 0,
@@ -40,7 +40,6 @@ impl<L: Lane> Tare<L> {
         }
     }
 
-    /// Drops a mean that is noise.
     #[inline(always)]
     pub(super) fn settle(&mut self, scale: L) {
         let is_tared = self.unloaded_n.abs().lt(scale * L::splat(TARED_SCALES));
