@@ -14,7 +14,7 @@ pub struct InvalidValue {
     pub value: f64,
     /// Ends the sentence "… must be".
     pub requirement: &'static str,
-    /// Index, from 0, of the list item; the key has a `*` for it.
+    /// From 0; the key has a `*` for the item.
     pub item: Option<usize>,
 }
 

@@ -13,28 +13,25 @@
 /// }
 /// ```
 ///
-/// expands to the [`choice!`](crate::choice!) `HoldSettings { Frozen, SpeedLimit(SpeedLimitSettings) }` with these words, to
+/// expands to the [`choice!`](crate::choice!) `HoldSettings` with these words, to
 ///
 /// ```text
-/// pub enum AnyHold<L> {
-///     Frozen(freeze::Frozen<L>),
-///     SpeedLimit(speed_limit::SpeedLimit<L>),
-/// }
-/// impl<L: Lane> From<freeze::Frozen<L>> for AnyHold<L> { … }      // and from each other part
-/// gather_variants!(AnyHold { Frozen, SpeedLimit } stored);        // Gather, and with `stored` also Stored
+/// pub enum AnyHold<L> { Frozen(freeze::Frozen<L>), SpeedLimit(speed_limit::SpeedLimit<L>) }
 /// ```
 ///
-/// and to two macros for the module, named in `by (…)`:
+/// with `From` of each part, `Gather`, and with `stored` also `Stored`, and to two macros for the module, named in
+/// `by (…)`:
 ///
 /// ```text
 /// each!(self, hold => hold.reference_m(now))
+///     match self { AnyHold::Frozen(hold) => hold.reference_m(now), … }
 /// of_kind!(kind, Part => Part::<f64>::NAME)
-/// of_kind!(settings, Part(kind_settings) => Part::build(kind_settings).into())
-/// of_kind!([WORD, Part] => (WORD, Part::<f64>::NAME))
+///     match kind { HoldSettings::Frozen { .. } => { use freeze::Frozen as Part; Part::<f64>::NAME } … }
+/// of_kind!(settings, Part(kind_settings) => Part::build(kind_settings).into())  // the settings of the kind, or &()
+/// of_kind!([WORD, Part] => (WORD, Part::<f64>::NAME))                           // an array over all kinds
 /// ```
 ///
-/// `of_kind!` binds `Part` to the type of the kind; its last form is an array over all kinds. Without `at` and words,
-/// the kinds are an ordinary enum.
+/// Without `at` and words, the kinds are an ordinary enum.
 #[macro_export]
 macro_rules! registry {
     (

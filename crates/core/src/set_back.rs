@@ -4,7 +4,7 @@ use crate::lane::Stored;
 
 const VALUES: u32 = 10;
 
-/// Ten consecutive ascending values behind the newest one; a single late value has another cause.
+/// Ten ascending values behind the newest one; a single late value has another cause.
 #[derive(Debug, Clone, Default)]
 pub struct SetBack<T> {
     last: T,
@@ -12,7 +12,7 @@ pub struct SetBack<T> {
 }
 
 impl<T: PartialOrd + Copy> SetBack<T> {
-    /// Notes a value behind the newest one; true if the source was set back.
+    /// True if the source was set back.
     pub fn note(&mut self, value: T) -> bool {
         self.ascending = if self.ascending > 0 && value > self.last { self.ascending + 1 } else { 1 };
         self.last = value;

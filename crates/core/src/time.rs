@@ -18,7 +18,7 @@ pub struct TickGrid {
 }
 
 impl TickGrid {
-    /// Ticks `tick_s` apart, 1 to 10⁹ of them: the number nearest to `duration_s` (both in s).
+    /// The number of ticks, 1 to 10⁹, is the one nearest to `duration_s`; both in s.
     pub fn new(tick_s: f64, duration_s: f64) -> Result<Self, InvalidValue> {
         positive("simulation.tick_s", tick_s)?;
         positive("simulation.duration_s", duration_s)?;

@@ -16,7 +16,7 @@ pub struct Trust {
     pub stiffness_std_n_per_m: f64,
     /// Of B.
     pub damping_std_n_s_per_m: f64,
-    /// Share, 0 to 1, of the information about B that does not depend on K; at 0 B is unknown.
+    /// Share, 0 to 1, of the information about B that does not depend on K.
     pub excitation: f64,
 }
 

@@ -11,10 +11,8 @@ use crate::lane::Lane;
 /// ```
 /// Plain forgetting, `F_k⁻¹ = λ F_{k-1}⁻¹ + α φ φᵀ`, lets the gain grow by `1/λ` per sample in directions without
 /// excitation. Here the information falls back to `1/F_0`; `0 <= D <= max(α φᵀφ) / (1-λ)` gives
+/// `1 / (1/F_0 + max(α φᵀφ) / (1-λ)) <= F <= F_0`.
 ///
-/// ```text
-/// 1 / (1/F_0 + max(α φᵀφ) / (1-λ))  <=  F  <=  F_0,   with α φᵀφ <= 1/β where the weighting is normalised
-/// ```
 /// Derived here; Lai and Bernstein (2023, arXiv:2308.04259, introduction read) survey forgetting towards a fixed
 /// information.
 #[derive(Debug, Clone)]

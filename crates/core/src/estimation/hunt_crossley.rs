@@ -7,7 +7,6 @@ use crate::lane::{Lane, Mask};
 const REFERENCE_DEPTH_M: f64 = 0.01;
 /// `v_r`. Chosen here: at 0.01 m/s the errors on the in-vivo-like recording spread several times as far.
 const REFERENCE_VELOCITY_M_PER_S: f64 = 0.05;
-/// 1 gives a linear model; above 1 the tissue stiffens with depth.
 const FIRST_POWER: f64 = 1.0;
 const MIN_POWER: f64 = 0.5;
 const MAX_POWER: f64 = 4.0;

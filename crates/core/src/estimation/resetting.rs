@@ -1,14 +1,9 @@
 use super::settings::RlsSettings;
 use crate::lane::{Lane, by_index};
 
-/// The gain `F` with complete restoration:
+/// The gain `F` of [`super::Rls`] (eq. 13, 15, 17, 18) for `N` parameters.
 ///
-/// ```text
-/// F_k = F_{k-1} - δ F_{k-1} φ φᵀ F_{k-1} / (1/α + φᵀ F_{k-1} φ)   (13, 15)
-/// x_k = x_{k-1} + δ α φᵀφ                                          (18)
-/// x_k >= α_0:  F_k = F_0, x_k = tr(F_0⁻¹)                          (17)
-/// ```
-/// `F` stays symmetric, because one triangle is computed, and positive definite, because at most `F φ φᵀ F / (φᵀ F φ)`
+/// It stays symmetric, because one triangle is computed, and positive definite, because at most `F φ φᵀ F / (φᵀ F φ)`
 /// is subtracted.
 #[derive(Debug, Clone)]
 pub(super) struct Resetting<L, const N: usize> {

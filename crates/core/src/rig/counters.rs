@@ -12,7 +12,7 @@ pub struct Counters {
     pub late: u64,
     /// Interpolated.
     pub bridged: u64,
-    /// Gaps too long to be bridged, and counters that were set back.
+    /// Gaps too long to bridge, and counters set back.
     pub gaps: u64,
 }
 

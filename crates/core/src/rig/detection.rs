@@ -127,7 +127,6 @@ impl DetectionChain {
         self.chain.estimator.gain()
     }
 
-    /// True if the number directly follows a complete sample.
     #[inline(always)]
     pub(super) fn is_next(&self, number: u64) -> bool {
         self.has_last & (self.missing == 0) & (number == self.last_number.wrapping_add(1))
@@ -145,7 +144,6 @@ impl DetectionChain {
         Detected { estimate, decision }
     }
 
-    /// The sample may be bad, or follow a bad or lost one.
     pub(super) fn take(&mut self, measurement: &Measurement<f64>, number: u64, is_bad: bool) -> Detected {
         if is_bad {
             self.skip()

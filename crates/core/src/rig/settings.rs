@@ -162,7 +162,7 @@ impl Settings {
         )
     };
 
-    /// Does not check ranges. A resolution of 0 means that the velocity is measured.
+    /// Does not check ranges; a resolution of 0 means a measured velocity.
     pub fn read<S: KeySource>(source: &mut S) -> Result<Self, S::Error> {
         let Machines { tick_s, start_m, position_scale, force_scale, resolution_m, acceleration_std_m_per_s2 } =
             Machines::read(source)?;
@@ -186,7 +186,7 @@ impl Settings {
         })
     }
 
-    /// Also, that no good sample makes a tick's numbers overflow.
+    /// Checks ranges, and that no good sample makes a tick's numbers overflow.
     pub fn validate(&self) -> Result<(), InvalidValue> {
         self.machines().validate()?;
         self.limits.validate()?;

@@ -1,11 +1,6 @@
 use crate::lane::{Lane, Stored};
 
-/// A share from 0 to 1 that moves by a step per tick:
-///
-/// ```text
-/// s_k = clamp(s_{k-1} ± T / d, 0, 1)
-/// ```
-/// with the duration `d` of the whole way.
+/// `s_k = clamp(s_{k-1} ± T / d, 0, 1)`, with the duration `d` of the whole way.
 #[derive(Debug, Clone)]
 pub struct Fade<L> {
     step: L,
@@ -26,7 +21,7 @@ impl<L: Lane> Fade<L> {
         self.share
     }
 
-    /// Towards 1 in the lanes in which the force is present, else towards 0.
+    /// Towards 1 while the force is present, else towards 0.
     #[inline(always)]
     pub fn update(&mut self, is_present: L::Mask) {
         let step = L::select(is_present, self.step, -self.step);

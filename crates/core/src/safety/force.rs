@@ -1,12 +1,8 @@
 use super::SafetySettings;
 use crate::lane::Lane;
 
-/// Limits a force and its rate:
-///
-/// ```text
-/// F_k = clamp(clamp(F, -F_max, F_max), F_{k-1} - r T, F_{k-1} + r T),   F_{-1} = 0
-/// ```
-/// A force within both limits passes unchanged, bit for bit.
+/// `F_k = clamp(clamp(F, -F_max, F_max), F_{k-1} - r T, F_{k-1} + r T)` from `F_{-1} = 0`: a force within both limits
+/// passes bit for bit.
 #[derive(Debug, Clone)]
 pub struct ForceLimiter<L> {
     limit_n: L,

@@ -4,7 +4,7 @@ use crate::lane::Stored;
 /// Chosen here: above the offset of an untared sensor.
 const PULL_N: f64 = 1.0;
 
-/// Of the integral of the velocity to the motion.
+/// Accepted integral of the velocity, relative to the motion.
 const RATIO: (f64, f64) = (0.5, 2.0);
 
 /// Restarts the comparison, because noise would accumulate.

@@ -1,12 +1,8 @@
 use super::SafetySettings;
 use crate::lane::Lane;
 
-/// Limits the speed of a reference and its distance from the slave `s`:
-///
-/// ```text
-/// x_k = clamp(clamp(x, s - d, s + d), x_{k-1} - v T, x_{k-1} + v T)
-/// ```
-/// The speed has priority. A reference within both limits passes unchanged, bit for bit.
+/// `x_k = clamp(clamp(x, s - d, s + d), x_{k-1} - v T, x_{k-1} + v T)` with the slave `s`: a reference within both
+/// limits passes bit for bit.
 #[derive(Debug, Clone)]
 pub struct ReferenceLimiter<L> {
     lead_m: L,

@@ -25,17 +25,12 @@
 /// | declaration | holds |
 /// |---|---|
 /// | `name: f64 [RANGE] = 0.5` | a number; `RANGE`: of [`Range`](crate::settings::Range), or an expression |
-/// | `name: f64 [SIGN] = 1.0` | 1 or -1 |
+/// | `name: f64 [SIGN] = 1.0`, `name: Option<f64> [RANGE]` | 1 or -1, a number or none |
 /// | `name: f64 [RANGE] => "ten thresholds" 10.0 * threshold` | derived from the fields before it by the stated rule |
-/// | `name: Option<f64> [RANGE]` | a number or none |
-/// | `name: u64 [1..] = 1`, `name: usize [1..] = 1` | a whole number and its minimum |
-/// | `name: bool = true` | true or false |
-/// | `name: Vec<f64> = [0.0, 1.0]` | numbers |
-/// | `name: String = "time_s"`, `name: Option<String>` | a text, or none |
-/// | `name: Option<String> [FILE]` | a path |
+/// | `name: u64 [1..] = 1`, also `usize`; `name: bool = true`; `name: Vec<f64> = [0.0, 1.0]` | a whole number and its minimum, a switch, a list |
+/// | `name: String = "time_s"`, `name: Option<String>`, `name: Option<String> [FILE]` | a text, a path |
 /// | `name: Option<f64> [RANGE] => "ten intervals"`, `name: String => "the file's name"` | derived by the reader |
-/// | `name: Other` | settings or a choice |
-/// | `name: Other [kinds last]` | a choice; the keys of its kinds follow all fields |
+/// | `name: Other`, `name: Other [kinds last]` | settings or a choice, whose kinds' keys may follow all fields |
 ///
 /// - `for Motion::Any | Inserting` before a default names the kinds for which a key acts; `for (...)` gives an
 ///   [`ActsFor`](crate::settings::ActsFor).

@@ -23,7 +23,7 @@ enum Meaning {
     Within(&'static str),
 }
 
-/// Also the inverse of the smallest positive number: products stay finite, and matrix exponentials keep their digits.
+/// Products stay finite, and matrix exponentials keep their digits.
 const MAX_MAGNITUDE: f64 = 1e12;
 
 impl Range {

@@ -12,7 +12,7 @@ crate::settings! {
     }
 }
 
-/// As the ramp, until the force is `stop_rise_n` above its minimum since the release.
+/// As the ramp, up to `stop_rise_n` above the minimum force since the release.
 #[derive(Debug, Clone)]
 pub struct RampUntilLoad<L> {
     step: L,

@@ -1,6 +1,5 @@
 use crate::lane::Lane;
 
-/// Values closer together belong to the same fall.
 const BLOCK_S: f64 = 0.1;
 
 /// Smallest value of the tail.

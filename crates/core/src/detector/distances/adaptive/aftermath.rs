@@ -37,7 +37,7 @@ pub(super) struct Aftermath<L> {
     trend: L,
     /// Bins of the last rise.
     rise: L,
-    /// Extreme force since the last turn in N; bins since it and since the turn.
+    /// Extreme force since the last turn (N); bins since it and since the turn.
     extreme: L,
     since_extreme: L,
     since_turn: L,
