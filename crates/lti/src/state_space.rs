@@ -127,7 +127,7 @@ impl<D: Domain> StateSpace<D> {
         eigenvalues(&self.a)
     }
 
-    /// Includes unobservable modes.
+    /// True if every mode decays, including unobservable ones.
     pub fn is_stable(&self) -> Result<bool, Error> {
         Ok(self.poles()?.into_iter().all(|pole| self.domain.is_stable_pole(pole)))
     }

@@ -6,9 +6,9 @@ use crate::lane::{Lane, by_index};
 
 /// The smaller error of the models with and without friction.
 ///
-/// Neither predicts a rupture, but one of them predicts other changes, such as a reversal. The cost is a delay. An
+/// Neither predicts a rupture, but one of them predicts other changes, such as a reversal. No source was found; an
 /// interacting multiple model (Blom and Bar-Shalom 1988) would need a noise level, a transition matrix and
-/// exponentials; no source was found for the minimum.
+/// exponentials.
 ///
 /// Stiffness and damping come from the model without friction, so they do not jump.
 #[derive(Debug, Clone)]

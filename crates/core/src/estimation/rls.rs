@@ -20,8 +20,8 @@ const MIN_DETERMINANT: f64 = 1e-12;
 /// x_k >= α_0:  F_k = F_0, x_k = tr(F_0⁻¹)                       (17)
 /// 1/α_k = 1 + β φ_kᵀ φ_k                                        (14)
 /// ```
-/// with `φ_k = (p_k, v_k)` in contact (`p_k > 0`) and 0 outside. Scaling `F` itself by the dead zone, another reading
-/// of the text after eq. 15, would end all adaptation at the first small error.
+/// with `φ_k = (p_k, v_k)` in contact (`p_k > 0`) and 0 outside. Scaling `F` itself by `δ`, another reading of eq. 15,
+/// would end all adaptation at the first small error.
 ///
 /// An update adds at most `δ α φφᵀ` to `F⁻¹`, so the eigenvalues of `F` lie between `1/α_0` and `F_0`. Rounding adds up
 /// to `n 2⁻⁵¹ F_0` over `n` corrections, so with `F_0 α_0 <= 10⁴` (default: 102) `F` stays definite for over 10¹¹;

@@ -46,13 +46,9 @@ crate::settings! {
 crate::settings! {
     /// Weighting, dead zone and forgetting of the estimator.
     ///
-    /// One update corrects the share `φᵀFφ / (1/α + φᵀFφ)` of an error. With constant weighting it depends on the depth
-    /// through `F_0 φᵀφ`; with eq. 14 it is `F_0 φᵀφ / (1 + (β + F_0) φᵀφ)`, beyond the depth `1/√β` nearly
-    /// `κ / (1 + κ)`, `κ = F_0 / β`. With `α_0 = tr(F_0⁻¹) + N/β` the gain is restored after about `N` full
-    /// corrections.
-    ///
-    /// The defaults (1 mm, κ = 10, N = 10) suit millimetres to decimetres at 1 and 2 kHz; they adapt slowly within the
-    /// first millimetre.
+    /// One update corrects the share `φᵀFφ / (1/α + φᵀFφ)` of an error: with eq. 14 `F_0 φᵀφ / (1 + (β + F_0) φᵀφ)`,
+    /// beyond the depth `1/√β` nearly `κ / (1 + κ)`, `κ = F_0 / β`. With `α_0 = tr(F_0⁻¹) + N/β` the gain is restored
+    /// after about `N` full corrections. By default `1/√β` is 1 mm, `κ = N = 10`.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct RlsSettings in "estimator." {
         /// Estimated parameters.

@@ -21,9 +21,8 @@ crate::settings! {
         /// Wanted rate of false alarms of the adaptive detector, per minute; its threshold of 7 then corresponds to
         /// this rate.
         ///
-        /// The peaks above 3 per 0.1 s give a generalised Pareto tail (Dekkers, Einmahl and de Haan, *Annals of
-        /// Statistics* 17, 1989). The rate is within a factor of three for tails up to Student's t with 3 degrees of
-        /// freedom or correlated normal noise, higher for both, and lower if a tenth of the force exceeds the noise.
+        /// A generalised Pareto tail of the peaks, by the moments of Dekkers, Einmahl and de Haan (*Annals of
+        /// Statistics* 17, 1989).
         false_alarms_per_min: Option<f64> [POSITIVE],
     }
 }

@@ -20,11 +20,8 @@ const TURN_SCALES: f64 = 3.0;
 const SUDDEN_SHARE: f64 = 0.5;
 const SUDDEN_TIME: f64 = 0.25;
 
-/// The ring-down after an alarm, in which no swing is a new rupture.
-///
-/// Swings decay and take as long down as up. A fall counts only below the last trough, lowered by sinking crests
-/// (relaxation), unless it loses half of the last rise in a quarter of its time. The ring-down ends when the force has
-/// risen by 0.65 of the alarm's fall, or has not turned for 0.125 s.
+/// The ring-down after an alarm. Its swings decay and take as long down as up: a fall counts only below the last
+/// trough, lowered by sinking crests (relaxation), unless it is sudden.
 #[derive(Debug, Clone)]
 pub(super) struct Aftermath<L> {
     /// Before the alarm, and the lowest since, in N.
