@@ -85,7 +85,7 @@ impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
         (Estimation { contact_m: self.contact_m, estimator: &mut self.estimator }, &mut self.detector)
     }
 
-    /// For a missing sample: no new estimate, no alarm, and a loss of contact.
+    /// A missing sample: no new estimate, no alarm, no contact.
     pub fn skip(&mut self, force_n: L, velocity_m_per_s: L) -> Decision<L> {
         self.estimator.skip();
         let zero = L::zero();
@@ -101,7 +101,7 @@ impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
         Decision { alarm: L::Mask::splat(false), ..decision }
     }
 
-    /// For the first sample after a gap, which has no prediction and counts as missing.
+    /// The first sample after a gap has no prediction and counts as missing.
     pub fn resume(&mut self, measurement: &Measurement<L>) -> Decision<L> {
         let Measurement { force_n, position_m, velocity_m_per_s } = *measurement;
         let decision = self.skip(force_n, velocity_m_per_s);

@@ -34,22 +34,22 @@ impl fmt::Display for OfItem {
     }
 }
 
-/// Fails unless `value` is finite and above 0.
+/// `value` must be finite and above 0.
 pub fn positive(name: &'static str, value: f64) -> Result<f64, InvalidValue> {
     require(name, value, value.is_finite() && value > 0.0, "a positive, finite number")
 }
 
-/// Fails unless `value` is finite and at least 0.
+/// `value` must be finite and at least 0.
 pub fn non_negative(name: &'static str, value: f64) -> Result<f64, InvalidValue> {
     require(name, value, value.is_finite() && value >= 0.0, "a finite number of at least 0")
 }
 
-/// Fails unless `value` is finite.
+/// `value` must be finite.
 pub fn finite(name: &'static str, value: f64) -> Result<f64, InvalidValue> {
     require(name, value, value.is_finite(), "a finite number")
 }
 
-/// Fails unless `holds`.
+/// `holds` must be true.
 pub fn require(name: &'static str, value: f64, holds: bool, requirement: &'static str) -> Result<f64, InvalidValue> {
     if holds { Ok(value) } else { Err(InvalidValue { name, value, requirement, item: None }) }
 }

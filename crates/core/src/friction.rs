@@ -8,13 +8,13 @@ pub struct CoulombFriction {
 }
 
 impl CoulombFriction {
-    /// True if friction balances a force in N on a body at rest.
+    /// True if friction balances a force on a body at rest.
     #[must_use]
     pub fn holds(self, force_n: f64) -> bool {
         force_n.abs() <= self.limit_n
     }
 
-    /// The unbalanced part of a force in N: `f - F_c sign(f)`, or 0 if friction holds.
+    /// `f - F_c sign(f)`, or 0 if friction holds.
     #[must_use]
     pub fn remainder_n(self, force_n: f64) -> f64 {
         if self.holds(force_n) { 0.0 } else { force_n - self.limit_n.copysign(force_n) }

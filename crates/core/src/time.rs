@@ -49,13 +49,13 @@ impl TickGrid {
     }
 }
 
-/// The number of ticks nearest to `duration_s`, at least 0.
+/// At least 0.
 #[must_use]
 pub fn nearest_ticks(duration_s: f64, tick_s: f64) -> u64 {
     libm::round(duration_s / tick_s).max(0.0) as u64
 }
 
-/// The number of ticks; `None` unless it is whole to within a millionth of a tick.
+/// `None` unless it is whole to within a millionth of a tick.
 #[must_use]
 pub fn whole_ticks(duration_s: f64, tick_s: f64) -> Option<u64> {
     let ticks = duration_s / tick_s;

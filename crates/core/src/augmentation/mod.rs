@@ -65,7 +65,7 @@ trait BuiltIn {
 
     fn build(settings: &Self::Settings, tick_s: f64) -> Self;
 
-    /// `None` if the certificate of events does not cover it.
+    /// `None` if the certificate does not cover it.
     fn map(_settings: &Self::Settings) -> Option<Self::Map> {
         None
     }
@@ -97,9 +97,9 @@ pub struct Command<L: Lane> {
     pub slave_reference_m: L,
     /// In N.
     pub feedback_force_n: L,
-    /// Largest change since the last tick that the active law allows.
+    /// Largest allowed change since the last tick.
     pub allowed_step_n: L,
-    /// Lanes in which an alarm began an event; with augmentation disabled, lanes with an alarm.
+    /// Lanes in which an alarm began an event; without augmentation, lanes with an alarm.
     pub alarm_taken: L::Mask,
 }
 
@@ -179,7 +179,7 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
         }
     }
 
-    /// The master's side: the force and its largest allowed change, both in N.
+    /// The master's side: the force and its largest allowed change.
     #[inline(always)]
     pub fn feedback_force(&mut self, mode: Modes<L>, force_n: L, velocity_m_per_s: L) -> (L, L) {
         self.feedback.update(mode, force_n, velocity_m_per_s)

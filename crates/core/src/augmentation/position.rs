@@ -12,7 +12,7 @@ crate::choice! {
     }
 }
 
-/// Gives the slave's reference in every mode; a user-defined law implements it for `f64`.
+/// User-defined laws implement it for `f64`.
 pub trait MotionLaw<L: Lane> {
     /// In m, in teleoperation; `hand_m` is scaled to the slave, `slave_m` is measured.
     fn follow(&mut self, hand_m: L, slave_m: L) -> L;

@@ -99,15 +99,15 @@ impl<L: Lane> DetectorInput<L> {
 /// Output at one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct Decision<L: Lane> {
-    /// `s_k`, in the unit of the distance.
+    /// `s_k`.
     pub distance: L,
-    /// `g_k` before a reset, in the unit of the distance.
+    /// `g_k` before a reset.
     pub decision: L,
     /// Lanes with an alarm.
     pub alarm: L::Mask,
 }
 
-/// Detects ruptures; a user-defined detector implements it for `f64`.
+/// User-defined detectors implement it for `f64`.
 pub trait Detector<L: Lane> {
     /// Processes one sample.
     fn update(&mut self, input: &DetectorInput<L>) -> Decision<L>;

@@ -18,7 +18,7 @@ pub struct Estimate<L> {
     pub extra_parameter: L,
 }
 
-/// Estimates the tissue's parameters; a user-defined estimator implements it for `f64`.
+/// User-defined estimators implement it for `f64`.
 pub trait Estimator<L: Lane> {
     /// Processes `y`, the depth `p` below the contact (negative outside) and `v` (eq. 6-7).
     fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L>;

@@ -3,7 +3,7 @@ use alloc::vec::Vec;
 
 use crate::error::{InvalidValue, require};
 
-/// A part whose numbers can be restored into a part with the same settings.
+/// Numbers that can be restored into a part with the same settings.
 pub trait Stored {
     /// Passes each number as 64 bits, in a fixed order, and keeps the value that `with` leaves.
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64));
@@ -26,7 +26,7 @@ pub trait Stored {
         count
     }
 
-    /// Continues from the state of a part with the same settings; a state of another length changes nothing.
+    /// Continues from the state of a part with the same settings, if its length agrees.
     fn restore(&mut self, state: &[u64]) -> Result<(), InvalidValue> {
         let has_equal_size = state.len() == self.count();
         require("the size of a state", state.len() as f64, has_equal_size, "as large as for the same settings")?;

@@ -20,7 +20,7 @@ impl NeedleSample {
     pub const MISSING: Self = Self { position_m: f64::NAN, velocity_m_per_s: f64::NAN, force_n: f64::NAN };
 }
 
-/// Results at one tick; every number is finite.
+/// Every number is finite.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Detection {
     /// True if this sample raises an alarm.
@@ -33,9 +33,9 @@ pub struct Detection {
     pub predicted_force_n: f64,
     /// `e = y - ŷ`; 0 at a bad sample and at the next one.
     pub residual_n: f64,
-    /// `s`, in the unit of the distance.
+    /// `s`.
     pub distance: f64,
-    /// `g`, in the unit of the distance.
+    /// `g`.
     pub decision: f64,
     /// `v_e` used by the estimator.
     pub velocity_m_per_s: f64,
@@ -61,7 +61,7 @@ pub struct NeedleDetector {
 }
 
 impl NeedleDetector {
-    /// Uses only the keys of estimator, detector, contact, sensor, tick and `rig.`.
+    /// Uses only the keys of estimator, detector, sensor, tick and `rig.`.
     pub fn new(settings: &Settings) -> Result<Self, InvalidValue> {
         settings.validate()?;
         Ok(Self {

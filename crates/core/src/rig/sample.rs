@@ -68,13 +68,13 @@ pub struct Command {
     pub slave_reference_m: f64,
     /// `F_ed` for the master's force controller.
     pub master_force_n: f64,
-    /// Largest change of `F_ed` since the last tick that the active law allows.
+    /// Largest allowed change of `F_ed` since the last tick.
     pub allowed_force_step_n: f64,
     /// Mode of the supervisor.
     pub mode: Mode,
     /// True if this sample raises an alarm.
     pub alarm: bool,
-    /// True if an alarm began an event; with augmentation disabled, at each alarm.
+    /// True if an alarm began an event; without augmentation, at each alarm.
     pub alarm_taken: bool,
     /// `K`.
     pub stiffness_n_per_m: f64,
@@ -84,9 +84,9 @@ pub struct Command {
     pub predicted_force_n: f64,
     /// `e = y - ŷ`; 0 at a bad sample and at the next one.
     pub residual_n: f64,
-    /// `s`, in the unit of the distance.
+    /// `s`.
     pub distance: f64,
-    /// `g`, in the unit of the distance.
+    /// `g`.
     pub decision: f64,
     /// `v_e` used by the estimator.
     pub slave_velocity_m_per_s: f64,

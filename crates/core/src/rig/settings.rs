@@ -143,7 +143,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Keys of a scenario, and `rig.start_m`, with the estimators that a rig runs.
+    /// Keys of a scenario, and `rig.start_m`.
     pub const KEYS: &'static [Key] = {
         const GROUPS: &[&[Key]] = &[
             Machines::KEYS,

@@ -1,7 +1,7 @@
 use super::{ForceLimiter, ReferenceLimiter, SafetySettings};
 use crate::lane::Lane;
 
-/// The limits of force and reference without the states of a rig.
+/// The limits without the states of a rig.
 #[derive(Debug, Clone)]
 pub struct CommandLimits<L> {
     force: ForceLimiter<L>,

@@ -71,7 +71,7 @@ impl Limited {
     }
 }
 
-/// Ticks at which each limit acted, and faults.
+/// Ticks at which limits acted, and faults.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SafetyCounts {
     /// `safety.force_limit_n`.

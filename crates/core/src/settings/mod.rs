@@ -366,7 +366,7 @@ pub const fn count_distinct(groups: &[&[Key]]) -> usize {
     count
 }
 
-/// The `COUNT` different keys; a key of several kinds acts for all of them.
+/// A key of several kinds acts for all of them.
 #[must_use]
 pub const fn distinct<const COUNT: usize>(groups: &[&[Key]]) -> [Key; COUNT] {
     let mut all = [Key::new("", Kind::Flag, Fallback::Unset, ""); COUNT];

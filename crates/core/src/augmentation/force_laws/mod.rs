@@ -28,7 +28,7 @@ pub struct AugmentedTick<L: Lane> {
     pub begins: L::Mask,
 }
 
-/// The feedback force while the slave is frozen; a user-defined law implements it for `f64`.
+/// User-defined laws implement it for `f64`.
 pub trait ForceLaw<L: Lane> {
     /// The force and its largest allowed change, both in N.
     fn augmented(&mut self, now: &AugmentedTick<L>) -> (L, L);
@@ -77,7 +77,7 @@ crate::registry! {
 }
 
 impl ForceLawSettings {
-    /// `None` if the certificate of events does not cover it.
+    /// `None` if the certificate does not cover it.
     #[must_use]
     pub fn map(&self) -> Option<ForceMap> {
         of_kind!(self, Part(kind_settings) => Part::<f64>::map(kind_settings))

@@ -54,7 +54,7 @@ crate::registry! {
 }
 
 impl HoldSettings {
-    /// `None` if the certificate of events does not cover it.
+    /// `None` if the certificate does not cover it.
     #[must_use]
     pub fn map(&self) -> Option<HoldMap> {
         of_kind!(self, Part(kind_settings) => Part::<f64>::map(kind_settings))

@@ -18,7 +18,7 @@ use crate::lane::{Lane, Mask};
 /// Inputs at a tick, on the slave's scale.
 #[derive(Debug, Clone, Copy)]
 pub struct ReturnTick<L: Lane> {
-    /// Slave's reference minus hand at the tick before.
+    /// Slave's reference minus hand, one tick before.
     pub gap_m: L,
     /// Of the hand since the tick before.
     pub hand_step_m: L,
@@ -81,7 +81,7 @@ crate::registry! {
 }
 
 impl Reengage {
-    /// `None` if the certificate of events does not cover it.
+    /// `None` if the certificate does not cover it.
     #[must_use]
     pub fn map(&self) -> Option<ReturnMap> {
         of_kind!(self, Part(kind_settings) => Part::<f64>::map(kind_settings))

@@ -28,9 +28,9 @@ use super::DetectorInput;
 use super::hypotheses::Hypotheses;
 use crate::lane::Lane;
 
-/// Gives the number to accumulate (eq. 27); a user-defined distance implements it for `f64`.
+/// User-defined distances implement it for `f64`.
 pub trait Distance<L: Lane> {
-    /// `s_k`, in the unit of the distance.
+    /// `s_k`.
     fn update(&mut self, input: &DetectorInput<L>) -> L;
 
     /// Discards earlier samples after an alarm.
