@@ -1,11 +1,7 @@
-//! Long columns in large pages.
-
-/// Minimum size in bytes for requesting large pages, as in numpy.
+/// Minimum size in bytes, as in numpy.
 const LARGE: usize = 4 << 20;
 
-/// An empty vector with capacity for `count` values, in large pages where the system provides them on request.
-///
-/// Mapping a long column in pages of 4 KB takes longer than most computations on it.
+/// Requests large pages, because mapping a long column in pages of 4 KB takes longer than most computations on it.
 #[must_use]
 pub fn with_capacity<T>(count: usize) -> Vec<T> {
     let column = Vec::with_capacity(count);
@@ -13,7 +9,6 @@ pub fn with_capacity<T>(count: usize) -> Vec<T> {
     column
 }
 
-/// Copies values into a vector from [`with_capacity`].
 #[must_use]
 pub fn copy_of<T: Copy>(values: &[T]) -> Vec<T> {
     let mut copy = with_capacity(values.len());

@@ -1,5 +1,3 @@
-//! The units in which quantities are displayed.
-
 use serde::Serialize;
 
 /// The unit in which a quantity is displayed; the value itself is in SI units.
@@ -30,7 +28,7 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// The SI unit of the values; `"1"` for numbers without a unit.
+    /// `"1"` without a unit.
     #[must_use]
     pub fn si(self) -> &'static str {
         match self {

@@ -1,27 +1,20 @@
-//! Warnings, each with a stable code, a sentence, the place (key or column) and a remedy.
-//!
-//! Terminal, JSON files, reports and Python show the same warnings.
-
 use std::fmt::{self, Display, Formatter};
 
 use serde::{Serialize, Serializer};
 
 use super::names::with_short_words;
 
-/// Defines the codes: variant, word, meaning and explanation.
+/// Rows: variant, word, meaning and explanation.
 macro_rules! codes {
     ($($Code:ident $word:literal: $meaning:literal, $more:literal;)*) => {
-        /// The code of a warning.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
         pub enum Code {
             $(#[doc = $meaning] $Code,)*
         }
 
         impl Code {
-            /// All codes.
             pub const ALL: &'static [Self] = &[$(Self::$Code),*];
 
-            /// The word in files and messages.
             #[must_use]
             pub fn word(self) -> &'static str {
                 match self {
@@ -29,7 +22,6 @@ macro_rules! codes {
                 }
             }
 
-            /// The meaning in one sentence.
             #[must_use]
             pub fn meaning(self) -> &'static str {
                 match self {
@@ -37,7 +29,6 @@ macro_rules! codes {
                 }
             }
 
-            /// An explanation, and what to do.
             #[must_use]
             pub fn explanation(self) -> &'static str {
                 match self {
@@ -250,7 +241,6 @@ codes! {
 }
 
 impl Code {
-    /// Parses the word of a code.
     #[must_use]
     pub fn parse(word: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|code| code.word() == word)
@@ -281,26 +271,23 @@ pub struct Warning {
 }
 
 impl Warning {
-    /// Creates a warning without a place or a remedy. Long words of the message are shortened.
+    /// Shortens long words of the message.
     #[must_use]
     pub fn new(code: Code, message: impl Into<String>) -> Self {
         let message = with_short_words(&message.into()).into_owned();
         Self { code, message, source: None, place: None, remedy: None }
     }
 
-    /// Sets the key, column or flag.
     #[must_use]
     pub fn at(self, place: impl Into<String>) -> Self {
         Self { place: Some(place.into()), ..self }
     }
 
-    /// Sets the remedy.
     #[must_use]
     pub fn remedy(self, remedy: impl Into<String>) -> Self {
         Self { remedy: Some(with_short_words(&remedy.into()).into_owned()), ..self }
     }
 
-    /// Sets the scenario, recording or file.
     #[must_use]
     pub fn of(self, source: impl Into<String>) -> Self {
         Self { source: Some(source.into()), ..self }

@@ -1,24 +1,22 @@
 //! The detection chain: estimator → distance → decision, one sample at a time.
-//!
-//! The engine, the rig, `detect`, `calibrate` and `roc` all run this chain.
 
 use crate::detector::{AlarmConditions, CusumDetector, Decision, Detector, DetectorInput, Distance};
 use crate::estimation::{Estimate, Estimator};
 use crate::lane::{Lane, Mask};
 
-/// The slave's measured values at one sample.
+/// The slave's measured values.
 #[derive(Debug, Clone, Copy)]
 pub struct Measurement<L> {
-    /// Force on the needle in N, positive when the tissue resists insertion.
+    /// Positive when the tissue resists insertion.
     pub force_n: L,
-    /// Position of the needle in m, increasing into the tissue.
+    /// Increasing into the tissue.
     pub position_m: L,
-    /// Velocity of the needle in m/s.
+    /// In m/s.
     pub velocity_m_per_s: L,
 }
 
 impl Measurement<f64> {
-    /// Interpolates linearly; `share` is 0 at this measurement and 1 at the next one.
+    /// Interpolates linearly; `share` is 0 here and 1 at `next`.
     #[inline]
     #[must_use]
     pub fn between(&self, next: &Self, share: f64) -> Self {
@@ -31,10 +29,10 @@ impl Measurement<f64> {
     }
 }
 
-/// The chain's output at one sample.
+/// Output at one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct ChainOutput<L: Lane> {
-    /// Depth of the needle below the contact in m.
+    /// Below the contact.
     pub depth_m: L,
     /// Output of the estimator.
     pub estimate: Estimate<L>,
@@ -42,10 +40,10 @@ pub struct ChainOutput<L: Lane> {
     pub decision: Decision<L>,
 }
 
-/// An estimator followed by a detector. Takes constant time and memory per sample and allocates nothing.
+/// Constant time and memory per sample.
 #[derive(Debug, Clone)]
 pub struct Chain<L, E, D> {
-    /// Position of the tissue surface assumed by the estimator, in m.
+    /// Tissue surface assumed by the estimator.
     pub contact_m: L,
     /// The estimator.
     pub estimator: E,
@@ -61,7 +59,7 @@ pub struct Estimation<'a, L, E> {
 }
 
 impl<L: Lane, E: Estimator<L>> Estimation<'_, L, E> {
-    /// Processes the next sample. Returns the estimate, and the input of the detector.
+    /// Returns the estimate and the detector's input.
     #[inline(always)]
     pub fn step(&mut self, measurement: &Measurement<L>) -> (Estimate<L>, DetectorInput<L>) {
         let Measurement { force_n, position_m, velocity_m_per_s } = *measurement;
@@ -81,15 +79,13 @@ impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
         ChainOutput { depth_m: input.depth_m, estimate, decision: detector.update(&input) }
     }
 
-    /// The estimator and the detector apart. The estimator does not depend on the detector, so it can run
-    /// ahead.
+    /// The estimator does not depend on the detector, so it can run ahead.
     #[inline(always)]
     pub fn stages(&mut self) -> (Estimation<'_, L, E>, &mut D) {
         (Estimation { contact_m: self.contact_m, estimator: &mut self.estimator }, &mut self.detector)
     }
 
-    /// Handles a missing sample: the estimate does not change and no alarm is raised. The detector treats it as a loss
-    /// of contact.
+    /// A missing sample: no new estimate, no alarm, no contact.
     pub fn skip(&mut self, force_n: L, velocity_m_per_s: L) -> Decision<L> {
         self.estimator.skip();
         let zero = L::zero();
@@ -105,8 +101,7 @@ impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
         Decision { alarm: L::Mask::splat(false), ..decision }
     }
 
-    /// Processes the first sample after missing ones. Without a prediction it counts as missing for the detector; the
-    /// estimator predicts the next sample from it.
+    /// The first sample after a gap has no prediction and counts as missing.
     pub fn resume(&mut self, measurement: &Measurement<L>) -> Decision<L> {
         let Measurement { force_n, position_m, velocity_m_per_s } = *measurement;
         let decision = self.skip(force_n, velocity_m_per_s);
@@ -116,7 +111,7 @@ impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
 }
 
 impl<L: Lane, E: Estimator<L>, D: Distance<L>> Chain<L, E, CusumDetector<L, D>> {
-    /// Like [`Chain::step`]; also returns the conditions on an alarm at this sample.
+    /// Like [`Chain::step`], with the conditions on an alarm.
     #[inline]
     pub fn step_with_conditions(&mut self, measurement: &Measurement<L>) -> (ChainOutput<L>, AlarmConditions<L>) {
         let (mut estimation, detector) = self.stages();

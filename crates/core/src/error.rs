@@ -5,30 +5,27 @@ use core::fmt;
 use thiserror::Error;
 
 /// A value outside its allowed range.
-///
-/// `name` is the dotted key of a scenario (`slave.velocity_gain`); `requirement` completes the sentence "… must be".
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{name}{} is {value}, must be {requirement}", OfItem(*item))]
 pub struct InvalidValue {
-    /// The dotted key, of a scenario file.
+    /// Dotted key of a scenario (`slave.velocity_gain`).
     pub name: &'static str,
     /// The rejected value.
     pub value: f64,
-    /// The requirement, for example "positive".
+    /// Ends the sentence "… must be".
     pub requirement: &'static str,
-    /// Index, from 0, of the list item that the value belongs to. The key then has a `*` for the item.
+    /// From 0; the key has a `*` for the item.
     pub item: Option<usize>,
 }
 
 impl InvalidValue {
-    /// The same error for the list item with this index.
+    /// Adds the index of the list item.
     #[must_use]
     pub fn of_item(self, index: usize) -> Self {
         Self { item: Some(index), ..self }
     }
 }
 
-/// The number of an item in a message; empty for a value outside of lists.
 struct OfItem(Option<usize>);
 
 impl fmt::Display for OfItem {
@@ -37,34 +34,22 @@ impl fmt::Display for OfItem {
     }
 }
 
-/// Returns `value` if it is finite and greater than zero.
-///
-/// # Errors
-/// [`InvalidValue`] naming the key otherwise (NaN included).
+/// `value` must be finite and above 0.
 pub fn positive(name: &'static str, value: f64) -> Result<f64, InvalidValue> {
     require(name, value, value.is_finite() && value > 0.0, "a positive, finite number")
 }
 
-/// Returns `value` if it is finite and not negative.
-///
-/// # Errors
-/// [`InvalidValue`] naming the key otherwise (NaN included).
+/// `value` must be finite and at least 0.
 pub fn non_negative(name: &'static str, value: f64) -> Result<f64, InvalidValue> {
     require(name, value, value.is_finite() && value >= 0.0, "a finite number of at least 0")
 }
 
-/// Returns `value` if it is finite.
-///
-/// # Errors
-/// [`InvalidValue`] naming the key otherwise.
+/// `value` must be finite.
 pub fn finite(name: &'static str, value: f64) -> Result<f64, InvalidValue> {
     require(name, value, value.is_finite(), "a finite number")
 }
 
-/// Returns `value` if `holds`.
-///
-/// # Errors
-/// [`InvalidValue`] with the key and the requirement otherwise.
+/// `holds` must be true.
 pub fn require(name: &'static str, value: f64, holds: bool, requirement: &'static str) -> Result<f64, InvalidValue> {
     if holds { Ok(value) } else { Err(InvalidValue { name, value, requirement, item: None }) }
 }

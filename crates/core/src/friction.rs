@@ -1,6 +1,6 @@
-//! Coulomb friction, which holds a body at rest until the other forces exceed it.
+//! Coulomb friction.
 
-/// Coulomb friction `F(v) = F_c sign(v)`, which at rest balances every force of at most `F_c`.
+/// `F(v) = F_c sign(v)`, which at rest balances every force of at most `F_c`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CoulombFriction {
     /// `F_c` in N, at least 0.
@@ -8,13 +8,13 @@ pub struct CoulombFriction {
 }
 
 impl CoulombFriction {
-    /// True if the friction balances the other forces on a body at rest, in N.
+    /// True if friction balances a force on a body at rest.
     #[must_use]
     pub fn holds(self, force_n: f64) -> bool {
         force_n.abs() <= self.limit_n
     }
 
-    /// The part of a force (N) that is left when friction opposes it: `f - F_c sign(f)`, or 0 if friction holds.
+    /// `f - F_c sign(f)`, or 0 if friction holds.
     #[must_use]
     pub fn remainder_n(self, force_n: f64) -> f64 {
         if self.holds(force_n) { 0.0 } else { force_n - self.limit_n.copysign(force_n) }

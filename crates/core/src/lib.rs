@@ -1,8 +1,5 @@
-//! The part of trocar that runs on a real controller: online estimation of the tissue, detection of ruptures and
-//! event-based haptic augmentation, one step per sample.
-//!
-//! It needs no operating system, no allocator and no standard library. [`rig`] combines all parts into one controller.
-//! The simulator, the crate `trocar`, runs the same source and re-exports it.
+//! Online estimation of the tissue, detection of ruptures and haptic augmentation for a real controller ([`rig`]), one
+//! step per sample, without operating system, allocator and standard library.
 //!
 //! Equation numbers refer to Barbé, Bayle, de Mathelin and Gangi, *In Vivo Model Estimation and Haptic Characterization
 //! of Needle Insertions*.

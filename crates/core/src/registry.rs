@@ -1,7 +1,4 @@
-//! The registry of a role: its built-in parts, their words in scenarios, and static dispatch over them.
-
-/// Declares the built-in parts of a role. Each row holds the word in scenarios, the kind, in parentheses the settings
-/// of this kind alone, and the path of the part.
+/// Declares the built-in parts of a role: words in scenarios, kinds, settings (in parentheses) and paths.
 ///
 /// ```text
 /// registry! {
@@ -16,41 +13,22 @@
 /// }
 /// ```
 ///
-/// expands to the [`choice!`](crate::choice!) `HoldSettings { Frozen, SpeedLimit(SpeedLimitSettings) }` with these words, to
+/// expands to the [`choice!`](crate::choice!) `HoldSettings` with these words, to
 ///
 /// ```text
-/// pub enum AnyHold<L> {
-///     Frozen(freeze::Frozen<L>),
-///     SpeedLimit(speed_limit::SpeedLimit<L>),
-/// }
-/// impl<L: Lane> From<freeze::Frozen<L>> for AnyHold<L> { … }      // and from each other part
-/// gather_variants!(AnyHold { Frozen, SpeedLimit } stored);        // Gather, and with `stored` also Stored
+/// pub enum AnyHold<L> { Frozen(freeze::Frozen<L>), SpeedLimit(speed_limit::SpeedLimit<L>) }
 /// ```
 ///
-/// and to two macros for the module, with the names in `by (…)`. `each!` runs an expression on the part, `of_kind!` on
-/// the type of the part, for one kind or for all:
+/// with `From` of each part, `Gather`, and with `stored` also `Stored`, and to two macros for the module, named in
+/// `by (…)`:
 ///
 /// ```text
 /// each!(self, hold => hold.reference_m(now))
-///     match self {
-///         AnyHold::Frozen(hold) => hold.reference_m(now),
-///         AnyHold::SpeedLimit(hold) => hold.reference_m(now),
-///     }
+///     match self { AnyHold::Frozen(hold) => hold.reference_m(now), … }
 /// of_kind!(kind, Part => Part::<f64>::NAME)
-///     match kind {
-///         HoldSettings::Frozen { .. } => { use freeze::Frozen as Part; Part::<f64>::NAME }
-///         HoldSettings::SpeedLimit { .. } => { use speed_limit::SpeedLimit as Part; Part::<f64>::NAME }
-///     }
-/// of_kind!(settings, Part(kind_settings) => Part::build(kind_settings).into())        // kind_settings: the settings of the kind, or &()
-///     match settings {
-///         HoldSettings::Frozen => { use freeze::Frozen as Part; let kind_settings = &(); Part::build(kind_settings).into() }
-///         HoldSettings::SpeedLimit(kind_settings) => { use speed_limit::SpeedLimit as Part; Part::build(kind_settings).into() }
-///     }
-/// of_kind!([WORD, Part] => (WORD, Part::<f64>::NAME))
-///     [
-///         { use freeze::Frozen as Part; const WORD: &str = "freeze"; (WORD, Part::<f64>::NAME) },
-///         { use speed_limit::SpeedLimit as Part; const WORD: &str = "speed-limit"; (WORD, Part::<f64>::NAME) },
-///     ]
+///     match kind { HoldSettings::Frozen { .. } => { use freeze::Frozen as Part; Part::<f64>::NAME } … }
+/// of_kind!(settings, Part(kind_settings) => Part::build(kind_settings).into())  // the settings of the kind, or &()
+/// of_kind!([WORD, Part] => (WORD, Part::<f64>::NAME))                           // an array over all kinds
 /// ```
 ///
 /// Without `at` and words, the kinds are an ordinary enum.
@@ -104,7 +82,6 @@ macro_rules! registry {
             $("" => $Name = $($part)::+,)*
         }
     };
-    // `$d` stands for the `$` of the two local macros.
     (
         @parts ($d:tt) $Kind:ident
         $(#[doc = $any_about:literal])*
@@ -154,7 +131,7 @@ macro_rules! registry {
     (@unless_given $kind_settings:ident) => { let $kind_settings = &(); };
 }
 
-/// Defines a local macro, named by the caller, that runs an expression on the field of an enum's variant.
+/// Defines a local macro that runs an expression on the field of an enum's variant.
 ///
 /// ```
 /// enum Number {
@@ -164,15 +141,6 @@ macro_rules! registry {
 /// trocar_core::variants!(each of Number { Whole, Real });
 ///
 /// assert_eq!(each!(Number::Whole(3), number => f64::from(number)), 3.0);
-/// ```
-///
-/// The call expands to
-///
-/// ```text
-/// match Number::Whole(3) {
-///     Number::Whole(number) => f64::from(number),
-///     Number::Real(number) => f64::from(number),
-/// }
 /// ```
 #[macro_export]
 macro_rules! variants {

@@ -1,12 +1,10 @@
-//! Recognises a clock or a counter that was set back.
+//! Recognises a clock or counter that was set back.
 
 use crate::lane::Stored;
 
-/// Number of consecutive ascending values after which the source counts as set back.
 const VALUES: u32 = 10;
 
-/// Recognises a source of increasing times or numbers that was set back: ten consecutive values ascend, but are behind
-/// the newest one. A single late value has another cause.
+/// Ten ascending values behind the newest one; a single late value has another cause.
 #[derive(Debug, Clone, Default)]
 pub struct SetBack<T> {
     last: T,
@@ -14,7 +12,7 @@ pub struct SetBack<T> {
 }
 
 impl<T: PartialOrd + Copy> SetBack<T> {
-    /// Notes a value behind the newest one. Returns true if the source was set back; the count then begins anew.
+    /// True if the source was set back.
     pub fn note(&mut self, value: T) -> bool {
         self.ascending = if self.ascending > 0 && value > self.last { self.ascending + 1 } else { 1 };
         self.last = value;

@@ -2,26 +2,23 @@
 
 use crate::error::{InvalidValue, positive, require};
 
-/// Largest deviation, in ticks, of a duration that still counts as a whole number of ticks.
+/// In ticks.
 const WHOLE_TICK_TOLERANCE: f64 = 1e-6;
 
-/// Longest run, in ticks. `k * tick_s` stays exact to the last bit of the tick far beyond this.
+/// Longest run; `k * tick_s` stays exact far beyond it.
 const MAX_TICKS: f64 = 1e9;
 
-/// A regular grid of ticks, the first at time 0.
+/// A regular grid of ticks from time 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TickGrid {
     tick_s: f64,
     ticks: u64,
-    /// Rate in Hz, if the tick is exactly its inverse.
+    /// In Hz, if the tick is exactly its inverse.
     rate_hz: Option<f64>,
 }
 
 impl TickGrid {
-    /// Creates a grid of ticks `tick_s` apart. Their number is the one nearest to `duration_s` (both in s, positive).
-    ///
-    /// # Errors
-    /// A tick or duration that is not a positive finite number, a duration below half a tick, or over 10⁹ ticks.
+    /// The number of ticks, 1 to 10⁹, is the one nearest to `duration_s`; both in s.
     pub fn new(tick_s: f64, duration_s: f64) -> Result<Self, InvalidValue> {
         positive("simulation.tick_s", tick_s)?;
         positive("simulation.duration_s", duration_s)?;
@@ -44,8 +41,7 @@ impl TickGrid {
         self.ticks
     }
 
-    /// The time of tick `k` in s: `k * tick_s`, rounded once. If the tick is the inverse of a whole rate, it is `k /
-    /// rate`: 0.069 and not 0.06900000000000001.
+    /// In s, rounded once: 0.069 and not 0.06900000000000001 if the rate is whole.
     #[inline]
     #[must_use]
     pub fn time_s(&self, k: u64) -> f64 {
@@ -53,13 +49,13 @@ impl TickGrid {
     }
 }
 
-/// The number of ticks nearest to `duration_s` (at least 0).
+/// At least 0.
 #[must_use]
 pub fn nearest_ticks(duration_s: f64, tick_s: f64) -> u64 {
     libm::round(duration_s / tick_s).max(0.0) as u64
 }
 
-/// The number of ticks in `duration_s` if it is whole to within a millionth of a tick, otherwise `None`.
+/// `None` unless it is whole to within a millionth of a tick.
 #[must_use]
 pub fn whole_ticks(duration_s: f64, tick_s: f64) -> Option<u64> {
     let ticks = duration_s / tick_s;

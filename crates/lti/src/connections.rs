@@ -1,15 +1,9 @@
-//! Connections of systems: series, parallel, feedback and block-diagonal.
-
 use nalgebra::DMatrix;
 
 use super::linear_algebra::check_size;
 use super::{Domain, Error, Interconnection, Signal, StateSpace};
 
-/// Combines systems without connecting them: block-diagonal matrices; states, inputs and outputs in the order of
-/// `systems`.
-///
-/// # Errors
-/// [`Error::UnequalTicks`]; [`Error::DimensionMismatch`] for an empty list.
+/// Block-diagonal system, with states, inputs and outputs in the order of `systems`.
 pub fn append<D: Domain>(systems: &[&StateSpace<D>]) -> Result<StateSpace<D>, Error> {
     let Some((first, rest)) = systems.split_first() else {
         return Err(Error::DimensionMismatch { what: "the number of systems to append", expected: 1, found: 0 });
@@ -37,10 +31,7 @@ pub fn append<D: Domain>(systems: &[&StateSpace<D>]) -> Result<StateSpace<D>, Er
     )
 }
 
-/// Connects `second` after `first`: `y = H_2 H_1 u`. The states are first's, then second's.
-///
-/// # Errors
-/// [`Error::DimensionMismatch`] unless `first` has as many outputs as `second` has inputs; [`Error::UnequalTicks`].
+/// `y = H_2 H_1 u`; the states are first's, then second's.
 pub fn series<D: Domain>(first: &StateSpace<D>, second: &StateSpace<D>) -> Result<StateSpace<D>, Error> {
     check_size("the number of inputs of the second system", first.outputs(), second.inputs())?;
     let both = append(&[first, second])?;
@@ -57,10 +48,7 @@ pub fn series<D: Domain>(first: &StateSpace<D>, second: &StateSpace<D>) -> Resul
     wiring.close(&both)
 }
 
-/// Connects two systems in parallel: same inputs, outputs added, `y = (H_1 + H_2) u`.
-///
-/// # Errors
-/// [`Error::DimensionMismatch`] unless both have the same inputs and outputs; [`Error::UnequalTicks`].
+/// `y = (H_1 + H_2) u`.
 pub fn parallel<D: Domain>(first: &StateSpace<D>, second: &StateSpace<D>) -> Result<StateSpace<D>, Error> {
     check_size("the number of inputs of the second system", first.inputs(), second.inputs())?;
     check_size("the number of outputs of the second system", first.outputs(), second.outputs())?;
@@ -76,11 +64,7 @@ pub fn parallel<D: Domain>(first: &StateSpace<D>, second: &StateSpace<D>) -> Res
     wiring.close(&both)
 }
 
-/// Closes a negative feedback loop: `y = H_f (r - H_b y)`, so `(I + H_f H_b)⁻¹ H_f`.
-///
-/// # Errors
-/// [`Error::DimensionMismatch`] unless `back` maps the outputs of `forward` to its inputs; [`Error::UnequalTicks`];
-/// [`Error::AlgebraicLoop`].
+/// Negative feedback: `y = H_f (r - H_b y)`, so `(I + H_f H_b)⁻¹ H_f`.
 pub fn feedback<D: Domain>(forward: &StateSpace<D>, back: &StateSpace<D>) -> Result<StateSpace<D>, Error> {
     check_size("the number of inputs of the feedback", forward.outputs(), back.inputs())?;
     check_size("the number of outputs of the feedback", forward.inputs(), back.outputs())?;

@@ -1,5 +1,3 @@
-//! The time domain of a system as a type.
-
 use super::{Complex64, Error};
 
 mod sealed {
@@ -8,44 +6,35 @@ mod sealed {
     impl Sealed for super::Discrete {}
 }
 
-/// Continuous or discrete time. The trait is sealed.
 pub trait Domain: Copy + std::fmt::Debug + PartialEq + sealed::Sealed {
-    /// The common domain of two systems.
-    ///
-    /// # Errors
-    /// [`Error::UnequalTicks`] for discrete systems with different ticks.
+    /// Returns the common domain; discrete systems must have equal ticks.
     fn shared_with(self, other: Self) -> Result<Self, Error>;
 
-    /// The point of the complex plane for a constant input: s = 0 or z = 1.
+    /// The point for a constant input: s = 0 or z = 1.
     fn constant_point(self) -> f64;
 
-    /// The point of the complex plane for a real frequency in rad/s: s = jω or z = exp(jωT).
+    /// s = jω or z = exp(jωT).
     fn frequency_point(self, omega_rad_per_s: f64) -> Complex64;
 
-    /// True if a pole decays: Re s < 0 or |z| < 1.
+    /// Re s < 0 or |z| < 1.
     fn is_stable_pole(self, pole: Complex64) -> bool;
 }
 
-/// Continuous time: `x' = A x + B u`.
+/// `x' = A x + B u`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Continuous;
 
-/// Discrete time: `x_{k+1} = A x_k + B u_k`, once per tick.
+/// `x_{k+1} = A x_k + B u_k`, once per tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Discrete {
     tick_s: f64,
 }
 
 impl Discrete {
-    /// Creates a domain with a tick in s (positive, finite).
-    ///
-    /// # Errors
-    /// [`Error::TickNotPositive`].
     pub fn new(tick_s: f64) -> Result<Self, Error> {
         if tick_s.is_finite() && tick_s > 0.0 { Ok(Self { tick_s }) } else { Err(Error::TickNotPositive { tick_s }) }
     }
 
-    /// The tick in s.
     #[must_use]
     pub fn tick_s(self) -> f64 {
         self.tick_s

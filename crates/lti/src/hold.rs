@@ -1,36 +1,30 @@
-//! Exact steps over a tick, for inputs that are constant or linear between samples.
-
 use nalgebra::{DMatrix, DVector};
 
 use super::linear_algebra::check_size;
 use super::matrix_function::{exponential, logarithm};
 use super::{Continuous, Discrete, Error, StateSpace};
 
-/// The course of an input between two samples.
+/// Course of an input between two samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum InputHold {
-    /// Constant over the tick, with the value at its start (zero-order hold).
+    /// Zero-order hold: the value at the start of the tick.
     Held,
-    /// Linear from the value at the start of the tick to the value at its end (first-order, or triangle, hold).
+    /// First-order (triangle) hold.
     Linear,
 }
 
-/// `x_{k+1} = Φ x_k + Γ_now u_k + Γ_next u_{k+1}`: the exact solution over one tick, without a step-size error.
+/// `x_{k+1} = Φ x_k + Γ_now u_k + Γ_next u_{k+1}`, the exact solution over one tick.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExactStep {
-    /// Φ = exp(A T), n x n.
+    /// `exp(A T)`, n x n.
     pub phi: DMatrix<f64>,
-    /// Γ_now, n x m: effect of the inputs at the start of the tick.
+    /// n x m.
     pub gamma_now: DMatrix<f64>,
-    /// Γ_next, n x m: effect of the inputs at the end of the tick; the column of a held input is 0.
+    /// n x m; the column of a held input is 0.
     pub gamma_next: DMatrix<f64>,
 }
 
 impl ExactStep {
-    /// The state (n) one tick later, from the inputs (m) at the start and the end of the tick.
-    ///
-    /// # Errors
-    /// [`Error::DimensionMismatch`].
     pub fn advance(
         &self,
         state: &DVector<f64>,
@@ -44,21 +38,14 @@ impl ExactStep {
     }
 }
 
-/// Computes the exact step of a continuous system over a tick in s, with one [`InputHold`] per input.
-///
-/// The first rows of one matrix exponential contain all three integrals (Van Loan, *Computing integrals involving the
-/// matrix exponential*, 1978; Franklin, Powell and Workman, *Digital Control of Dynamic Systems*, 6.3):
+/// One matrix exponential contains all integrals (Van Loan, *Computing integrals involving the matrix exponential*,
+/// 1978):
 ///
 /// `exp([A T, B T, 0; 0, 0, I; 0, 0, 0]) = [Φ, Γ_1, Γ_2; ...]`, where `Γ_1 = ∫_0^T exp(A τ) dτ B` and
 /// `Γ_2 = ∫_0^T exp(A (T - τ)) τ/T dτ B`. A held input has `Γ_now = Γ_1`, a linear one `Γ_now = Γ_1 - Γ_2`,
 /// `Γ_next = Γ_2`.
 ///
-/// The derivative of an input that is linear over the tick is constant, `(u_{k+1} - u_k) / T`: declare it as
-/// [`InputHold::Held`].
-///
-/// # Errors
-/// [`Error::TickNotPositive`], [`Error::DimensionMismatch`] unless there is one hold per input,
-/// [`Error::ExponentialOverflow`].
+/// The derivative of a linear input is constant over the tick: declare it as [`InputHold::Held`].
 pub fn exact_step(system: &StateSpace<Continuous>, tick_s: f64, holds: &[InputHold]) -> Result<ExactStep, Error> {
     let tick_s = Discrete::new(tick_s)?.tick_s();
     let (n, m) = (system.states(), system.inputs());
@@ -80,24 +67,16 @@ pub fn exact_step(system: &StateSpace<Continuous>, tick_s: f64, holds: &[InputHo
     Ok(ExactStep { phi: whole.view((0, 0), (n, n)).into_owned(), gamma_now, gamma_next })
 }
 
-/// The discrete system between a zero-order hold and a sampler, exact at the ticks: `(exp(A T), Γ_1, C, D)`.
-///
-/// # Errors
-/// The errors of [`exact_step`].
+/// The discrete system between a zero-order hold and a sampler: `(exp(A T), Γ_1, C, D)`.
 pub fn zero_order_hold(system: &StateSpace<Continuous>, tick_s: f64) -> Result<StateSpace<Discrete>, Error> {
     let step = exact_step(system, tick_s, &vec![InputHold::Held; system.inputs()])?;
     StateSpace::discrete(step.phi, step.gamma_now, system.c().clone(), system.d().clone(), tick_s)
 }
 
-/// The continuous system whose zero-order hold is `system`: `[A, B; 0, 0] T = log [Φ, Γ; 0, I]`.
-///
-/// The principal logarithm maps modes above the Nyquist frequency to their slower alias.
-///
-/// # Errors
-/// [`Error::NoRealLogarithm`] for a pole at 0 or on the negative real axis; otherwise the errors of [`logarithm`].
+/// Inverts [`zero_order_hold`] by `[A, B; 0, 0] T = log [Φ, Γ; 0, I]`. Modes above the Nyquist frequency become their
+/// slower alias.
 pub fn undo_zero_order_hold(system: &StateSpace<Discrete>) -> Result<StateSpace<Continuous>, Error> {
     let (n, m) = (system.states(), system.inputs());
-    // Checked first, because the block form below adds only eigenvalues at 1.
     let phi_log = logarithm(system.a())?;
     let mut block = DMatrix::identity(n + m, n + m);
     block.view_mut((0, 0), (n, n)).copy_from(system.a());

@@ -1,23 +1,18 @@
-//! A builder for the gains of a connection.
-
 use nalgebra::DMatrix;
 
 use super::{Domain, Error, StateSpace, connect};
 
-/// A signal of a connection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Signal {
-    /// An output of the appended systems, counted from 0 across all systems.
+    /// Counted from 0 across all appended systems.
     Output(usize),
-    /// An external input, counted from 0.
+    /// Counted from 0.
     External(usize),
 }
 
-/// A weighted sum of signals.
 pub type WeightedSignals<'a> = &'a [(f64, Signal)];
 
-/// Builds the static gains around appended systems: each [`feed`](Self::feed) adds to an input, each
-/// [`read`](Self::read) adds an output, and [`close`](Self::close) passes the gains to [`connect`].
+/// Builds the static gains of [`connect`] around appended systems.
 ///
 /// ```
 /// # mod trocar { pub use trocar_lti as lti; }
@@ -41,17 +36,14 @@ pub struct Interconnection {
 }
 
 impl Interconnection {
-    /// Creates a connection with all inputs at 0 and without outputs. `externals` is the number of external inputs.
+    /// Starts with all inputs at 0 and without outputs.
     #[must_use]
     pub fn new<D: Domain>(system: &StateSpace<D>, externals: usize) -> Self {
         let outputs = system.outputs();
         Self { outputs, externals, gain: DMatrix::zeros(system.inputs(), outputs + externals), selection: Vec::new() }
     }
 
-    /// Adds `Σ weight · signal` to an input of the appended systems.
-    ///
-    /// # Errors
-    /// [`Error::IndexOutOfRange`].
+    /// Adds `Σ weight · signal` to an input.
     pub fn feed(mut self, input: usize, sum: WeightedSignals) -> Result<Self, Error> {
         let count = self.gain.nrows();
         if input >= count {
@@ -64,10 +56,7 @@ impl Interconnection {
         Ok(self)
     }
 
-    /// Adds `Σ weight · signal` as the next output of the closed system.
-    ///
-    /// # Errors
-    /// [`Error::IndexOutOfRange`].
+    /// Adds `Σ weight · signal` as the next output.
     pub fn read(mut self, sum: WeightedSignals) -> Result<Self, Error> {
         let mut row = vec![0.0; self.outputs + self.externals];
         for (weight, signal) in sum {
@@ -77,11 +66,7 @@ impl Interconnection {
         Ok(self)
     }
 
-    /// The closed system with the states of `system`, the external inputs, and the outputs in the order of
-    /// [`read`](Self::read).
-    ///
-    /// # Errors
-    /// The errors of [`connect`].
+    /// Returns the closed system, with the states of `system`.
     pub fn close<D: Domain>(&self, system: &StateSpace<D>) -> Result<StateSpace<D>, Error> {
         let columns = self.outputs + self.externals;
         let selection = DMatrix::from_fn(self.selection.len(), columns, |i, j| self.selection[i][j]);

@@ -1,12 +1,9 @@
-//! Exact steps over a tick for an input that follows a held command with a first-order lag.
-
 use nalgebra::{DMatrix, DVector};
 
 use super::linear_algebra::{one_norm, product, solve};
 use super::{Continuous, Error, InputHold, StateSpace, exact_step, exponential};
 
-/// The effect of one input on the states over a tick, in which it moves from its actual value `u_0` towards a held
-/// command `c`:
+/// The effect of one input over a tick in which it moves from its actual value `u_0` towards a held command `c`:
 ///
 /// ```text
 /// u(t)    = c + (u_0 - c) exp(-t/τ)
@@ -15,9 +12,9 @@ use super::{Continuous, Error, InputHold, StateSpace, exact_step, exponential};
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct LaggedInput {
-    /// `∫_0^T exp(A (T-s)) B exp(-s/τ) ds`, n: effect of the actual value at the start of the tick.
+    /// `∫_0^T exp(A (T-s)) B exp(-s/τ) ds`, n.
     pub from_actual: DVector<f64>,
-    /// `∫_0^T exp(A (T-s)) B (1 - exp(-s/τ)) ds`, n: effect of the command.
+    /// `∫_0^T exp(A (T-s)) B (1 - exp(-s/τ)) ds`, n.
     pub from_command: DVector<f64>,
     /// `exp(-T/τ)`, 0 without a lag.
     pub kept: f64,
@@ -25,23 +22,17 @@ pub struct LaggedInput {
     pub gained: f64,
 }
 
-/// The effect of input `input` over a tick (s) if it follows its command with the lag `lag_s` (τ in s, at least
-/// 0).
-///
-/// A lag of 0 gives the held input of [`exact_step`], bit for bit. Otherwise the lag is an additional state, and both
-/// integrals are columns of one exponential,
+/// A lag of 0 gives the held input of [`exact_step`], bit for bit. Otherwise both integrals are columns of one
+/// exponential,
 ///
 /// `exp([A, B, 0; 0, -1/τ, 1/τ; 0, 0, 0] T) = [Φ, from_actual, from_command; ...]`,
 ///
-/// which avoids cancellation for a long lag. A lag much faster than the system would need so many squarings that Φ
-/// loses its digits. In that case the first integral is the solution of
+/// which avoids cancellation for a long lag. For a lag much faster than the system its squarings would lose the digits
+/// of Φ; the first integral is then the solution of
 ///
 /// `(I + τ A) from_actual = τ (Φ - exp(-T/τ) I) B`,
 ///
-/// which is well conditioned because `τ |A|` is at most one half.
-///
-/// # Errors
-/// The errors of [`exact_step`]; [`Error::IndexOutOfRange`], and [`Error::LagNegative`] for a negative or infinite lag.
+/// which is well conditioned because `τ |A| <= 1/2`.
 pub fn lagged_input(
     system: &StateSpace<Continuous>,
     input: usize,

@@ -1,13 +1,7 @@
 //! Linear time-invariant systems: from printed transfer functions to matrices for exact simulation steps.
 //!
-//! The crate depends only on `trocar-base`. The crate `trocar` re-exports it as `trocar::lti`.
-//!
-//! Typical use:
-//!
-//! 1. write the blocks as [`TransferFunction`]s, as printed;
-//! 2. [`realise`] them, or use [`realise_with_derivative`] for position and velocity;
-//! 3. [`append`] the blocks and connect them with an [`Interconnection`] (or [`connect`], its matrix form);
-//! 4. compute [`exact_step`] over one tick.
+//! [`realise`] and [`append`] [`TransferFunction`]s, connect them by an [`Interconnection`], and compute the
+//! [`exact_step`].
 //!
 //! ```
 //! # mod trocar { pub use trocar_lti as lti; }
@@ -21,10 +15,7 @@
 //! # Ok::<(), trocar::lti::Error>(())
 //! ```
 //!
-//! Matrices for simulations use plain multiplications and additions in a fixed order, so every computer computes the
-//! same bits.
-//!
-//! No function panics on invalid numbers; each returns an [`Error`] with the number and the remedy.
+//! Matrices for simulations have the same bits on every computer. No function panics on invalid numbers.
 
 mod connections;
 mod domain;
@@ -58,5 +49,4 @@ pub use static_gains::connect;
 pub use transfer_function::TransferFunction;
 pub use tustin::{tustin, undo_tustin};
 
-/// The complex number type of nalgebra.
 pub type Complex64 = nalgebra::Complex<f64>;

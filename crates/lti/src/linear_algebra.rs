@@ -1,7 +1,4 @@
-//! Dense kernels with a fixed order of operations.
-//!
-//! nalgebra computes large products with `matrixmultiply`, whose kernel (with or without fused multiply-add) depends on
-//! the processor. [`product`] is a plain triple loop, so the last bit of a simulation does not.
+//! nalgebra's large products depend on the processor in the last bit; [`product`] is a plain triple loop.
 
 use nalgebra::{DMatrix, Schur};
 
@@ -30,7 +27,7 @@ pub(super) fn check_size(what: &'static str, expected: usize, found: usize) -> R
     if expected == found { Ok(()) } else { Err(Error::DimensionMismatch { what, expected, found }) }
 }
 
-/// Solves `A X = B` for a square `A`; `None` if `A` is singular to working precision.
+/// Solves `A X = B`; `None` if `A` is singular to working precision.
 ///
 /// Rows and columns are first scaled by powers of two (exactly), so mixed units do not count as singular.
 pub(super) fn solve(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Option<DMatrix<f64>> {
@@ -74,17 +71,13 @@ fn power_of_two(value: f64) -> Option<f64> {
     value.is_normal().then(|| f64::from_bits(value.abs().to_bits() & 0x7ff0_0000_0000_0000))
 }
 
-/// The eigenvalues of a square matrix, sorted by real, then imaginary part; complex ones are exactly conjugate pairs.
+/// Sorted by real, then imaginary part; complex eigenvalues are exact conjugate pairs.
 ///
-/// The matrix is balanced (Parlett and Reinsch) and brought to real Schur form by a QR iteration with a bounded number
-/// of steps.
-///
-/// # Errors
-/// [`Error::NonFinite`], [`Error::EigenvaluesDidNotConverge`].
+/// Balancing (Parlett and Reinsch) and a bounded QR iteration to real Schur form.
 pub fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex64>, Error> {
     let n = a.nrows();
     check_finite("the matrix", a.as_slice())?;
-    // The eigenvalues of an all-zero (or subnormal) matrix are 0 in double precision.
+    // An all-zero or subnormal matrix.
     let Some(scale) = (if n == 0 { None } else { power_of_two(a.amax()) }) else {
         return Ok(vec![Complex64::new(0.0, 0.0); n]);
     };
@@ -118,11 +111,11 @@ pub fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex64>, Error> {
     Ok(values)
 }
 
-/// The real Schur form of a matrix plus `shift` times the identity, and the shift: 0 if possible.
+/// The real Schur form of `a + shift · I`, and the shift: 0 if possible.
 ///
-/// nalgebra compares a subdiagonal entry with the diagonal beside it. With many eigenvalues at 0, for example from a
-/// chain of delays, the diagonal vanishes too, and the iteration does not converge. The shift adds the norm to the
-/// diagonal; LAPACK compares with the norm instead. The error is of the order of rounding the matrix.
+/// nalgebra compares a subdiagonal entry with its diagonal, so the iteration does not converge with many eigenvalues at
+/// 0, as from a chain of delays. The shift adds the norm to the diagonal, at an error of the order of rounding the
+/// matrix.
 fn real_schur(a: &DMatrix<f64>) -> Option<(DMatrix<f64>, f64)> {
     let norm = a.amax();
     [0.0, norm].into_iter().find_map(|shift| {

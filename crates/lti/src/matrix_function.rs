@@ -1,12 +1,9 @@
-//! The exponential and the principal logarithm of a real square matrix.
-
 use nalgebra::DMatrix;
 
 use super::Error;
 use super::linear_algebra::{check_finite, check_size, eigenvalues, one_norm, product, solve};
 
-/// [13/13] Padé approximant of exp (Higham, *The scaling and squaring method for the matrix exponential revisited*,
-/// 2005), divided by the last coefficient.
+/// [13/13] Padé approximant (Higham, *SIAM J. Matrix Anal. Appl.* 26, 2005), divided by the last coefficient.
 const PADE_13: [f64; 14] = [
     64_764_752_532_480_000.0,
     32_382_376_266_240_000.0,
@@ -23,20 +20,16 @@ const PADE_13: [f64; 14] = [
     182.0,
     1.0,
 ];
-/// Maximum 1-norm for double precision (same source, theta_13).
+/// Maximum 1-norm for double precision (theta_13, same source).
 const PADE_13_NORM: f64 = 5.371_920_351_148_152;
 const MAX_SQUARE_ROOTS: usize = 64;
 const MAX_NEWTON_STEPS: usize = 60;
-/// Maximum relative error of the exponential of an accepted logarithm.
+/// Maximum relative error of `exp(log A)`.
 const LOGARITHM_TOLERANCE: f64 = 1e-9;
 
-/// Returns `exp(A) = I + A + A²/2! + ...` by scaling and squaring: `exp(A) = (r(A / 2^m))^(2^m)`.
+/// Scaling and squaring: `exp(A) = (r(A / 2^m))^(2^m)`.
 ///
-/// `A` is square, of any size (0 included). Unlike nalgebra's, this exponential uses no transcendental function and no
-/// machine-dependent product: the same bits on every computer.
-///
-/// # Errors
-/// [`Error::DimensionMismatch`] if not square, [`Error::NonFinite`], [`Error::ExponentialOverflow`].
+/// Without transcendental functions and machine-dependent products: the same bits on every computer.
 pub fn exponential(a: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
     check_size("the number of columns of the matrix", a.nrows(), a.ncols())?;
     check_finite("the matrix", a.as_slice())?;
@@ -71,14 +64,10 @@ pub fn exponential(a: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
     if result.iter().all(|v| v.is_finite()) { Ok(result) } else { Err(overflow()) }
 }
 
-/// The principal logarithm: the real `L` with `exp(L) = A` whose eigenvalues have |Im| < π.
+/// The real `L` with `exp(L) = A` whose eigenvalues have |Im| < π, by inverse scaling and squaring:
+/// `log A = 2^m · 2 atanh((R - I)(R + I)⁻¹)`, `R = A^(1/2^m)` (Higham, *Functions of Matrices*, ch. 11).
 ///
-/// Inverse scaling and squaring: square roots bring `A` near `I`, then `log A = 2^m · 2 atanh((R - I)(R + I)⁻¹)` with
-/// `R = A^(1/2^m)` (Higham, *Functions of Matrices*, ch. 11). The exponential of the result is checked against `A`.
-///
-/// # Errors
-/// [`Error::NoRealLogarithm`] for an eigenvalue at 0 or on the negative real axis, [`Error::LogarithmInaccurate`] for
-/// one too close, and [`Error::DimensionMismatch`], [`Error::NonFinite`], [`Error::EigenvaluesDidNotConverge`].
+/// Fails if an eigenvalue is at 0 or on the negative real axis, or too close for `exp(L)` to reproduce `A`.
 pub fn logarithm(a: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
     check_size("the number of columns of the matrix", a.nrows(), a.ncols())?;
     let values = eigenvalues(a)?;
@@ -114,8 +103,8 @@ pub fn logarithm(a: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
     if residual <= LOGARITHM_TOLERANCE { Ok(result) } else { Err(inaccurate(residual)) }
 }
 
-/// The principal square root by the product form of the Denman-Beavers iteration: `X ← X (I + M⁻¹)/2`, `M ← (I + (M +
-/// M⁻¹)/2)/2`, from `X = M = A`; `M` tends to `I`.
+/// Denman-Beavers iteration in product form: `X ← X (I + M⁻¹)/2`, `M ← (I + (M + M⁻¹)/2)/2`, from `X = M = A`; `M`
+/// tends to `I`.
 fn square_root(a: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = a.nrows();
     let identity = DMatrix::<f64>::identity(n, n);

@@ -1,5 +1,3 @@
-//! Polynomials in s with real coefficients.
-
 use std::ops::{Add, Mul, Neg, Sub};
 
 use nalgebra::DMatrix;
@@ -9,38 +7,24 @@ use super::{Complex64, Error};
 
 const NEWTON_STEPS: usize = 4;
 
-/// `p(s) = c_0 s^n + c_1 s^(n-1) + ... + c_n`: coefficients in descending powers, as in the paper.
-///
-/// The first coefficient is never 0; the zero polynomial has no coefficients.
+/// `c_0 s^n + c_1 s^(n-1) + ... + c_n`. The first coefficient is never 0; the zero polynomial has no coefficients.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polynomial {
     descending: Vec<f64>,
 }
 
 impl Polynomial {
-    /// Creates a polynomial from coefficients in descending powers: `[0.245, 4.1, 0.0]` is `0.245 s² + 4.1 s`. Leading
-    /// zeros are trimmed.
-    ///
-    /// # Errors
-    /// [`Error::NonFinite`].
+    /// From descending powers, whose leading zeros are trimmed: `[0.245, 4.1, 0.0]` is `0.245 s² + 4.1 s`.
     pub fn new(descending: &[f64]) -> Result<Self, Error> {
         check_finite("the polynomial", descending)?;
         Ok(Self::trimmed(descending.to_vec()))
     }
 
-    /// Creates a constant polynomial.
-    ///
-    /// # Errors
-    /// [`Error::NonFinite`].
     pub fn constant(value: f64) -> Result<Self, Error> {
         Self::new(&[value])
     }
 
-    /// Returns `leading · Π (s - r_i)`. Complex roots must form conjugate pairs; imaginary parts from rounding are
-    /// dropped.
-    ///
-    /// # Errors
-    /// [`Error::NonFinite`].
+    /// `leading · Π (s - r_i)`. Complex roots must form conjugate pairs; imaginary parts from rounding are dropped.
     pub fn from_roots(leading: f64, roots: &[Complex64]) -> Result<Self, Error> {
         let mut product = vec![Complex64::new(leading, 0.0)];
         for root in roots {
@@ -60,61 +44,56 @@ impl Polynomial {
         Self { descending }
     }
 
-    /// The coefficients in descending powers, without leading zeros; empty for the zero polynomial.
+    /// In descending powers; empty for the zero polynomial.
     #[must_use]
     pub fn coefficients(&self) -> &[f64] {
         &self.descending
     }
 
-    /// The coefficient of the highest power; `None` for the zero polynomial.
+    /// `None` for the zero polynomial.
     #[must_use]
     pub fn leading(&self) -> Option<f64> {
         self.descending.first().copied()
     }
 
-    /// The coefficient of `s^power`, 0 beyond the degree.
+    /// The coefficient of `s^power`; 0 beyond the degree.
     #[must_use]
     pub fn coefficient(&self, power: usize) -> f64 {
         self.descending.iter().rev().nth(power).copied().unwrap_or(0.0)
     }
 
-    /// The highest power; `None` for the zero polynomial.
+    /// `None` for the zero polynomial.
     #[must_use]
     pub fn degree(&self) -> Option<usize> {
         self.descending.len().checked_sub(1)
     }
 
-    /// True if every coefficient is 0.
     #[must_use]
     pub fn is_zero(&self) -> bool {
         self.descending.is_empty()
     }
 
-    /// The number of roots exactly at 0 (trailing zero coefficients); 0 for the zero polynomial.
+    /// 0 for the zero polynomial.
     #[must_use]
     pub fn roots_at_zero(&self) -> usize {
         self.descending.iter().rev().take_while(|c| **c == 0.0).count()
     }
 
-    /// Returns `factor · p(s)`.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         Self::trimmed(self.descending.iter().map(|c| c * factor).collect())
     }
 
-    /// Returns `p(x)` at a real point, by Horner's rule.
     #[must_use]
     pub fn evaluate(&self, x: f64) -> f64 {
         self.descending.iter().fold(0.0, |value, c| value * x + c)
     }
 
-    /// Returns `p(s)` at a complex point, by Horner's rule.
     #[must_use]
     pub fn evaluate_complex(&self, s: Complex64) -> Complex64 {
         self.descending.iter().fold(Complex64::new(0.0, 0.0), |value, c| value * s + c)
     }
 
-    /// Returns `p'(s)`.
     #[must_use]
     pub fn derivative(&self) -> Self {
         let powers = (1..self.descending.len()).rev();
@@ -126,14 +105,10 @@ impl Polynomial {
         Self { descending: self.descending[..kept].to_vec() }
     }
 
-    /// All roots with their multiplicity, sorted by real, then imaginary part; complex ones are exactly conjugate
-    /// pairs.
+    /// Sorted by real, then imaginary part; complex roots are exact conjugate pairs.
     ///
-    /// The eigenvalues of the balanced companion matrix, refined by Newton steps while these reduce |p|. Roots at 0 are
-    /// exact. A root of multiplicity m has a relative accuracy of about ε^(1/m).
-    ///
-    /// # Errors
-    /// [`Error::ZeroPolynomial`], [`Error::NonFinite`], [`Error::EigenvaluesDidNotConverge`].
+    /// Eigenvalues of the companion matrix, refined by Newton steps. Roots at 0 are exact; a root of multiplicity m has
+    /// a relative accuracy of about ε^(1/m).
     pub fn roots(&self) -> Result<Vec<Complex64>, Error> {
         check_finite("the polynomial", &self.descending)?;
         let Some(degree) = self.degree() else {

@@ -1,17 +1,11 @@
-//! State-space realisations of transfer functions, optionally with physical states.
-
 use nalgebra::DMatrix;
 
 use super::linear_algebra::{check_finite, product};
 use super::{Continuous, Domain, Error, StateSpace, TransferFunction};
 
-/// The controllable canonical form of a proper transfer function (Kailath, *Linear Systems*, 2.1).
+/// The controllable canonical form (Kailath, *Linear Systems*, 2.1); common factors are kept.
 ///
-/// With monic D(s) of degree n, the states are w, w', ..., w^(n-1) of `D(d/dt) w = u`, and `y = N(d/dt) w`: `x_i' =
-/// x_{i+1}`, `x_n' = u - d_0 x_1 - ... - d_{n-1} x_n`. Common factors are kept (see [`TransferFunction::minimal`]).
-///
-/// # Errors
-/// [`Error::Improper`]; [`Error::NonFinite`] if a product of polynomials has overflowed.
+/// With monic D(s) of degree n, the states are w, w', ..., w^(n-1) of `D(d/dt) w = u`, and `y = N(d/dt) w`.
 pub fn realise(function: &TransferFunction) -> Result<StateSpace<Continuous>, Error> {
     check_finite("the numerator", function.numerator().coefficients())?;
     check_finite("the denominator", function.denominator().coefficients())?;
@@ -39,13 +33,9 @@ pub fn realise(function: &TransferFunction) -> Result<StateSpace<Continuous>, Er
     StateSpace::continuous(a, b, c, DMatrix::from_element(1, 1, direct))
 }
 
-/// A realisation with the outputs y and y' (position and velocity), which are also its first two states.
+/// The outputs y and y' (position and velocity) are also the first two states.
 ///
-/// `y' = C A x + C B u`, and `C B = 0` if the relative degree is at least 2. This holds for G_m (eq. 28) and the slave
-/// (eq. 30); the slave has a third, unphysical state.
-///
-/// # Errors
-/// [`Error::RelativeDegreeTooLow`] below 2, and the errors of [`realise`].
+/// `y' = C A x + C B u` requires `C B = 0`, a relative degree of at least 2.
 pub fn realise_with_derivative(function: &TransferFunction) -> Result<StateSpace<Continuous>, Error> {
     let found = function.relative_degree().ok_or(Error::ZeroTransferFunction)?;
     if found < 2 {
@@ -60,13 +50,9 @@ pub fn realise_with_derivative(function: &TransferFunction) -> Result<StateSpace
     outputs_first(&both, &[0, 1])
 }
 
-/// The same system with the chosen outputs as its first states, in that order; their rows of C are exact unit vectors.
+/// The same system with the chosen outputs as its first states; their rows of C are exact unit vectors.
 ///
-/// `z = T x`: T consists of the chosen rows of C, completed by the old states for which T is best conditioned.
-///
-/// # Errors
-/// [`Error::IndexOutOfRange`]; [`Error::OutputsNotStates`] if a chosen output has a direct path from an input, or the
-/// outputs are linearly dependent.
+/// `z = T x`: the chosen rows of C, completed by the old states for which T is best conditioned.
 pub fn outputs_first<D: Domain>(system: &StateSpace<D>, outputs: &[usize]) -> Result<StateSpace<D>, Error> {
     let n = system.states();
     let refuse = |reason| Err(Error::OutputsNotStates { outputs: outputs.len(), reason });

@@ -1,5 +1,3 @@
-//! Frequency and step responses.
-
 use nalgebra::{DMatrix, DVector};
 
 use super::linear_algebra::check_finite;
@@ -7,33 +5,28 @@ use super::{Complex64, Continuous, Discrete, Domain, Error, StateSpace, zero_ord
 use trocar_base::interrupt;
 use trocar_base::large_pages::with_capacity;
 
-/// The response at one frequency.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrequencyPoint {
-    /// The frequency in rad/s.
     pub omega_rad_per_s: f64,
     /// H(jω) or H(exp(jωT)), p x m.
     pub response: DMatrix<Complex64>,
 }
 
 impl FrequencyPoint {
-    /// Returns |H|, p x m, as a ratio (not in decibels).
+    /// A ratio, not in decibels.
     #[must_use]
     pub fn magnitude(&self) -> DMatrix<f64> {
         self.response.map(|h| h.norm())
     }
 
-    /// The phase of H, p x m, in rad between -π and π; 0 where H is 0.
+    /// Between -π and π; 0 where H is 0.
     #[must_use]
     pub fn phase_rad(&self) -> DMatrix<f64> {
         self.response.map(|h| h.arg())
     }
 }
 
-/// The response at each frequency in rad/s. The response of a discrete system repeats above π/T.
-///
-/// # Errors
-/// [`Error::NonFinite`] for a frequency, [`Error::AtPole`] if the response is infinite (an integrator at 0 rad/s).
+/// A discrete response repeats above π/T. Fails at a pole, such as an integrator at 0 rad/s.
 pub fn frequency_response<D: Domain>(
     system: &StateSpace<D>,
     omegas_rad_per_s: &[f64],
@@ -51,16 +44,12 @@ pub fn frequency_response<D: Domain>(
 /// The outputs after a unit step of one input at time 0, from rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepResponse {
-    /// Sample times in s: `k * tick_s`.
     pub time_s: Vec<f64>,
-    /// Outputs, p x samples.
+    /// p x samples.
     pub outputs: DMatrix<f64>,
 }
 
-/// The exact step response of a continuous system, sampled every `tick_s` seconds (a step is a held input).
-///
-/// # Errors
-/// [`Error::TickNotPositive`], [`Error::IndexOutOfRange`] for the input, [`Error::ExponentialOverflow`].
+/// Exact, because a step is a held input.
 pub fn step_response(
     system: &StateSpace<Continuous>,
     input: usize,
@@ -70,10 +59,6 @@ pub fn step_response(
     step_response_discrete(&zero_order_hold(system, tick_s)?, input, samples)
 }
 
-/// The step response of a discrete system, by recursion.
-///
-/// # Errors
-/// [`Error::IndexOutOfRange`] for the input.
 pub fn step_response_discrete(
     system: &StateSpace<Discrete>,
     input: usize,

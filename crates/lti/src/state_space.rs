@@ -1,5 +1,3 @@
-//! State-space systems, continuous or discrete by type.
-
 use nalgebra::DMatrix;
 
 use super::linear_algebra::{check_finite, check_size, eigenvalues, product, solve, solve_right};
@@ -8,7 +6,7 @@ use super::{Complex64, Continuous, Discrete, Domain, Error};
 /// `x' = A x + B u`, `y = C x + D u` (or `x_{k+1} = A x_k + B u_k`) with n states, m inputs and p outputs, each at
 /// least 0.
 ///
-/// The type contains the time domain: connecting a continuous system to a discrete one does not compile.
+/// Connecting a continuous system to a discrete one does not compile:
 ///
 /// ```compile_fail
 /// # mod trocar { pub use trocar_lti as lti; }
@@ -41,20 +39,13 @@ pub struct StateSpace<D: Domain> {
 }
 
 impl StateSpace<Continuous> {
-    /// Creates a continuous system from A (n x n), B (n x m), C (p x n), D (p x m).
-    ///
-    /// # Errors
-    /// [`Error::DimensionMismatch`], [`Error::NonFinite`].
+    /// A (n x n), B (n x m), C (p x n), D (p x m).
     pub fn continuous(a: DMatrix<f64>, b: DMatrix<f64>, c: DMatrix<f64>, d: DMatrix<f64>) -> Result<Self, Error> {
         Self::new(a, b, c, d, Continuous)
     }
 }
 
 impl StateSpace<Discrete> {
-    /// Creates a discrete system from A (n x n), B (n x m), C (p x n), D (p x m) and its tick in s (positive, finite).
-    ///
-    /// # Errors
-    /// [`Error::DimensionMismatch`], [`Error::NonFinite`], [`Error::TickNotPositive`].
     pub fn discrete(
         a: DMatrix<f64>,
         b: DMatrix<f64>,
@@ -65,7 +56,6 @@ impl StateSpace<Discrete> {
         Self::new(a, b, c, d, Discrete::new(tick_s)?)
     }
 
-    /// The tick in s.
     #[must_use]
     pub fn tick_s(&self) -> f64 {
         self.domain.tick_s()
@@ -73,10 +63,6 @@ impl StateSpace<Discrete> {
 }
 
 impl<D: Domain> StateSpace<D> {
-    /// Creates a system in the given domain from A (n x n), B (n x m), C (p x n), D (p x m).
-    ///
-    /// # Errors
-    /// [`Error::DimensionMismatch`], [`Error::NonFinite`].
     pub fn new(a: DMatrix<f64>, b: DMatrix<f64>, c: DMatrix<f64>, d: DMatrix<f64>, domain: D) -> Result<Self, Error> {
         let n = a.nrows();
         check_size("the number of columns of A", n, a.ncols())?;
@@ -90,83 +76,63 @@ impl<D: Domain> StateSpace<D> {
         Ok(Self { a, b, c, d, domain })
     }
 
-    /// Creates a system without states: `y = D u`.
-    ///
-    /// # Errors
-    /// [`Error::NonFinite`].
+    /// `y = D u`, without states.
     pub fn gain(d: DMatrix<f64>, domain: D) -> Result<Self, Error> {
         let (p, m) = d.shape();
         Self::new(DMatrix::zeros(0, 0), DMatrix::zeros(0, m), DMatrix::zeros(p, 0), d, domain)
     }
 
-    /// Returns A, n x n.
     #[must_use]
     pub fn a(&self) -> &DMatrix<f64> {
         &self.a
     }
 
-    /// Returns B, n x m.
     #[must_use]
     pub fn b(&self) -> &DMatrix<f64> {
         &self.b
     }
 
-    /// Returns C, p x n.
     #[must_use]
     pub fn c(&self) -> &DMatrix<f64> {
         &self.c
     }
 
-    /// Returns D, p x m.
     #[must_use]
     pub fn d(&self) -> &DMatrix<f64> {
         &self.d
     }
 
-    /// The time domain.
     #[must_use]
     pub fn domain(&self) -> D {
         self.domain
     }
 
-    /// Returns n, the number of states.
     #[must_use]
     pub fn states(&self) -> usize {
         self.a.nrows()
     }
 
-    /// Returns m, the number of inputs.
     #[must_use]
     pub fn inputs(&self) -> usize {
         self.b.ncols()
     }
 
-    /// Returns p, the number of outputs.
     #[must_use]
     pub fn outputs(&self) -> usize {
         self.c.nrows()
     }
 
-    /// The eigenvalues of A (in 1/s for a continuous system), sorted by real, then imaginary part.
-    ///
-    /// # Errors
-    /// [`Error::EigenvaluesDidNotConverge`].
+    /// Sorted by real, then imaginary part; in 1/s for a continuous system.
     pub fn poles(&self) -> Result<Vec<Complex64>, Error> {
         eigenvalues(&self.a)
     }
 
-    /// True if every mode decays, including unobservable modes.
-    ///
-    /// # Errors
-    /// [`Error::EigenvaluesDidNotConverge`].
+    /// True if every mode decays, including unobservable ones.
     pub fn is_stable(&self) -> Result<bool, Error> {
         Ok(self.poles()?.into_iter().all(|pole| self.domain.is_stable_pole(pole)))
     }
 
-    /// Returns `H(s) = C (s I - A)⁻¹ B + D` at a complex point (s or z), p x m.
-    ///
-    /// # Errors
-    /// [`Error::AtPole`].
+    /// `H(s) = C (s I - A)⁻¹ B + D` at s or z, p x m.
     pub fn evaluate(&self, s: Complex64) -> Result<DMatrix<Complex64>, Error> {
         let complex = |m: &DMatrix<f64>| m.map(|v| Complex64::new(v, 0.0));
         if self.states() == 0 {
@@ -184,9 +150,7 @@ impl<D: Domain> StateSpace<D> {
             .ok_or(Error::AtPole { re: s.re, im: s.im })
     }
 
-    /// The steady outputs for constant inputs of 1, p x m: `C (c I - A)⁻¹ B + D` with c = 0 (s) or 1 (z).
-    ///
-    /// `None` with an integrating mode, even an unobservable one.
+    /// `C (c I - A)⁻¹ B + D` with c = 0 (s) or 1 (z), p x m. `None` with an integrating mode, even an unobservable one.
     #[must_use]
     pub fn dc_gain(&self) -> Option<DMatrix<f64>> {
         let n = self.states();
@@ -194,10 +158,7 @@ impl<D: Domain> StateSpace<D> {
         Some(product(&self.c, &solve(&shifted, &self.b)?) + &self.d)
     }
 
-    /// The same system with states `z = T x`: `(T A T⁻¹, T B, C T⁻¹, D)`, T of n x n.
-    ///
-    /// # Errors
-    /// [`Error::DimensionMismatch`], [`Error::NonFinite`], [`Error::Singular`].
+    /// `(T A T⁻¹, T B, C T⁻¹, D)`, with the states `z = T x`.
     pub fn transform(&self, t: &DMatrix<f64>) -> Result<Self, Error> {
         let n = self.states();
         check_size("the number of rows of T", n, t.nrows())?;

@@ -1,21 +1,14 @@
-//! Static gains around a system.
-
 use nalgebra::DMatrix;
 
 use super::linear_algebra::{check_finite, check_size, product, solve};
 use super::{Domain, Error, StateSpace};
 
-/// Closes static gains around a system: `u = K [y; r]`, `z = S [y; r]`, with its p outputs y and the external inputs r.
+/// Closes static gains around a system: `u = K [y; r]`, `z = S [y; r]`, with its p outputs y and q external inputs r.
 ///
-/// `gain` K is m x (p + q), `selection` S is (any number) x (p + q). The number of external inputs q follows from the
-/// number of columns. With `K = [K_y K_r]`, `S = [S_y S_r]` and `E = (I - D K_y)⁻¹`, which solves the algebraic loop:
+/// With `gain` `K = [K_y K_r]`, m x (p + q), `selection` `S = [S_y S_r]` and `E = (I - D K_y)⁻¹`, which solves the
+/// algebraic loop:
 ///
 /// `x' = (A + B K_y E C) x + B (K_y E D K_r + K_r) r`, `z = S_y E C x + (S_y E D K_r + S_r) r`.
-///
-/// The states are the states of `system`. [`Interconnection`](super::Interconnection) builds K and S step by step.
-///
-/// # Errors
-/// [`Error::DimensionMismatch`], [`Error::NonFinite`], [`Error::AlgebraicLoop`] if `I - D K_y` is singular.
 pub fn connect<D: Domain>(
     system: &StateSpace<D>,
     gain: &DMatrix<f64>,

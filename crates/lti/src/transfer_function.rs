@@ -1,14 +1,11 @@
-//! Ratios of polynomials in s.
-
 use std::ops::{Add, Mul, Neg, Sub};
 
 use super::{Complex64, Error, Polynomial};
 
-/// `H(s) = N(s) / D(s)`, one input and one output, in continuous time. May be improper, like the arm of eq. 32; only a
-/// realisation rejects that.
+/// `N(s) / D(s)` in continuous time, also improper, like the arm of eq. 32.
 ///
-/// Arithmetic cross-multiplies without cancelling, because hidden cancellations would hide unstable modes. Only
-/// [`minimal`](Self::minimal) cancels.
+/// Arithmetic does not cancel common roots, because that could hide unstable modes; only [`minimal`](Self::minimal)
+/// does.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TransferFunction {
     numerator: Polynomial,
@@ -16,12 +13,7 @@ pub struct TransferFunction {
 }
 
 impl TransferFunction {
-    /// Creates a function from coefficients in descending powers, as printed: `new(&[1.0], &[0.245, 4.1, 0.0])` is eq.
-    /// 28.
-    ///
-    /// # Errors
-    /// [`Error::NonFinite`], [`Error::ZeroDenominator`], and [`Error::ZeroLeadingDenominator`] if the denominator's
-    /// first coefficient is 0.
+    /// From descending powers, as printed: `new(&[1.0], &[0.245, 4.1, 0.0])` is eq. 28.
     pub fn new(numerator: &[f64], denominator: &[f64]) -> Result<Self, Error> {
         let ratio = Self::from_polynomials(Polynomial::new(numerator)?, Polynomial::new(denominator)?)?;
         if denominator.first() == Some(&0.0) {
@@ -30,35 +22,25 @@ impl TransferFunction {
         Ok(ratio)
     }
 
-    /// Creates a function from two polynomials.
-    ///
-    /// # Errors
-    /// [`Error::ZeroDenominator`].
     pub fn from_polynomials(numerator: Polynomial, denominator: Polynomial) -> Result<Self, Error> {
         if denominator.is_zero() { Err(Error::ZeroDenominator) } else { Ok(Self { numerator, denominator }) }
     }
 
-    /// Creates a static gain.
-    ///
-    /// # Errors
-    /// [`Error::NonFinite`].
     pub fn gain(value: f64) -> Result<Self, Error> {
         Self::new(&[value], &[1.0])
     }
 
-    /// Returns N(s).
     #[must_use]
     pub fn numerator(&self) -> &Polynomial {
         &self.numerator
     }
 
-    /// Returns D(s).
     #[must_use]
     pub fn denominator(&self) -> &Polynomial {
         &self.denominator
     }
 
-    /// The degree of the denominator minus the degree of the numerator; `None` for the zero function.
+    /// `None` for the zero function.
     #[must_use]
     pub fn relative_degree(&self) -> Option<i64> {
         Some(self.denominator.degree()? as i64 - self.numerator.degree()? as i64)
@@ -70,13 +52,13 @@ impl TransferFunction {
         self.relative_degree().is_none_or(|degree| degree >= 0)
     }
 
-    /// Returns `H(s)` at a complex point; infinite or NaN at a pole.
+    /// Infinite or NaN at a pole.
     #[must_use]
     pub fn evaluate(&self, s: Complex64) -> Complex64 {
         self.numerator.evaluate_complex(s) / self.denominator.evaluate_complex(s)
     }
 
-    /// The limit of `H(s)` at s = 0, with factors of s cancelled; `None` if infinite.
+    /// The limit at s = 0, with factors of s cancelled; `None` if infinite.
     #[must_use]
     pub fn dc_gain(&self) -> Option<f64> {
         if self.numerator.is_zero() {
@@ -90,50 +72,32 @@ impl TransferFunction {
         }
     }
 
-    /// The roots of the denominator in 1/s, including those that zeros would cancel.
-    ///
-    /// # Errors
-    /// The errors of [`Polynomial::roots`].
+    /// In 1/s, including roots that zeros would cancel.
     pub fn poles(&self) -> Result<Vec<Complex64>, Error> {
         self.denominator.roots()
     }
 
-    /// The roots of the numerator in 1/s.
-    ///
-    /// # Errors
-    /// The errors of [`Polynomial::roots`]; [`Error::ZeroPolynomial`] for the zero function.
+    /// In 1/s.
     pub fn zeros(&self) -> Result<Vec<Complex64>, Error> {
         self.numerator.roots()
     }
 
-    /// Returns `1 / H(s)`.
-    ///
-    /// # Errors
-    /// [`Error::ZeroTransferFunction`].
     pub fn inverse(&self) -> Result<Self, Error> {
         Self::from_polynomials(self.denominator.clone(), self.numerator.clone())
             .map_err(|_| Error::ZeroTransferFunction)
     }
 
-    /// Closes negative feedback through `back`: `H / (1 + H G) = N D_g / (D D_g + N N_g)`.
-    ///
-    /// # Errors
-    /// [`Error::AlgebraicLoop`] if `1 + H G` is 0 everywhere.
+    /// Negative feedback through `back`: `H / (1 + H G) = N D_g / (D D_g + N N_g)`.
     pub fn feedback(&self, back: &Self) -> Result<Self, Error> {
         let numerator = &self.numerator * &back.denominator;
         let denominator = &(&self.denominator * &back.denominator) + &(&self.numerator * &back.numerator);
         Self::from_polynomials(numerator, denominator).map_err(|_| Error::AlgebraicLoop { size: 1 })
     }
 
-    /// Cancels common roots: a zero and a pole within `tolerance · max(1, |pole|)` of each other (`1e-6` suits products
-    /// of printed coefficients).
+    /// Cancels a zero and a pole within `tolerance · max(1, |pole|)` of each other; `1e-6` suits printed coefficients.
     ///
-    /// Factors of s cancel exactly. Real roots cancel with real roots, conjugate pairs with pairs. A common root of
-    /// multiplicity m has an accuracy of about ε^(1/m), so cancel after each operation. Cancelling an unstable pole
-    /// hides an instability: check [`poles`](Self::poles) first.
-    ///
-    /// # Errors
-    /// The errors of [`Polynomial::roots`].
+    /// A common root of multiplicity m has an accuracy of about ε^(1/m), so cancel after each operation. Cancelling an
+    /// unstable pole hides an instability: check [`poles`](Self::poles) first.
     pub fn minimal(&self, tolerance: f64) -> Result<Self, Error> {
         let Some(leading) = self.numerator.leading() else {
             let denominator = Polynomial::constant(1.0)?;

@@ -1,5 +1,3 @@
-//! The automaton: (mode, alarm, g, tick) → mode.
-
 use super::mode::{Mode, Modes};
 use crate::lane::{Lane, Mask};
 use crate::time::nearest_ticks;
@@ -7,17 +5,15 @@ use crate::time::nearest_ticks;
 crate::settings! {
     /// When augmentation begins and ends.
     ///
-    /// - `Teleoperation → Augmented` on an alarm, except during the refractory period.
-    /// - `Augmented → Reengaging` after `min_hold_s`, once `g < exit_ratio · γ` for `exit_quiet_s` (the hysteresis
-    ///   required by the paper), and at the latest after `max_hold_s`.
+    /// - `Teleoperation → Augmented` on an alarm.
+    /// - `Augmented → Reengaging` after `min_hold_s`, once `g < exit_ratio · γ` for `exit_quiet_s`, at the latest after
+    ///   `max_hold_s`.
     /// - `Reengaging → Teleoperation` when force and position have blended.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct AutomatonSettings in "augmentation." {
         /// Minimum duration of the freeze.
         min_hold_s: f64 [NON_NEGATIVE] = 0.5,
         /// Maximum duration of the freeze.
-        ///
-        /// At least `min_hold_s`.
         max_hold_s: f64 [NON_NEGATIVE] = 1.0,
         /// Fraction of the threshold below which g counts as quiet.
         exit_ratio: f64 [POSITIVE_SHARE] = 0.5,
@@ -72,7 +68,7 @@ impl<L: Lane> Automaton<L> {
         self.in_teleoperation
     }
 
-    /// The mode for `tick`. `blended` holds the lanes whose position had blended by the tick before.
+    /// `blended`: lanes whose position has blended.
     #[inline(always)]
     pub(super) fn step(&mut self, tick: u64, alarm: L::Mask, decision: L, blended: L::Mask) -> Modes<L> {
         let now = L::splat(tick as f64);

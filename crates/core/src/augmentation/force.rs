@@ -1,27 +1,23 @@
-//! The feedback force: the measured force, the force law's force, and the cross-fade between them.
-//!
-//! It is continuous at both ends; each command states the allowed change per tick.
-
 use super::automaton::blend_ticks;
 use super::force_laws::{AugmentedTick, ForceLaw};
 use super::mode::{Mode, ModeChange, Modes};
 use crate::lane::{Gather, LANES, Lane, Mask, Stored, of_each};
 
-/// Weight `u² (3 - 2u)` of a cross-fade's final value at the progress `u`, from 0 to 1.
+/// Weight `u² (3 - 2u)` of the final value at the progress `u`, 0 to 1.
 #[inline(always)]
 #[must_use]
 pub fn cross_fade<L: Lane>(progress: L) -> L {
     progress * progress * (L::splat(3.0) - L::splat(2.0) * progress)
 }
 
-/// The feedback force.
+/// The feedback force, continuous at both ends of the cross-fade:
 ///
 /// ```text
 /// teleoperation  F = F_e                                     |ΔF| <= |ΔF_e|
 /// augmented      F and the bound of |ΔF| by the force law
 /// reengaging     F = F_a + w (F_e - F_a), w = u² (3 - 2u)    |ΔF| <= w |ΔF_e| + Δw |F_e⁻ - F_a|
 /// ```
-/// `F_a`: the last augmented force; `u` runs from 0 to 1 over the blend.
+/// `F_a`: the last augmented force.
 #[derive(Debug, Clone)]
 pub(super) struct ForceFeedback<L, F> {
     law: F,
@@ -30,7 +26,7 @@ pub(super) struct ForceFeedback<L, F> {
     augmented: L,
     progress: L,
     weight: L,
-    /// The last force; equal to the measured force in teleoperation, and not updated there.
+    /// Equal to the measured force in teleoperation, and not updated there.
     fed_back: L,
     measured: L,
     mode: Modes<L>,
@@ -51,10 +47,10 @@ impl<L: Lane, F: ForceLaw<L>> ForceFeedback<L, F> {
         }
     }
 
-    /// The force in the received mode, and its allowed change, both in N.
+    /// The force and its allowed change in N.
     ///
-    /// If a link has lost a change of mode, the force passes through the skipped modes, because only the complete
-    /// cross-fade returns it to the measured force.
+    /// If a link has lost a change of mode, the force passes through the skipped modes: only the complete cross-fade
+    /// returns it to the measured force.
     #[inline(always)]
     pub(super) fn update(&mut self, mode: Modes<L>, force: L, velocity: L) -> (L, L) {
         if (self.mode.is_teleoperation() & mode.is_teleoperation()).all() {

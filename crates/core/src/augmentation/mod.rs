@@ -1,7 +1,4 @@
-//! Event-based haptic augmentation (section 5.1): on an alarm the slave is frozen and the felt force drop is
-//! exaggerated.
-//!
-//! The supervisor runs on the slave's side. At each tick it commands the slave's reference and the feedback force.
+//! Event-based haptic augmentation (section 5.1).
 
 mod automaton;
 mod force;
@@ -33,10 +30,10 @@ use crate::settings::ActsFor;
 use automaton::Automaton;
 use force::ForceFeedback;
 
-/// Applies to keys that have an effect only if augmentation is enabled.
+/// For keys that act only with augmentation.
 pub const WHEN_ENABLED: ActsFor = ActsFor::new("augmentation.enabled", &["true"]);
 
-/// Applies to keys that have an effect only with a hold other than `none`.
+/// For keys that act only with a hold.
 const WHEN_HELD: ActsFor = ActsFor::all_but(HoldSettings::KEY.path, HoldSettings::WORDS, "none");
 
 crate::settings! {
@@ -44,20 +41,16 @@ crate::settings! {
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct AugmentationSettings in "augmentation." {
         /// Enables augmentation; false gives the classical scheme.
-        ///
-        /// Alarms then have no effect.
         enabled: bool = true,
-        /// Position at which the slave is held.
+        /// Where the slave is held.
         freeze: Freeze for (WHEN_HELD),
-        /// Kind of hold during an event.
+        /// Kind of hold.
         hold: HoldSettings for (WHEN_ENABLED),
         /// How the slave returns to the hand.
         reengage: Reengage for (WHEN_HELD),
-        /// The force law of an event.
+        /// Force law of an event.
         force: ForceLawSettings for (WHEN_ENABLED),
         /// Marks the event by a vibration on the operator's skin.
-        ///
-        /// It does not act on the force loop; the operator's perception notices it.
         cue: bool for (WHEN_ENABLED) = false,
         /// Duration of the cross-fade back to the measured force.
         blend_s: f64 [NON_NEGATIVE] for (WHEN_ENABLED) = 0.1,
@@ -66,68 +59,63 @@ crate::settings! {
     }
 }
 
-/// A force law, a hold or a return that is built from its settings.
 trait BuiltIn {
     type Settings;
-    /// The linear maps of the role.
     type Map;
 
     fn build(settings: &Self::Settings, tick_s: f64) -> Self;
 
-    /// The map with which the certificate of events describes the part. It does not cover a part without one.
+    /// `None` if the certificate does not cover it.
     fn map(_settings: &Self::Settings) -> Option<Self::Map> {
         None
     }
 }
 
-/// Inputs of the supervisor at a tick.
+/// Inputs at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct SupervisorInput<L: Lane> {
-    /// The tick's number.
+    /// Number of the tick.
     pub tick: u64,
-    /// Lanes in which the detector raises an alarm.
+    /// Lanes with an alarm.
     pub alarm: L::Mask,
-    /// The detector's decision function `g_k`.
+    /// `g_k`.
     pub decision: L,
-    /// The hand's position scaled to the slave, in m.
+    /// Scaled to the slave.
     pub hand_m: L,
-    /// The slave's measured position in m.
+    /// Measured.
     pub slave_m: L,
-    /// The measured force in N, on the slave's side.
+    /// Measured, on the slave's side.
     pub force_n: L,
 }
 
-/// Commands of the supervisor at a tick.
+/// Commands at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Command<L: Lane> {
-    /// The mode of each lane.
+    /// Mode of each lane.
     pub mode: Modes<L>,
-    /// The slave's reference in m.
+    /// In m.
     pub slave_reference_m: L,
-    /// The feedback force in N.
+    /// In N.
     pub feedback_force_n: L,
-    /// Largest change of the feedback force from the last tick that the active law allows, in N.
+    /// Largest allowed change since the last tick.
     pub allowed_step_n: L,
-    /// Lanes in which the supervisor acted on an alarm; with augmentation disabled, lanes with an alarm.
+    /// Lanes in which an alarm began an event; without augmentation, lanes with an alarm.
     pub alarm_taken: L::Mask,
 }
 
-/// Commands of the supervisor on the slave's side at a tick.
+/// Commands on the slave's side.
 #[derive(Debug, Clone, Copy)]
 pub struct SlaveCommand<L: Lane> {
-    /// The mode of each lane.
+    /// Mode of each lane.
     pub mode: Modes<L>,
-    /// The slave's reference in m.
+    /// In m.
     pub slave_reference_m: L,
     /// See [`Command::alarm_taken`].
     pub alarm_taken: L::Mask,
 }
 
-/// The supervisor: the automaton and the motion law on the slave's side, the force law on the master's side.
-///
-/// Over a link the slave's side calls [`decide`](Supervisor::decide), and the master's side
-/// [`feedback_force`](Supervisor::feedback_force) with the received mode. [`update`](Supervisor::update) does both
-/// without a link.
+/// Over a link, [`decide`](Supervisor::decide) runs on the slave's side, and
+/// [`feedback_force`](Supervisor::feedback_force) on the master's.
 #[derive(Debug, Clone)]
 pub struct Supervisor<L: Lane, M = HeldReference<L>, F = AnyForceLaw<L>> {
     enabled: L::Mask,
@@ -138,7 +126,7 @@ pub struct Supervisor<L: Lane, M = HeldReference<L>, F = AnyForceLaw<L>> {
 }
 
 impl<L: Lane> Supervisor<L> {
-    /// Creates a supervisor in teleoperation. `threshold` is the detector's γ; the slave starts at `reference_m`.
+    /// Starts in teleoperation at `reference_m`; `threshold` is γ.
     #[must_use]
     pub fn new(settings: &AugmentationSettings, threshold: f64, tick_s: f64, reference_m: L) -> Self {
         let motion = HeldReference::new(settings.freeze, settings.reengage, tick_s, reference_m);
@@ -149,7 +137,7 @@ impl<L: Lane> Supervisor<L> {
 }
 
 impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
-    /// Like [`Supervisor::new`], with the given laws.
+    /// With the given laws.
     #[must_use]
     pub fn with_laws(motion: M, force: F, settings: &AugmentationSettings, threshold: f64, tick_s: f64) -> Self {
         Self {
@@ -161,8 +149,7 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
         }
     }
 
-    /// Computes the commands of both sides without a link. `force_n` is scaled to the master; the velocity is the
-    /// master's.
+    /// Both sides without a link; force and velocity are the master's.
     #[inline(always)]
     pub fn update(&mut self, now: &SupervisorInput<L>, force_n: L, velocity_m_per_s: L) -> Command<L> {
         let SlaveCommand { mode, slave_reference_m, alarm_taken } = self.decide(now);
@@ -170,7 +157,7 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
         Command { mode, slave_reference_m, feedback_force_n, allowed_step_n, alarm_taken }
     }
 
-    /// Computes the commands of the slave's side.
+    /// The slave's side.
     #[inline(always)]
     pub fn decide(&mut self, now: &SupervisorInput<L>) -> SlaveCommand<L> {
         if self.is_quiet_tick(now.alarm) {
@@ -181,7 +168,7 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
             };
         }
         let before = self.automaton.mode();
-        // Lanes without augmentation may run beside others: their alarms are reported without effect.
+        // Lanes without augmentation may run beside others.
         let mode = self.automaton.step(now.tick, now.alarm & self.enabled, now.decision, self.motion.is_blended());
         let modes = ModeChange { before, now: mode };
         self.motion.sense(now.force_n);
@@ -192,20 +179,19 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
         }
     }
 
-    /// On the master's side: the feedback force and its largest allowed change from the last tick (both in N), from the
-    /// received mode and the unaugmented force.
+    /// The master's side: the force and its largest allowed change.
     #[inline(always)]
     pub fn feedback_force(&mut self, mode: Modes<L>, force_n: L, velocity_m_per_s: L) -> (L, L) {
         self.feedback.update(mode, force_n, velocity_m_per_s)
     }
 
-    /// On the master's side: the lanes in which a cue is on.
+    /// Lanes in which a cue is on.
     #[inline(always)]
     pub fn cue(&self, mode: Modes<L>) -> L::Mask {
         self.gives_cue & mode.is_augmented()
     }
 
-    /// True if all lanes are in teleoperation and this alarm changes none of them.
+    /// True if no lane leaves teleoperation.
     #[inline(always)]
     fn is_quiet_tick(&self, alarm: L::Mask) -> bool {
         (self.automaton.is_teleoperation() & !(self.enabled & alarm)).all()

@@ -1,21 +1,19 @@
-//! The mode of the supervisor, of one run and of several lanes.
-
 use crate::lane::{Lane, Mask};
 
 /// Mode of the supervisor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Mode {
-    /// The slave follows the hand; the measured force is fed back.
+    /// The slave follows the hand.
     Teleoperation = 0,
-    /// The slave is frozen; the felt force drop is exaggerated.
+    /// The slave is frozen.
     Augmented = 1,
-    /// Slave and force return to teleoperation.
+    /// The slave returns to the hand.
     Reengaging = 2,
 }
 
 impl Mode {
-    /// The mode's code in a trace and in a message: 0, 1, 2.
+    /// Code in traces and messages.
     #[must_use]
     pub const fn code(self) -> u8 {
         self as u8
@@ -37,35 +35,35 @@ pub struct Modes<L> {
 }
 
 impl<L: Lane> Modes<L> {
-    /// The same mode in every lane.
+    /// Equal in every lane.
     #[inline(always)]
     #[must_use]
     pub fn splat(mode: Mode) -> Self {
         Self { code: L::splat(f64::from(mode.code())) }
     }
 
-    /// The modes of a message, from [`Modes::codes`].
+    /// Inverts [`Modes::codes`].
     #[inline(always)]
     #[must_use]
     pub fn from_codes(code: L) -> Self {
         Self { code }
     }
 
-    /// Returns [`Mode::code`] of each lane, for a message.
+    /// [`Mode::code`] of each lane.
     #[inline(always)]
     #[must_use]
     pub fn codes(self) -> L {
         self.code
     }
 
-    /// Returns `mode` in the lanes of the mask, and the old mode in the other lanes.
+    /// Replaces the mode in the lanes of the mask.
     #[inline(always)]
     #[must_use]
     pub fn set_where(self, mask: L::Mask, mode: Mode) -> Self {
         Self { code: L::select(mask, Self::splat(mode).code, self.code) }
     }
 
-    /// The mode in lane `index`.
+    /// The mode of a lane.
     #[inline(always)]
     #[must_use]
     pub fn lane(self, index: usize) -> Mode {
@@ -79,7 +77,7 @@ impl<L: Lane> Modes<L> {
         }
     }
 
-    /// Replaces the mode of lane `index`.
+    /// Replaces the mode of a lane.
     #[inline(always)]
     #[must_use]
     pub fn with_lane(self, index: usize, mode: Mode) -> Self {
@@ -91,28 +89,28 @@ impl<L: Lane> Modes<L> {
         (self.code - Self::splat(which).code).abs().lt(L::splat(0.5))
     }
 
-    /// The lanes in teleoperation.
+    /// Lanes in teleoperation.
     #[inline(always)]
     #[must_use]
     pub fn is_teleoperation(self) -> L::Mask {
         self.code.lt(L::splat(0.5))
     }
 
-    /// The lanes in which the slave is frozen and the force is augmented.
+    /// Lanes that are frozen.
     #[inline(always)]
     #[must_use]
     pub fn is_augmented(self) -> L::Mask {
         self.is(Mode::Augmented)
     }
 
-    /// The lanes that are re-engaging.
+    /// Lanes that are re-engaging.
     #[inline(always)]
     #[must_use]
     pub fn is_reengaging(self) -> L::Mask {
         self.is(Mode::Reengaging)
     }
 
-    /// The lanes whose modes differ.
+    /// Lanes that differ.
     #[inline(always)]
     #[must_use]
     pub fn differs(self, other: Self) -> L::Mask {
@@ -122,24 +120,24 @@ impl<L: Lane> Modes<L> {
 
 crate::lane::gather!(Modes { code } stored);
 
-/// The modes of the previous tick and of this one.
+/// Modes of two consecutive ticks.
 #[derive(Debug, Clone, Copy)]
 pub struct ModeChange<L> {
-    /// Modes at the previous tick.
+    /// At the previous tick.
     pub before: Modes<L>,
-    /// Modes at this tick.
+    /// At this tick.
     pub now: Modes<L>,
 }
 
 impl<L: Lane> ModeChange<L> {
-    /// The lanes whose mode has just become `which`.
+    /// Lanes that have just become `which`.
     #[inline(always)]
     #[must_use]
     pub fn has_become(&self, which: Mode) -> L::Mask {
         self.now.is(which) & !self.before.is(which)
     }
 
-    /// True if the mode of any lane has changed.
+    /// True if any lane has changed.
     #[inline(always)]
     #[must_use]
     pub fn any_changed(&self) -> bool {

@@ -1,5 +1,3 @@
-//! The slave's reference: following the hand, frozen, or re-engaging.
-
 use super::holds::{AnyHold, HeldTick, Hold, HoldSettings};
 use super::mode::{Mode, ModeChange};
 use super::returns::{AnyReturn, Reengage, Return, ReturnTick};
@@ -9,27 +7,23 @@ crate::choice! {
     /// Hold the slave at its measured position or at its last reference.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Freeze at "augmentation.freeze" = Measured {
-        /// Its measured position at the alarm.
         "measured" => Measured,
-        /// Its last reference before the alarm, which the slave may not have reached.
         "reference" => Reference,
     }
 }
 
-/// Gives the slave's reference in every mode.
-///
-/// A user-defined law implements this trait for `f64`; [`HeldReference`] implements it for any number of lanes.
+/// User-defined laws implement it for `f64`.
 pub trait MotionLaw<L: Lane> {
-    /// The slave's reference in m in teleoperation. `hand_m` is scaled to the slave, `slave_m` is measured.
+    /// In m, in teleoperation; `hand_m` is scaled to the slave, `slave_m` is measured.
     fn follow(&mut self, hand_m: L, slave_m: L) -> L;
 
-    /// The slave's reference in m in any mode, from the same positions.
+    /// In m, in any mode.
     fn update(&mut self, modes: ModeChange<L>, hand_m: L, slave_m: L) -> L;
 
-    /// Receives the measured force (N) at a tick of an event, before [`update`](MotionLaw::update).
+    /// Receives the measured force (N) before [`update`](MotionLaw::update).
     fn sense(&mut self, _force_n: L) {}
 
-    /// The lanes in which the law has finished closing the gap, so re-engaging may end.
+    /// Lanes that may end re-engaging.
     fn is_blended(&self) -> L::Mask;
 }
 
@@ -52,10 +46,7 @@ impl<L: Lane, M: MotionLaw<L> + ?Sized> MotionLaw<L> for alloc::boxed::Box<M> {
     }
 }
 
-/// The slave's reference, `x_ref = hand + gap`.
-///
-/// During an event the hold gives the reference. At the release the gap is set such that the reference does not jump; the
-/// return then closes it. In teleoperation the gap is 0, or the offset that the return leaves.
+/// `x_ref = hand + gap`, with a gap such that the reference does not jump at the release.
 #[derive(Debug, Clone)]
 pub struct HeldReference<L> {
     freeze: Freeze,
@@ -69,7 +60,7 @@ pub struct HeldReference<L> {
 }
 
 impl<L: Lane> HeldReference<L> {
-    /// Creates a law for ticks of `tick_s` and a slave at the reference `reference` (m).
+    /// For ticks of `tick_s` and a slave at `reference` (m).
     #[must_use]
     pub fn new(freeze: Freeze, reengage: Reengage, tick_s: f64, reference: L) -> Self {
         Self {
@@ -84,13 +75,13 @@ impl<L: Lane> HeldReference<L> {
         }
     }
 
-    /// Replaces the freeze by another hold, for ticks of `tick_s`.
+    /// Replaces the freeze by another hold.
     #[must_use]
     pub fn holding(self, hold: &HoldSettings, tick_s: f64) -> Self {
         Self { hold: AnyHold::new(hold, tick_s), ..self }
     }
 
-    /// The hold's reference for a slave whose reference without the event is `followed`.
+    /// `followed` is the reference without the event.
     #[inline(always)]
     fn held(&self, followed: L) -> L {
         self.hold.reference_m(&HeldTick { anchor_m: self.frozen, last_m: self.last, hand_m: followed })
@@ -135,12 +126,12 @@ impl<L: Lane> MotionLaw<L> for HeldReference<L> {
                 Freeze::Reference => self.last,
             };
             self.frozen = L::select(modes.has_become(Mode::Augmented), held, self.frozen);
-            // The gap starts at the hold's reference, so the reference does not jump.
+            // So the reference does not jump.
             gap = L::select(begins, self.held(hand + self.gap) - hand, gap);
             self.last = L::select(modes.has_become(Mode::Augmented), self.frozen, self.last);
         }
         let returned = self.returned(gap, hand, begins);
-        // While the slave is held the gap of an earlier event does not change.
+        // A held slave keeps the gap of an earlier event.
         self.gap = L::select(modes.now.is_augmented(), self.gap, returned);
         let followed = hand + self.gap;
         let held = self.held(followed);

@@ -1,5 +1,3 @@
-//! The conditions on an alarm.
-
 use super::DetectorInput;
 use crate::lane::{Lane, Mask};
 use crate::time::nearest_ticks;
@@ -7,12 +5,9 @@ use crate::time::nearest_ticks;
 crate::settings! {
     /// When the detector is armed.
     ///
-    /// A CUSUM alone raises alarms at the first contact, while the estimator converges, and at every other large error.
-    /// The detector is therefore armed only after uninterrupted contact for `settle_s` with `g` at or below the
-    /// threshold. A crossing while armed is a rupture if the force falls *below* a predicted *resisting* force
-    /// (`drop_only`), the needle is not being withdrawn (`motion`), and it is deep enough (`minimum_depth_m`).
-    ///
-    /// The cost: a rupture within `settle_s` after any other crossing, by a rupture or a spike, is not detected.
+    /// A CUSUM alone raises alarms at the first contact and while the estimator converges. The detector is therefore
+    /// armed only after contact for `settle_s` with `g` at or below the threshold. The cost: a rupture within
+    /// `settle_s` after another crossing is not detected.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ArmingSettings in "detector." {
         /// Duration of quiet contact before the detector is armed.
@@ -34,34 +29,32 @@ crate::choice! {
     /// Motion of the needle during which a drop counts.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Motion at "detector.motion" = NotWithdrawn {
-        /// Any motion.
         "any" => Any,
-        /// Any motion but a withdrawal; the needle may rest or retreat slightly.
+        /// The needle may rest or retreat slightly.
         "not-withdrawn" => NotWithdrawn,
-        /// Only during insertion.
         "inserting" => Inserting,
     }
 }
 
-/// The conditions on an alarm at one sample. All must hold.
+/// Conditions on an alarm; all must hold.
 #[derive(Debug, Clone, Copy)]
 pub struct AlarmConditions<L: Lane> {
     /// The needle is in contact.
     pub in_contact: L::Mask,
-    /// The contact was quiet for `settle_s`.
+    /// Contact was quiet for `settle_s`.
     pub armed: L::Mask,
-    /// The force falls below a predicted resisting force; always true without `drop_only`.
+    /// Force below a predicted resisting force; always true without `drop_only`.
     pub is_drop: L::Mask,
-    /// The velocity agrees with `motion`.
+    /// As `motion` requires.
     pub moves_as_required: L::Mask,
-    /// The depth is at least `minimum_depth_m`.
+    /// At least `minimum_depth_m`.
     pub is_deep: L::Mask,
-    /// Number of quiet samples in contact before this one.
+    /// Quiet samples in contact before this one.
     pub quiet_samples: L,
 }
 
 impl<L: Lane> AlarmConditions<L> {
-    /// The lanes in which all conditions hold.
+    /// Lanes in which all hold.
     #[inline(always)]
     pub fn all(&self) -> L::Mask {
         self.armed & self.in_contact & self.moves_as_required & self.is_deep & self.is_drop
@@ -92,7 +85,6 @@ impl<L: Lane> Arming<L> {
         }
     }
 
-    /// The lanes in which the contact was quiet for the settling time.
     #[inline(always)]
     pub(super) fn is_armed(&self) -> L::Mask {
         self.quiet_ticks.ge(self.settle_ticks)
@@ -111,13 +103,13 @@ impl<L: Lane> Arming<L> {
             armed: self.is_armed(),
             is_drop,
             moves_as_required: input.velocity_m_per_s.ge(self.min_velocity),
-            // With a minimum of 0 only the contact counts, for the detectors that need one.
+            // With a minimum of 0 only the contact counts.
             is_deep: input.depth_m.ge(self.minimum_depth) | self.minimum_depth.le(zero),
             quiet_samples: self.quiet_ticks,
         }
     }
 
-    /// Counts the sample. Returns the lanes with an alarm, among the lanes whose `g` is `above` the threshold.
+    /// Returns the lanes with an alarm, among those `above` the threshold.
     #[inline(always)]
     pub(super) fn update(&mut self, above: L::Mask, input: &DetectorInput<L>) -> L::Mask {
         let zero = L::zero();

@@ -1,23 +1,18 @@
-//! The cumulative sum of Page (1954), eq. 27, with a cap.
-
 use super::DistanceSettings;
 use crate::lane::Lane;
 
 crate::settings! {
-    /// Threshold, drift and cap of the CUSUM, in the unit of the distance.
+    /// Threshold, drift and cap.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct CusumSettings in "detector." given (distance: &DistanceSettings) {
         /// Threshold (γ): an alarm is raised when g exceeds it, in the distance's unit.
         threshold: f64 [POSITIVE] => "what one sample of a rupture adds; 1.98e-2 N² for the paper's variances"
             distance.tuning().0,
         /// Drift (ν), subtracted at each sample (eq. 27), in the distance's unit.
-        ///
-        /// Halfway between the means of the distance under the two hypotheses.
         drift: f64 [ANY] => "halfway between the hypotheses; 2.02e-2 N² for the paper's variances" distance.tuning().1,
         /// Largest value of g, in the distance's unit.
         ///
-        /// Above γ. Without a cap one sample of a 15 N drop sets `g = 225 N²`, which takes 11,000 samples to fall: for
-        /// seconds no rupture is detected. The cost: `g` no longer shows the size of the change.
+        /// Without a cap one sample of a 15 N drop sets `g = 225 N²`, which takes 11,000 samples to fall.
         cap: f64 [POSITIVE] => "ten thresholds" 10.0 * threshold,
     }
     where cap: |s| s.cap > s.threshold, "above detector.threshold";
@@ -42,14 +37,14 @@ impl<L: Lane> Cusum<L> {
         }
     }
 
-    /// Adds a distance. Returns `g_k` and the lanes in which it is above the threshold.
+    /// Returns `g_k` and the lanes above the threshold.
     #[inline(always)]
     pub(super) fn update(&mut self, distance: L) -> (L, L::Mask) {
         self.value = (self.value + (distance - self.drift)).clamp(L::zero(), self.cap);
         (self.value, self.value.gt(self.threshold))
     }
 
-    /// Sets the decision function of a distance that is not accumulated: `g_k = min(max(s_k - ν, 0), cap)`.
+    /// Without accumulation: `g_k = min(max(s_k - ν, 0), cap)`.
     #[inline(always)]
     pub(super) fn hold(&mut self, distance: L) -> (L, L::Mask) {
         self.value = (distance - self.drift).clamp(L::zero(), self.cap);

@@ -1,9 +1,7 @@
-//! The two hypotheses of eq. 19.
-
 use crate::estimation::Parameters;
 
 crate::settings! {
-    /// The distribution of the residual under the two hypotheses of eq. 19.
+    /// The residual under the hypotheses of eq. 19.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct Hypotheses in "detector." {
         /// σ_0: standard deviation of the residual without a rupture.
@@ -12,19 +10,17 @@ crate::settings! {
         quiet_std_n: f64 [POSITIVE] = 0.02,
         /// σ_1: standard deviation of the residual after a rupture.
         ///
-        /// Above `σ_0`; the paper: at least 0.2 N.
+        /// The paper: at least 0.2 N.
         rupture_std_n: f64 [POSITIVE] = 0.2,
         /// m_1 of eq. 22: mean of the residual after a rupture.
         ///
-        /// Not 0. Negative, because the force falls below the prediction.
+        /// Negative, because the force falls below the prediction.
         rupture_mean_n: f64 [ANY] = -0.2,
         /// Correction of the stiffness by a rupture, for eq. 26.
-        ///
-        /// For one sample, in N/m.
         stiffness_change_n_per_m: f64 [POSITIVE] = 20.0,
         /// Correction of the damping by a rupture, for eq. 26.
         ///
-        /// For one sample, in N·s/m. The first rupture of the shipped insertion corrects the damping by up to 21 N·s/m.
+        /// The first rupture of the shipped insertion corrects it by up to 21 N·s/m in one sample.
         damping_change_n_s_per_m: f64 [POSITIVE]
             for Parameters::StiffnessAndDamping | StiffnessDampingFriction | HuntCrossley | LeastResidual = 20.0,
     }
@@ -33,7 +29,7 @@ crate::settings! {
 }
 
 impl Hypotheses {
-    /// Threshold and drift of a squared quantity (4.6): `γ = (σ_1² - σ_0²)/2`, `ν = (σ_1² + σ_0²)/2`.
+    /// For a squared quantity (4.6): `γ = (σ_1² - σ_0²)/2`, `ν = (σ_1² + σ_0²)/2`.
     pub(super) fn squared_tuning(&self) -> (f64, f64) {
         let (quiet, changed) = (self.quiet_std_n * self.quiet_std_n, self.rupture_std_n * self.rupture_std_n);
         ((changed - quiet) / 2.0, (changed + quiet) / 2.0)

@@ -1,4 +1,4 @@
-//! Detection of ruptures from the estimator's residual: a distance, its CUSUM, and the arming, which the paper omits.
+//! Detection of ruptures: a distance, its CUSUM, and the arming, which the paper omits.
 
 mod arming;
 mod cusum;
@@ -24,19 +24,18 @@ crate::settings! {
     /// Settings of the detector.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct DetectorSettings in "detector." no DEFAULT {
-        /// Distance that is accumulated.
+        /// Accumulated distance.
         distance: DistanceSettings,
-        /// Threshold, drift and cap of the accumulated distance.
+        /// Of the accumulated distance.
         cusum: CusumSettings (&distance),
-        /// The conditions on an alarm.
+        /// Conditions on an alarm.
         arming: ArmingSettings,
     }
     then Self::check_direction;
 }
 
 impl DetectorSettings {
-    /// Creates the paper's detector (4.6) for a kind of distance. Threshold and drift follow from the hypotheses by
-    /// [`Hypotheses::tuning`]; the cap is ten thresholds.
+    /// The paper's detector (4.6), with a cap of ten thresholds.
     #[must_use]
     pub fn for_kind(kind: DistanceKind, hypotheses: Hypotheses) -> Self {
         let (threshold, drift) = hypotheses.tuning(kind);
@@ -61,27 +60,27 @@ impl Default for DetectorSettings {
     }
 }
 
-/// Inputs of the detector at one sample.
+/// Inputs at one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct DetectorInput<L: Lane> {
-    /// Measured force `y_k` in N.
+    /// `y_k`.
     pub force_n: L,
-    /// Force predicted by the estimator, `ŷ_k` in N.
+    /// `ŷ_k`.
     pub predicted_force_n: L,
-    /// `e_k = y_k - ŷ_k` in N.
+    /// `e_k = y_k - ŷ_k`.
     pub residual_n: L,
-    /// `H_k` of eq. 25: stiffness (N/m) and damping (N·s/m).
+    /// `H_k` (eq. 25): stiffness (N/m) and damping (N·s/m).
     pub correction: [L; 2],
-    /// Depth of the needle below the contact in m.
+    /// Below the contact.
     pub depth_m: L,
-    /// Velocity of the needle in m/s, positive into the tissue.
+    /// Positive into the tissue.
     pub velocity_m_per_s: L,
-    /// Lanes in which the needle is in contact with the tissue.
+    /// Lanes in contact.
     pub in_contact: L::Mask,
 }
 
 impl<L: Lane> DetectorInput<L> {
-    /// Creates the input of a sample. The depth is measured from the contact.
+    /// The depth is measured from the contact.
     #[inline(always)]
     #[must_use]
     pub fn new(force_n: L, depth_m: L, velocity_m_per_s: L, estimate: &Estimate<L>) -> Self {
@@ -97,22 +96,20 @@ impl<L: Lane> DetectorInput<L> {
     }
 }
 
-/// The detector's output at one sample.
+/// Output at one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct Decision<L: Lane> {
-    /// `s_k`, in the unit of the distance.
+    /// `s_k`.
     pub distance: L,
-    /// `g_k` before a reset, in the unit of the distance.
+    /// `g_k` before a reset.
     pub decision: L,
-    /// Lanes in which the detector raises an alarm at this sample.
+    /// Lanes with an alarm.
     pub alarm: L::Mask,
 }
 
-/// Detects ruptures from the inputs of one sample at a time.
-///
-/// A user-defined detector implements this trait for `f64`; [`CusumDetector`] implements it for any number of lanes.
+/// User-defined detectors implement it for `f64`.
 pub trait Detector<L: Lane> {
-    /// Processes the inputs of one sample.
+    /// Processes one sample.
     fn update(&mut self, input: &DetectorInput<L>) -> Decision<L>;
 }
 
@@ -123,7 +120,7 @@ impl<L: Lane, D: Detector<L> + ?Sized> Detector<L> for alloc::boxed::Box<D> {
     }
 }
 
-/// The paper's detector: a distance, its CUSUM, and the arming, which the paper omits.
+/// A distance, its CUSUM, and the arming.
 #[derive(Debug, Clone)]
 pub struct CusumDetector<L: Lane, D = AnyDistance<L>> {
     distance: D,
@@ -132,27 +129,26 @@ pub struct CusumDetector<L: Lane, D = AnyDistance<L>> {
 }
 
 impl<L: Lane> CusumDetector<L> {
-    /// Creates a detector for samples `tick_s` apart.
+    /// For samples `tick_s` apart.
     #[must_use]
     pub fn new(settings: &DetectorSettings, tick_s: f64) -> Self {
         Self::with_distance(AnyDistance::new(&settings.distance, tick_s), settings, tick_s)
     }
 
-    /// Starts anew after a gap in the samples, with the settings and the interval of [`Self::new`].
+    /// Starts anew after a gap, with the arguments of [`Self::new`].
     pub fn restart(&mut self, settings: &DetectorSettings, tick_s: f64) {
         *self = Self::with_distance(self.distance.restarted(&settings.distance, tick_s), settings, tick_s);
     }
 }
 
 impl<L: Lane, D> CusumDetector<L, D> {
-    /// Creates a detector for samples `tick_s` apart, with the given distance.
+    /// With the given distance.
     #[must_use]
     pub fn with_distance(distance: D, settings: &DetectorSettings, tick_s: f64) -> Self {
         Self { distance, cusum: Cusum::new(&settings.cusum), arming: Arming::new(&settings.arming, tick_s) }
     }
 
-    /// Sets a threshold and a cap above it for each lane, in the unit of the distance, to run several detectors on the
-    /// same samples.
+    /// Per lane, to run several detectors on the same samples.
     #[must_use]
     pub fn with_thresholds(mut self, threshold: L, cap: L) -> Self {
         self.cusum.set_thresholds(threshold, cap);
@@ -161,8 +157,7 @@ impl<L: Lane, D> CusumDetector<L, D> {
 }
 
 impl<D: Distance<f64>> CusumDetector<f64, D> {
-    /// True if the next sample can raise an alarm: the contact was quiet for long enough, or a self-arming distance is
-    /// ready.
+    /// True if the next sample can raise an alarm.
     #[inline(always)]
     #[must_use]
     pub fn is_armed(&self) -> bool {
@@ -171,7 +166,7 @@ impl<D: Distance<f64>> CusumDetector<f64, D> {
 }
 
 impl<L: Lane, D: Distance<L>> CusumDetector<L, D> {
-    /// The conditions on an alarm at the next sample, for any value of `g`.
+    /// On an alarm at the next sample, for any `g`.
     #[inline(always)]
     pub fn conditions(&self, input: &DetectorInput<L>) -> AlarmConditions<L> {
         let conditions = self.arming.conditions(input);

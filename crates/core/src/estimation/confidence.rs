@@ -1,31 +1,27 @@
-//! How well the recent samples determine stiffness and damping.
-
 use crate::lane::Lane;
 
-/// Time constant of the memory in s, of the order of an insertion between two ruptures. Chosen here.
+/// Of the order of an insertion between two ruptures. Chosen here.
 const MEMORY_S: f64 = 0.1;
 
-/// Prior standard deviations of K in N/m and of B in N·s/m. Chosen here, wider than the tissues of this project.
+/// N/m and N·s/m. Chosen here, wider than the tissues of this project.
 const PRIOR_STD: [f64; 2] = [1e3, 100.0];
 
-/// Smallest variance of the error in N², for finite standard errors.
+/// For finite standard errors.
 const MIN_VARIANCE_N2: f64 = 1e-12;
 
-/// Confidence in an estimate of stiffness and damping.
+/// Confidence in an estimate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trust {
-    /// Standard error of K in N/m.
+    /// Of K.
     pub stiffness_std_n_per_m: f64,
-    /// Standard error of B in N·s/m.
+    /// Of B.
     pub damping_std_n_s_per_m: f64,
-    /// Share of the information about B that does not depend on K, 0 to 1. At 0 the velocity is 0 or proportional to
-    /// the depth, so B cannot be identified.
+    /// Share, 0 to 1, of the information about B that does not depend on K.
     pub excitation: f64,
 }
 
 impl Trust {
-    /// Sum of flags: 1 if 0 is within two standard errors of K, 2 if within two of B, 4 if one of them is negative,
-    /// which is impossible for a tissue.
+    /// Sum of 1 if 0 is within two standard errors of K, 2 if of B, 4 if one is negative.
     #[inline]
     #[must_use]
     pub fn flags(&self, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> u8 {
@@ -37,18 +33,13 @@ impl Trust {
     }
 }
 
-/// The information of recent samples about `θ = (K, B)` of the force `y = φᵀθ`, `φ = (p, v)`, with the weight
-/// `w = exp(-t/0.1 s)` of a sample `t` ago:
+/// The information about `θ = (K, B)` of `y = φᵀθ`, `φ = (p, v)`; a sample `t` ago weighs `w = exp(-t/0.1 s)`:
 ///
 /// ```text
 /// M = Σ w φ φᵀ,   M₂ = Σ w² φ φᵀ,   σ² = Σ w e² / Σ w,   A = M + σ² P₀⁻¹
 /// cov θ = A⁻¹ (σ² M₂ + σ⁴ P₀⁻¹) A⁻¹,   excitation = 1 - M₀₁² / (M₀₀ M₁₁)
 /// ```
-/// This is the covariance of weighted least squares with a prior `P₀` and uncorrelated errors of equal variance. `e` is
-/// the estimator's prediction error, so a wrong model increases the covariance; since its errors are correlated in
-/// time, the true error is larger still. The estimator's memory may differ.
-///
-/// Samples out of contact are ignored.
+/// Weighted least squares with a prior `P₀`. `e` is the prediction error, so a wrong model increases the covariance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Confidence {
     decay: f64,
@@ -59,7 +50,7 @@ pub struct Confidence {
 }
 
 impl Confidence {
-    /// Creates the information without samples, for ticks of `tick_s`.
+    /// Without samples, for ticks of `tick_s`.
     #[must_use]
     pub fn new(tick_s: f64) -> Self {
         let nothing = [0.0; 3];
@@ -67,7 +58,7 @@ impl Confidence {
         Self { decay, information: nothing, squared_weights: nothing, squared_error: 0.0, weight: 0.0 }
     }
 
-    /// Adds a sample in contact: depth (m), velocity (m/s) and prediction error of the force (N).
+    /// Adds a sample in contact: depth (m), velocity (m/s), prediction error (N).
     #[inline]
     pub fn add(&mut self, depth_m: f64, velocity_m_per_s: f64, residual_n: f64) {
         let (p, v, decay) = (depth_m, velocity_m_per_s, self.decay);
@@ -79,7 +70,7 @@ impl Confidence {
         self.weight = decay * self.weight + 1.0;
     }
 
-    /// The confidence after the samples so far.
+    /// After the samples so far.
     #[inline]
     #[must_use]
     pub fn trust(&self) -> Trust {
@@ -90,7 +81,6 @@ impl Confidence {
         let [s00, s01, s11] = self.squared_weights;
         let (a00, a01, a11) = (m00 + variance * prior[0], m01, m11 + variance * prior[1]);
         let determinant = a00 * a11 - a01 * a01;
-        // Rows of A⁻¹ and of the matrix in the middle.
         let (i00, i01, i11) = (a11 / determinant, -a01 / determinant, a00 / determinant);
         let (b00, b01, b11) = (s00 + variance * prior[0], s01, s11 + variance * prior[1]);
         let of = |x: f64, y: f64| variance * (x * x * b00 + 2.0 * x * y * b01 + y * y * b11);

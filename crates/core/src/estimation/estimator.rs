@@ -1,38 +1,29 @@
-//! The role of the estimator.
-//!
-//! A built-in estimator is one file of this folder, one row of the registry in `mod.rs`, and one word of `Parameters`
-//! there if it estimates new parameters.
-
 use super::settings::RlsSettings;
 use crate::lane::Lane;
 
 /// The estimate after one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct Estimate<L> {
-    /// `ŷ_k = φ_{k-1}ᵀ θ_{k-1}` in N (eq. 6).
+    /// `ŷ_k = φ_{k-1}ᵀ θ_{k-1}` (eq. 6).
     pub predicted_force_n: L,
-    /// `e_k = y_k - ŷ_k` in N (eq. 7).
+    /// `e_k = y_k - ŷ_k` (eq. 7).
     pub residual_n: L,
-    /// `H_k`, the change of stiffness (N/m) and damping (N·s/m) by the sample (eq. 25).
+    /// `H_k`: change of stiffness (N/m) and damping (N·s/m) (eq. 25).
     pub correction: [L; 2],
-    /// `K_k` in N/m.
+    /// `K_k`.
     pub stiffness_n_per_m: L,
-    /// `B_k` in N·s/m.
+    /// `B_k`.
     pub damping_n_s_per_m: L,
-    /// The parameter named by [`RlsSettings::extra_parameter_column`], in its unit; 0 without one.
+    /// The parameter of [`RlsSettings::extra_parameter_column`]; 0 without one.
     pub extra_parameter: L,
 }
 
-/// Estimates the tissue's parameters from one sample at a time.
-///
-/// A user-defined estimator implements this trait for `f64`, the built-in estimators for any number of lanes.
+/// User-defined estimators implement it for `f64`.
 pub trait Estimator<L: Lane> {
-    /// Processes a sample: `y`, the depth `p` below the contact (negative outside), and `v`.
-    ///
-    /// The residual refers to the prediction before the sample (eq. 6-7).
+    /// Processes `y`, the depth `p` below the contact (negative outside) and `v` (eq. 6-7).
     fn update(&mut self, force_n: L, depth_m: L, velocity_m_per_s: L) -> Estimate<L>;
 
-    /// Marks a gap in the samples. The next sample has no prediction.
+    /// Marks a gap: the next sample has no prediction.
     fn skip(&mut self);
 }
 
@@ -48,7 +39,7 @@ impl<L: Lane, E: Estimator<L> + ?Sized> Estimator<L> for alloc::boxed::Box<E> {
 }
 
 pub(super) trait BuiltIn {
-    /// True for the paper's estimator, which a rig runs.
+    /// The paper's estimator, which a rig runs.
     const IS_BASELINE: bool = false;
     const EXTRA_PARAMETER: Option<&'static str> = None;
 

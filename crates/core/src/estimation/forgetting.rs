@@ -1,25 +1,20 @@
-//! Exponential forgetting within bounds.
-
 #[cfg(test)]
 use super::resetting::dot;
 use super::settings::RlsSettings;
 use crate::lane::Lane;
 
-/// The information `D` from samples, in addition to the prior information `1/F_0`.
+/// The information `D` from samples, in addition to the prior `1/F_0`:
 ///
 /// ```text
 /// D_k = D_{k-1} + δ (α φ φᵀ - (1-λ) D_{k-1}),   D_0 = 0
 /// F_k = (I/F_0 + D_k)⁻¹
 /// ```
-/// With plain exponential forgetting, `F_k⁻¹ = λ F_{k-1}⁻¹ + α φ φᵀ`, the gain grows without bound, by `1/λ` per
-/// sample, in every direction without excitation. A needle at rest excites only one of two parameters. Here the
-/// information falls back to `1/F_0` instead, which bounds the gain on both sides: `0 <= D <= max(α φᵀφ) / (1-λ)` gives
+/// Plain forgetting, `F_k⁻¹ = λ F_{k-1}⁻¹ + α φ φᵀ`, lets the gain grow by `1/λ` per sample in directions without
+/// excitation. Here the information falls back to `1/F_0`; `0 <= D <= max(α φᵀφ) / (1-λ)` gives
+/// `1 / (1/F_0 + max(α φᵀφ) / (1-λ)) <= F <= F_0`.
 ///
-/// ```text
-/// 1 / (1/F_0 + max(α φᵀφ) / (1-λ))  <=  F  <=  F_0,   with α φᵀφ <= 1/β where the weighting is normalised
-/// ```
-/// The dead zone's `δ` scales both the new and the forgotten information. Lai and Bernstein (2023, arXiv:2308.04259,
-/// introduction read) survey forgetting towards a fixed information; the form and the bounds are derived here.
+/// Derived here; Lai and Bernstein (2023, arXiv:2308.04259, introduction read) survey forgetting towards a fixed
+/// information.
 #[derive(Debug, Clone)]
 pub(super) struct Exponential<L, const N: usize> {
     /// `1/F_0`.
@@ -38,8 +33,7 @@ impl<L: Lane, const N: usize> Exponential<L, N> {
         }
     }
 
-    /// Updates with a regressor `φ`, the weight `δ` and `1/α`. Returns `F_k φ` and the factor that scales it to each
-    /// parameter's share of an error.
+    /// Returns `F_k φ` and its factor to each parameter's share of an error.
     #[inline(always)]
     pub(super) fn update(&mut self, regressor: [L; N], delta: L, inverse_weight: L) -> ([L; N], L) {
         let weight = delta / inverse_weight;
@@ -54,8 +48,7 @@ impl<L: Lane, const N: usize> Exponential<L, N> {
         (self.solve(regressor), weight)
     }
 
-    /// Returns `(I/F_0 + D)⁻¹ b` by `L D Lᵀ` elimination. Every pivot is at least `1/F_0`; the lower bound guards
-    /// against rounding.
+    /// `(I/F_0 + D)⁻¹ b` by `L D Lᵀ` elimination; the bound of the pivots guards against rounding.
     #[inline(always)]
     fn solve(&self, b: [L; N]) -> [L; N] {
         let mut rows = self.information;

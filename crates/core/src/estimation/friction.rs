@@ -1,18 +1,13 @@
-//! Friction as a third regressor, which the paper leaves for future work.
-
 use super::estimator::{BuiltIn, Estimate, Estimator};
 use super::regression::Regression;
 use super::settings::RlsSettings;
 use crate::lane::{Lane, by_index};
 
-/// `y = K p + B v + C s(v)` in contact, with `s(v) = v / (|v| + v_s)`, a smooth sign of the velocity.
+/// `y = K p + B v + C s(v)` in contact, with `s(v) = v / (|v| + v_s)`: a sign function would switch with noise at
+/// standstill, and `tanh` is transcendental.
 ///
-/// At standstill dry friction takes any value between its two signs, where a sign function would switch with noise. `s`
-/// passes through 0 at the cost of a division; `tanh` would be a transcendental function. The regressor `ℓ s(v)` has
-/// the size of a depth, so the gain `F_0` and the weighting `β` suit all three.
-///
-/// At constant speed friction is nearly an offset, which [`super::Rls`] does not have. Only different depths separate
-/// friction from the stiffness, and only different speeds from the damping.
+/// The regressor `ℓ s(v)` has the size of a depth, so `F_0` and `β` suit all three. Only different depths separate
+/// friction from stiffness, and only different speeds from damping.
 #[derive(Debug, Clone)]
 pub struct Friction<L> {
     regression: Regression<L, 3>,

@@ -1,51 +1,37 @@
-//! The Hunt-Crossley model, estimated online in two stages.
-
 use super::estimator::{BuiltIn, Estimate, Estimator};
 use super::regression::Regression;
 use super::settings::RlsSettings;
 use crate::lane::{Lane, Mask};
 
-/// Reference depth `p_r` in m of `p̃ = p / p_r`, at which the power has no effect. It makes `κ` and `n` nearly
-/// independent for needles some centimetres deep; in metres `n` would change `κ` by decades. Chosen here.
+/// `p_r` in m, at which the power has no effect: `κ` and `n` are nearly independent at some centimetres. Chosen here.
 const REFERENCE_DEPTH_M: f64 = 0.01;
-/// Reference velocity `v_r` in m/s, at which damping counts as much as stiffness. Chosen here: at 0.01 m/s, which the
-/// needle exceeds after a rupture, the errors on the in-vivo-like recording spread several times as far.
+/// `v_r`. Chosen here: at 0.01 m/s the errors on the in-vivo-like recording spread several times as far.
 const REFERENCE_VELOCITY_M_PER_S: f64 = 0.05;
-/// Initial value and bounds of the power. Above 1 the tissue stiffens with depth; 1 gives a linear model.
 const FIRST_POWER: f64 = 1.0;
 const MIN_POWER: f64 = 0.5;
 const MAX_POWER: f64 = 4.0;
-/// Bounds in m of the depth in the logarithm.
+/// Of the depth in the logarithm.
 const MIN_DEPTH_M: f64 = 1e-6;
 const MAX_DEPTH_M: f64 = 1.0;
-/// Information in N² on the power (`Σ b²`) at which the power's gain is restored.
+/// Information on the power (`Σ b²`) at which its gain is restored.
 const POWER_MEMORY_N2: f64 = 20.0;
 
 /// `y = μ pⁿ + λ pⁿ v` in contact (eq. 2), as `y = p_r p̃ⁿ (κ + ρ v / v_r)`.
 ///
-/// Two estimators run in alternation (Diolaiti et al. 2005). The first takes `n` as known and estimates `(κ, ρ)`
-/// linearly. The second takes these as known and estimates `n`, in which
-///
-/// ```text
-/// ln(y / (p_r (κ + ρ v/v_r))) = n ln p̃
-/// ```
-/// is linear. The logarithm is undefined for forces of at most 0, and weighs a millinewton near the surface like a
-/// newton at depth. The second stage therefore weights by the force and linearises the logarithm:
+/// Two estimators alternate (Diolaiti et al. 2005): one estimates `(κ, ρ)` with `n` known, the other `n` with these
+/// known, from `ln(y / (p_r (κ + ρ v/v_r))) = n ln p̃`. The logarithm overweighs small forces, so the second weights by
+/// the force and linearises it:
 ///
 /// ```text
 /// e⁺_k = y_k - φᵀθ_k = ŷ⁺ ln p̃ (n - n_{k-1}),      ŷ⁺ = φᵀθ_k
 /// n_k = n_{k-1} + f b e⁺ / (1 + f b²),    b = ŷ⁺ ln p̃,    f_k = f_{k-1} / (1 + f_{k-1} b²)
 /// ```
-/// `f` is restored to `1/N²` when `Σ b²` reaches 20 N². Errors within the dead zone cause no correction. The second
-/// stage receives the error left by the first, so no error is corrected twice. `n` is limited to 0.5 to 4. The text of
-/// Diolaiti et al. was not available: the stages are from the paper's introduction and the abstract of Haddadi and
-/// Hashtrudi-Zaad (2012, IEEE T-RO 28(3)); their equations are derived and their numbers chosen here.
+/// `f` is restored to `1/N²` when `Σ b²` reaches 20 N². The text of Diolaiti et al. was not available: the stages are
+/// from the paper's introduction and the abstract of Haddadi and Hashtrudi-Zaad (2012, IEEE T-RO 28(3)), their
+/// equations derived and their numbers chosen here.
 ///
-/// Stiffness and damping are reported at the needle's depth: `y / p` of a needle at rest and `dy/dv`, in N/m and N·s/m.
-/// The paper's parameters are `μ = K p^(1-n)` and `λ = B p^-n`.
-///
-/// A sample in contact takes one `ln` and one `exp` of `libm`, lane by lane, in plain arithmetic: the same bits on
-/// every machine. `benches/README.md` states the cost.
+/// Reported are stiffness (`y / p` at rest) and damping (`dy/dv`) at the needle's depth; the paper's are
+/// `μ = K p^(1-n)` and `λ = B p^-n`.
 #[derive(Debug, Clone)]
 pub struct HuntCrossley<L> {
     regression: Regression<L, 2>,
@@ -54,7 +40,7 @@ pub struct HuntCrossley<L> {
     power_information: L,
     log_depth: L,
     dead_zone: L,
-    /// Stiffness (N/m) and damping (N·s/m) at the needle's last depth in contact.
+    /// At the last depth in contact.
     local: [L; 2],
 }
 

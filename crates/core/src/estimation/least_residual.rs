@@ -1,22 +1,16 @@
-//! Two models in parallel, with the smaller error at each sample.
-
 use super::estimator::{BuiltIn, Estimate, Estimator};
 use super::friction::Friction;
 use super::linear::Linear;
 use super::settings::RlsSettings;
 use crate::lane::{Lane, by_index};
 
-/// The models with and without friction. Both are updated at every sample; the error of a sample is the smaller of the
-/// two.
+/// The smaller error of the models with and without friction.
 ///
-/// Neither model predicts a rupture. One of them predicts other changes, such as a reversal of the needle, which
-/// friction explains, or a force that the third parameter has overfitted. The cost is a delay: only the error of the
-/// better model counts. An interacting multiple model (Blom and Bar-Shalom 1988) would weight both by their
-/// likelihoods, with a noise level, a transition matrix and exponentials. The minimum, chosen here, needs none of them;
-/// no source was found for the detection of ruptures.
+/// Neither predicts a rupture, but one of them predicts other changes, such as a reversal. No source was found; an
+/// interacting multiple model (Blom and Bar-Shalom 1988) would need a noise level, a transition matrix and
+/// exponentials.
 ///
-/// Stiffness and damping always come from the model without friction, so they do not jump; the friction comes from the
-/// other.
+/// Stiffness and damping come from the model without friction, so they do not jump.
 #[derive(Debug, Clone)]
 pub struct LeastResidual<L> {
     without: Linear<L>,

@@ -1,5 +1,3 @@
-//! Stiffness and damping, or stiffness alone, with either kind of forgetting.
-
 use super::Parameters;
 use super::estimator::{BuiltIn, Estimate, Estimator};
 use super::regression::Regression;

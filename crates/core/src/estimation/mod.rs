@@ -1,7 +1,4 @@
-//! Online estimation from samples: the tissue's stiffness and damping, optionally with friction or a power, and the
-//! velocity from quantised positions.
-//!
-//! The estimators use only measured positions, velocities and forces, never the tissue model.
+//! Online estimation of the tissue's parameters and of the velocity, from measured positions, velocities and forces.
 
 mod confidence;
 mod estimator;
@@ -32,39 +29,29 @@ use crate::lane::Lane;
 crate::choice! {
     /// Estimated parameters: K and B; K alone, as the paper tries in 3.2.1; K, B and friction; μ, λ and n of eq. 2; or
     /// K and B with and without friction, where the smaller error counts.
-    ///
-    /// [`Rls`] estimates the first two.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum Parameters at "estimator.parameters" = StiffnessAndDamping {
-        /// `K` and `B`: `φ = (p, v)` (eq. 8).
+        /// `φ = (p, v)` (eq. 8).
         "stiffness-and-damping" => StiffnessAndDamping,
-        /// `K` alone, as the paper tries on direct access (3.2.1): `φ = (p, 0)`, `B = 0`.
+        /// `φ = (p, 0)`, `B = 0` (3.2.1).
         "stiffness" => Stiffness,
-        /// `K`, `B` and a friction force, which the paper leaves for future work (its conclusion).
         "stiffness-damping-friction" => StiffnessDampingFriction,
-        /// `μ`, `λ` and the power `n` of Hunt and Crossley (eq. 2).
+        /// Eq. 2.
         "hunt-crossley" => HuntCrossley,
-        /// `K` and `B`, with and without friction; at each sample the smaller of the two errors counts.
         "least-residual" => LeastResidual,
     }
 }
 
 crate::registry! {
-    /// The kind of an estimator, which follows from its parameters and its forgetting.
     #[derive(Debug, Clone, Copy)]
     enum EstimatorKind;
     /// Any of the built-in estimators.
     pub enum AnyEstimator<L> by (each, of_kind) stored;
 
-    /// The paper's estimator.
     Rls = rls::Rls,
-    /// Stiffness and damping with exponential forgetting.
     Linear = linear::Linear,
-    /// Stiffness, damping and a friction force.
     Friction = friction::Friction,
-    /// The Hunt-Crossley model.
     HuntCrossley = hunt_crossley::HuntCrossley,
-    /// With and without friction; the smaller error counts.
     LeastResidual = least_residual::LeastResidual,
 }
 
@@ -87,7 +74,7 @@ impl RlsSettings {
         of_kind!(self.kind(), Part => <Part<f64> as BuiltIn>::IS_BASELINE)
     }
 
-    /// The column name, with the unit, of the parameter besides stiffness and damping.
+    /// Column name of the third parameter.
     #[must_use]
     pub fn extra_parameter_column(&self) -> Option<&'static str> {
         of_kind!(self.kind(), Part => <Part<f64> as BuiltIn>::EXTRA_PARAMETER)
@@ -95,7 +82,7 @@ impl RlsSettings {
 }
 
 impl<L: Lane> AnyEstimator<L> {
-    /// Creates the estimator for the parameters and the forgetting of the settings.
+    /// Creates the estimator of the settings.
     #[must_use]
     pub fn new(settings: &RlsSettings) -> Self {
         of_kind!(settings.kind(), Part => <Part<L> as BuiltIn>::build(settings).into())

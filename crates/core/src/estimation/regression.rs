@@ -1,12 +1,9 @@
-//! Recursive least squares over any number of regressors (eq. 7, 12-18).
-
 use super::forgetting::Exponential;
 use super::resetting::{Resetting, dot};
 use super::settings::{Forgetting, RlsSettings};
 use crate::lane::{Lane, Mask, by_index};
 
-/// The parameters `θ` of a force `y = φᵀθ`, with either kind of forgetting. For `φ = (p, v)` identical to
-/// [`super::Rls`], bit for bit.
+/// The parameters `θ` of a force `y = φᵀθ` (eq. 7, 12-18). For `φ = (p, v)` identical to [`super::Rls`], bit for bit.
 #[derive(Debug, Clone)]
 pub(super) struct Regression<L, const N: usize> {
     normalisation: L,
@@ -17,7 +14,7 @@ pub(super) struct Regression<L, const N: usize> {
     memory: Memory<L, N>,
     parameters: [L; N],
     regressor: [L; N],
-    /// `φᵀθ`, the force predicted for the next sample, in N.
+    /// `φᵀθ`: the next force in N.
     predicted: L,
 }
 
@@ -29,7 +26,7 @@ enum Memory<L, const N: usize> {
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RegressionUpdate<L, const N: usize> {
-    /// `φᵀθ` before the sample, in N.
+    /// `φᵀθ` before the sample.
     pub(super) predicted_force_n: L,
     pub(super) residual_n: L,
     pub(super) correction: [L; N],
@@ -62,7 +59,7 @@ impl<L: Lane, const N: usize> Regression<L, N> {
         RegressionUpdate { predicted_force_n, residual_n, correction }
     }
 
-    /// Sets the regressor of the next force: 0 without contact, which changes nothing.
+    /// 0 without contact, which changes nothing.
     #[inline(always)]
     pub(super) fn set_regressor(&mut self, regressor: [L; N]) {
         self.regressor = regressor;

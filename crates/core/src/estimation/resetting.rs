@@ -1,17 +1,10 @@
-//! The gain with complete restoration (eq. 13, 17, 18), for any number of parameters.
-
 use super::settings::RlsSettings;
 use crate::lane::{Lane, by_index};
 
-/// The gain `F`:
+/// The gain `F` of [`super::Rls`] (eq. 13, 15, 17, 18) for `N` parameters.
 ///
-/// ```text
-/// F_k = F_{k-1} - δ F_{k-1} φ φᵀ F_{k-1} / (1/α + φᵀ F_{k-1} φ)   (13, 15)
-/// x_k = x_{k-1} + δ α φᵀφ                                          (18)
-/// x_k >= α_0:  F_k = F_0, x_k = tr(F_0⁻¹)                          (17)
-/// ```
-/// `F` stays symmetric, because only one triangle is computed, and positive definite, because the subtracted matrix is
-/// at most `F φ φᵀ F / (φᵀ F φ)`.
+/// It stays symmetric, because one triangle is computed, and positive definite, because at most `F φ φᵀ F / (φᵀ F φ)`
+/// is subtracted.
 #[derive(Debug, Clone)]
 pub(super) struct Resetting<L, const N: usize> {
     initial_gain: L,
@@ -25,7 +18,7 @@ impl<L: Lane, const N: usize> Resetting<L, N> {
     pub(super) fn new(settings: &RlsSettings) -> Self {
         let gain = settings.initial_gain;
         let initial = N as f64 / gain;
-        // The threshold is for two parameters. Adapted to `N`, it allows the same information between restorations.
+        // The setting is for two parameters; this allows the same information for `N`.
         let threshold = settings.reset_threshold + (initial - 2.0 / gain);
         Self {
             initial_gain: L::splat(gain),
@@ -36,8 +29,7 @@ impl<L: Lane, const N: usize> Resetting<L, N> {
         }
     }
 
-    /// Updates with a regressor `φ`, the weight `δ` and `1/α`. Returns `F φ` and the factor that scales it to each
-    /// parameter's share of an error.
+    /// Returns `F φ` and its factor to each parameter's share of an error.
     #[inline(always)]
     pub(super) fn update(&mut self, regressor: [L; N], delta: L, squared: L, inverse_weight: L) -> ([L; N], L) {
         let direction: [L; N] = by_index!(N, |i| dot(self.gain[i], regressor));

@@ -1,17 +1,15 @@
-//! Recursive least squares with normalisation, dead zone and covariance resetting (eq. 12-18).
-
 use super::Parameters;
 use super::estimator::{BuiltIn, Estimate, Estimator};
 use super::settings::RlsSettings;
 use crate::lane::{Lane, Mask};
 
-/// Value of `F_0 α_0` above which rounding is checked. `F_0 α_0` bounds the ratio of the eigenvalues of `F`.
+/// Rounding is checked above this `F_0 α_0`, a bound of the ratio of the eigenvalues of `F`.
 const WELL_CONDITIONED: f64 = 1e4;
 
-/// Smallest allowed ratio of the determinant of `F` to `F₀₀ F₁₁`, if rounding is checked.
+/// Smallest allowed ratio of the determinant of `F` to `F₀₀ F₁₁`.
 const MIN_DETERMINANT: f64 = 1e-12;
 
-/// The Kelvin-Voigt parameters `θ = (K, B)` of the force `y = K p + B v`, tracked sample by sample.
+/// `θ = (K, B)` of the force `y = K p + B v`:
 ///
 /// ```text
 /// e_k = y_k - φ_{k-1}ᵀ θ_{k-1}                                  (7)
@@ -22,18 +20,15 @@ const MIN_DETERMINANT: f64 = 1e-12;
 /// x_k >= α_0:  F_k = F_0, x_k = tr(F_0⁻¹)                       (17)
 /// 1/α_k = 1 + β φ_kᵀ φ_k                                        (14)
 /// ```
-/// with `φ_k = (p_k, v_k)` in contact (`p_k > 0`) and 0 outside. The dead zone scales the corrections. Scaling `F`
-/// itself, another reading of the text after eq. 15, would end all adaptation at the first small error.
+/// with `φ_k = (p_k, v_k)` in contact (`p_k > 0`) and 0 outside. Scaling `F` itself by `δ`, another reading of eq. 15,
+/// would end all adaptation at the first small error.
 ///
-/// # Positive definiteness of `F`
-/// With `0 <= δ <= 1` an update adds at most `δ α φφᵀ` to `F⁻¹`, so `tr(F⁻¹) <= x < α_0` between restorations, and the
-/// eigenvalues of `F` lie between `1/α_0` and `F_0`. Rounding adds up to `n 2⁻⁵¹ F_0` over `n` corrections. If `F_0 α_0
-/// <= 10⁴` (default: 102), `F` stays definite for over 10¹¹ corrections. With a longer memory each correction checks
-/// `F₀₀ F₁₁ - F₀₁² > 10⁻¹² F₀₀ F₁₁`, and otherwise restores `F_0`.
+/// An update adds at most `δ α φφᵀ` to `F⁻¹`, so the eigenvalues of `F` lie between `1/α_0` and `F_0`. Rounding adds up
+/// to `n 2⁻⁵¹ F_0` over `n` corrections, so with `F_0 α_0 <= 10⁴` (default: 102) `F` stays definite for over 10¹¹;
+/// otherwise each correction checks it, and restores `F_0`.
 ///
-/// # The order of the fields
 /// No two adjacent fields of equal use are both written at one sample and read at the next: the compiler would read
-/// them as a pair, and such a read stalls until both writes have left the store buffer.
+/// them as a pair, which stalls until both writes have left the store buffer.
 #[derive(Debug, Clone)]
 #[repr(C)]
 pub struct Rls<L> {
@@ -42,7 +37,7 @@ pub struct Rls<L> {
     depth: L,
     damping: L,
     gain_00: L,
-    /// `φᵀθ`, the force predicted for the next sample, in N.
+    /// `φᵀθ`: the next force in N.
     predicted_force: L,
     velocity: L,
     information: L,
@@ -50,10 +45,10 @@ pub struct Rls<L> {
     initial_gain: L,
     initial_information: L,
     reset_threshold: L,
-    /// True if rounding could make `F` indefinite before it is restored.
+    /// True if rounding could make `F` indefinite.
     checks_definiteness: bool,
     normalisation: L,
-    /// Factor of the velocity in the regressor: 1 or 0.
+    /// 1, or 0 without damping.
     velocity_share: L,
     /// `N_0` in N; negative without a dead zone, so every error is outside.
     dead_zone: L,
@@ -62,7 +57,7 @@ pub struct Rls<L> {
 }
 
 impl<L: Lane> Rls<L> {
-    /// Creates an estimator before the first sample (`θ = 0`, `F = F_0`).
+    /// Starts with `θ = 0`, `F = F_0`.
     #[must_use]
     pub fn new(settings: &RlsSettings) -> Self {
         let information = 2.0 / settings.initial_gain;
@@ -89,8 +84,7 @@ impl<L: Lane> Rls<L> {
         }
     }
 
-    /// Updates parameters and gain in the lanes whose error is `outside` of the dead zone. Returns the parameters'
-    /// change.
+    /// Corrects the lanes `outside` of the dead zone.
     #[inline(always)]
     fn correct(&mut self, outside: L::Mask, residual: L) -> [L; 2] {
         let (zero, one) = (L::zero(), L::splat(1.0));
@@ -120,7 +114,7 @@ impl<L: Lane> Rls<L> {
         correction
     }
 
-    /// The lanes in which `F` is positive definite by more than rounding errors.
+    /// By more than rounding errors.
     #[inline(always)]
     fn is_definite(&self) -> L::Mask {
         let [f00, f01, f11] = self.gain();
@@ -135,7 +129,7 @@ impl<L: Lane> Rls<L> {
         [self.gain_00, self.gain_01, self.gain_11]
     }
 
-    /// Sets `F = F_0` and `x = tr(F_0⁻¹)` in the lanes of the mask.
+    /// `F = F_0`, `x = tr(F_0⁻¹)`.
     #[inline(always)]
     fn restore(&mut self, mask: L::Mask) {
         self.gain_00 = L::select(mask, self.initial_gain, self.gain_00);
@@ -160,9 +154,8 @@ impl<L: Lane> Estimator<L> for Rls<L> {
         let predicted = self.predicted_force;
         let residual = force_n - predicted;
 
-        // Fast path: most samples are within the dead zone, and the branch saves two divisions. Its inputs date from
-        // the last tick, because samples outside are mispredicted. With several lanes, mispredictions are so frequent
-        // that they cost more than the divisions.
+        // Fast path: most samples are within the dead zone, and the branch saves two divisions. With several lanes
+        // mispredictions cost more than the divisions.
         let outside = residual.abs().gt(self.dead_zone);
         let correction = if L::WIDTH > 1 || outside.any() { self.correct(outside, residual) } else { [zero; 2] };
 

@@ -1,26 +1,15 @@
-//! Settings of the estimators: contact, forgetting and the shape of friction.
-
 use super::Parameters;
 
-/// Largest forgetting factor: a memory of 1e5 corrections. Closer to 1 the information becomes too large to invert in
-/// double precision.
+/// A memory of 1e5 corrections; closer to 1 the information is too large to invert.
 pub const MAX_FORGETTING_FACTOR: f64 = 0.99999;
 
 crate::choice! {
     /// Restore the whole gain at reset_threshold (eq. 17), or forget a little with each correction.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub enum Forgetting at "estimator.forgetting" = Resetting {
-        /// The whole gain is restored at `reset_threshold` (eq. 17).
         "resetting" => Resetting,
-        /// Each correction reduces the weight of older samples, within bounds.
-        ///
-        /// ```text
-        /// D_k = D_{k-1} + δ (α φ φᵀ - (1-λ) D_{k-1}),   F_k = (1/F_0 + D_k)⁻¹
-        /// ```
         "exponential" => Exponential in "estimator.forgetting_" {
             /// Weight of older samples after a correction, for exponential.
-            ///
-            /// λ, from 0 to [`MAX_FORGETTING_FACTOR`].
             factor: f64 [crate::settings::Range::stated(
                 0.0, MAX_FORGETTING_FACTOR, "from 0 to 0.99999, a memory of 1e5 corrections"
             )] = Forgetting::DEFAULT_FACTOR,
@@ -29,13 +18,12 @@ crate::choice! {
 }
 
 impl Forgetting {
-    /// The default factor. In the long run a correction takes `1 - λ` of an error, where the default resetting takes
-    /// 0.28 on average over ten corrections (`κ / (1 + κ k)`, `κ = 10`).
+    /// A correction takes `1 - λ` of an error; with the default resetting it takes 0.28 on average.
     pub const DEFAULT_FACTOR: f64 = 0.7;
 }
 
 crate::settings! {
-    /// Where the depth of the samples begins.
+    /// Where the depth begins.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ContactSettings in "estimator." {
         /// Position of the tissue surface assumed by the estimator.
@@ -44,9 +32,7 @@ crate::settings! {
 }
 
 crate::settings! {
-    /// The regressor of friction, `length v / (|v| + speed)`.
-    ///
-    /// Both numbers are chosen here. A lower speed makes the regressor noisier near standstill.
+    /// The regressor of friction, `length v / (|v| + speed)`, noisier near standstill with a lower speed.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct FrictionShape in "estimator.friction_" {
         /// Speed at which half of the friction acts.
@@ -60,36 +46,24 @@ crate::settings! {
 crate::settings! {
     /// Weighting, dead zone and forgetting of the estimator.
     ///
-    /// # Choosing the gain
-    /// One update corrects the share `φᵀFφ / (1/α + φᵀFφ)` of an error. With the constant weighting `α = 1`
-    /// (`normalisation = 0`) this share depends on the depth through `F_0 φᵀφ`: settings for centimetres correct hardly
-    /// anything at a few millimetres. With eq. 14 the share is `F_0 φᵀφ / (1 + (β + F_0) φᵀφ)`. Beyond the depth `1/√β`
-    /// it becomes `κ / (1 + κ)` with `κ = F_0 / β`, independent of the depth. Likewise each update adds `δ α φᵀφ → δ/β`
-    /// to `x`, so with `α_0 = tr(F_0⁻¹) + N/β` the gain is restored after about `N` full corrections.
-    ///
-    /// [`RlsSettings::normalised`] implements this rule. Its defaults (1 mm, κ = 10, N = 10 updates) suit depths from
-    /// millimetres to decimetres at 1 and 2 kHz. The cost: slow adaptation within the first millimetre.
+    /// One update corrects the share `φᵀFφ / (1/α + φᵀFφ)` of an error: with eq. 14 `F_0 φᵀφ / (1 + (β + F_0) φᵀφ)`,
+    /// beyond the depth `1/√β` nearly `κ / (1 + κ)`, `κ = F_0 / β`. With `α_0 = tr(F_0⁻¹) + N/β` the gain is restored
+    /// after about `N` full corrections. By default `1/√β` is 1 mm, `κ = N = 10`.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct RlsSettings in "estimator." {
         /// Estimated parameters.
         parameters: Parameters,
-        /// Regressor of friction as a function of the velocity.
+        /// Regressor of friction.
         friction: FrictionShape,
         /// Kind of forgetting.
         forgetting: Forgetting,
         /// β of eq. 14 in 1/m²: beyond the depth 1/sqrt(β) the gain does not depend on the depth; 0 gives constant
         /// weighting.
-        ///
-        /// The matrix is `β I`; 0 means `α = 1`.
         normalisation: f64 [NON_NEGATIVE] = 1e6,
         /// F_0 of eq. 13, times the identity.
-        ///
-        /// In 1/m² when the weighting is constant, per unit of `φᵀφ` in general.
         initial_gain: f64 [POSITIVE] => "10 times the normalisation, or 1e4 without one"
             if normalisation > 0.0 { 10.0 * normalisation } else { 1e4 },
         /// α_0 of eq. 17, at which F_0 is restored.
-        ///
-        /// Above `tr(F_0⁻¹) = 2 / initial_gain`.
         reset_threshold: f64 [POSITIVE] for Forgetting::Resetting =>
             "2/initial_gain + 10/normalisation (ten full corrections), or 2/initial_gain + 5e-4 without one"
             2.0 / initial_gain + if normalisation > 0.0 { 10.0 / normalisation } else { 5e-4 },
@@ -100,8 +74,7 @@ crate::settings! {
 }
 
 impl RlsSettings {
-    /// Applies the rule above. `full_gain_depth_m` is the depth beyond which the gain is constant, `gain_ratio` is `κ =
-    /// F_0/β`, and `memory_updates` is the number of updates between restorations.
+    /// `full_gain_depth_m` is `1/√β`, `gain_ratio` is `κ`, `memory_updates` is `N`.
     #[must_use]
     pub fn normalised(full_gain_depth_m: f64, gain_ratio: f64, memory_updates: f64, dead_zone_n: f64) -> Self {
         let normalisation = 1.0 / (full_gain_depth_m * full_gain_depth_m);

@@ -1,13 +1,8 @@
-//! Velocity from quantised positions: a Kalman filter in steady state.
-
 use crate::error::{InvalidValue, positive, require};
 use crate::lane::Lane;
 
-/// A Kalman filter for a position that moves with white acceleration, after Bélanger (1992).
-///
-/// State `(p, v)`, transition `p += T v`, acceleration of standard deviation `a` held over each tick, position in steps
-/// of `q` (a uniform error of variance `q²/12`). The gain is the steady state of the Riccati equation, for little work
-/// per tick:
+/// A Kalman filter in steady state (Bélanger 1992): transition `p += T v`, acceleration of standard deviation `a` held
+/// over each tick, position in steps of `q` (variance `q²/12`):
 ///
 /// ```text
 /// p⁻ = p + T v,   p = p⁻ + l₀ (y - p⁻),   v = v + l₁ (y - p⁻)
@@ -22,11 +17,7 @@ pub struct VelocityFilter<L> {
 }
 
 impl<L: Lane> VelocityFilter<L> {
-    /// Creates a filter for positions in steps of `resolution_m`. `acceleration_m_per_s2` is the standard deviation of
-    /// the hand's acceleration.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the argument that is not a positive finite number.
+    /// `acceleration_m_per_s2` is a standard deviation.
     pub fn new(tick_s: f64, resolution_m: f64, acceleration_m_per_s2: f64) -> Result<Self, InvalidValue> {
         positive("simulation.tick_s", tick_s)?;
         positive("sensor.position_resolution_m", resolution_m)?;
@@ -43,7 +34,7 @@ impl<L: Lane> VelocityFilter<L> {
         })
     }
 
-    /// Processes a position (m) and returns the velocity (m/s). The first position starts the filter at rest.
+    /// Returns the velocity (m/s); the first position (m) starts the filter at rest.
     #[inline(always)]
     pub fn update(&mut self, position_m: L) -> L {
         if !self.started {
@@ -57,7 +48,7 @@ impl<L: Lane> VelocityFilter<L> {
         self.velocity_m_per_s
     }
 
-    /// Resumes after missing readings at a position (m). Returns the last velocity (m/s).
+    /// Resumes at a position (m) after a gap; returns the last velocity (m/s).
     pub fn resume(&mut self, position_m: L) -> L {
         self.started = true;
         self.position_m = position_m;
@@ -65,9 +56,8 @@ impl<L: Lane> VelocityFilter<L> {
     }
 }
 
-/// The steady-state Kalman gain for a measurement variance `r` (m²), in closed form (Kalata 1984): with the tracking
-/// index `Λ = a T² / √r`, `ρ = (4 + Λ - √(8Λ + Λ²)) / 4`, `l₀ = 1 - ρ²`,
-/// `T l₁ = 2 (2 - l₀) - 4 √(1 - l₀) = 2 (1 - ρ)²`.
+/// For a measurement variance `r` (m²) (Kalata 1984): `Λ = a T² / √r`, `ρ = (4 + Λ - √(8Λ + Λ²)) / 4`, `l₀ = 1 - ρ²`,
+/// `T l₁ = 2 (1 - ρ)²`.
 fn steady_gain(tick_s: f64, r: f64, acceleration: f64) -> [f64; 2] {
     let index = acceleration * tick_s * tick_s / libm::sqrt(r);
     let rho = (4.0 + index - libm::sqrt(8.0 * index + index * index)) / 4.0;

@@ -1,19 +1,17 @@
-//! Conversion of eight scalar parts into one part of eight lanes.
-
 #[cfg(feature = "alloc")]
 use alloc::{boxed::Box, sync::Arc};
 
 use super::{Lane, Mask, of_each};
 
-/// Number of lanes of a gathered part.
+/// Lanes of a gathered part.
 pub const LANES: usize = 8;
 
-/// A part over `f64`, eight of which can be combined into one part of eight lanes.
+/// A part over `f64`, eight of which combine into one of eight lanes.
 pub trait Gather: Sized {
-    /// The same part over a [`Lane`] type of eight lanes.
+    /// The part over eight lanes.
     type Of<L: Lane>;
 
-    /// Combines all parts, the first in lane 0. Returns `None` if they differ in more than numbers.
+    /// The first part goes to lane 0; `None` if the parts differ in more than numbers.
     fn gather<L: Lane>(all: [&Self; LANES]) -> Option<Self::Of<L>>;
 }
 
@@ -98,7 +96,7 @@ pub fn gather_mask<L: Lane>(all: [bool; LANES]) -> L::Mask {
 }
 
 #[cfg(feature = "alloc")]
-/// True if all lists are equal. A shared list is not compared with itself.
+/// True if all lists are equal.
 pub fn same_list<T: PartialEq>(all: [&Arc<[T]>; LANES]) -> bool {
     all.iter().all(|one| Arc::ptr_eq(one, all[0]) || one == &all[0])
 }

@@ -1,6 +1,4 @@
-//! Macros that implement [`Gather`](super::Gather) for the structs of a tick.
-
-/// Maps eight values like `map`, but compiles to a tenth of the code.
+/// Compiles to a tenth of the code of `map`.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! of_each {
@@ -13,9 +11,8 @@ macro_rules! of_each {
         [$({ let $one = $of; $part }),*]
     };
 }
-/// Implements `Gather` for a struct from its numbers, its masks (`bool` over `f64`), the fields that must be equal
-/// (`same`), and the enums of which the tick uses only the variant (`kinds`). With `stored` it also implements
-/// `Stored`; the settings determine the variants.
+/// `Gather` for a struct from its numbers, `masks` (`bool` over `f64`), equal fields (`same`), and enums of which only
+/// the variant counts (`kinds`); with `stored` also `Stored`.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! gather {
@@ -56,8 +53,7 @@ macro_rules! gather {
     };
 }
 
-/// Combines the fields of eight values of one variant. Returns `None` from the enclosing function if the variants
-/// differ.
+/// Returns `None` from the enclosing function if the variants differ.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! of_one_variant {
@@ -74,8 +70,7 @@ macro_rules! of_one_variant {
     };
 }
 
-/// Implements `Gather` for an enum whose variants have one field each; the variants must agree. With `stored` it also
-/// implements `Stored`; the settings determine the variant.
+/// `Gather`, and with `stored` also `Stored`, for an enum of one-field variants, which must agree.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! gather_variants {
@@ -120,8 +115,7 @@ macro_rules! gather_nothing {
     };
 }
 
-/// Builds an array of lanes, or of another type from its zero, by a loop. The closure of `array::from_fn` would be
-/// compiled without the run's instruction set, and often not inlined.
+/// A loop, because the closure of `array::from_fn` would be compiled without the run's instruction set.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! by_index {

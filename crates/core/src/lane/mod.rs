@@ -1,7 +1,6 @@
 //! The number type of a tick: one scenario (`f64`) or several in parallel lanes.
 //!
-//! Everything inside the tick is written once over [`Lane`], with the same bits on every machine: no fused
-//! multiply-add, no reassociation, no transcendental function.
+//! The same bits on every machine: no fused multiply-add, no reassociation, no transcendental function.
 
 mod gather;
 mod gathered;
@@ -22,19 +21,19 @@ pub use crate::{by_index, gather, gather_nothing, gather_variants, of_each, of_o
 use core::fmt::Debug;
 use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-/// A truth value for each lane.
+/// A truth value per lane.
 pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> + Send + Sync {
-    /// The same truth value in every lane.
+    /// Equal in every lane.
     fn splat(value: bool) -> Self;
-    /// True if it holds in at least one lane.
+    /// True in at least one lane.
     fn any(self) -> bool;
-    /// True if it holds in every lane.
+    /// True in every lane.
     fn all(self) -> bool;
-    /// True if it holds in lane `index`.
+    /// The value of a lane.
     fn lane(self, index: usize) -> bool;
 }
 
-/// A number for each lane.
+/// A number per lane.
 pub trait Lane:
     Copy
     + Debug
@@ -47,70 +46,69 @@ pub trait Lane:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// A truth value for each lane.
+    /// The truth values.
     type Mask: Mask;
     /// Number of lanes.
     const WIDTH: usize;
 
-    /// The same number in every lane.
+    /// Equal in every lane.
     fn splat(value: f64) -> Self;
-    /// The number in lane `index`, below [`Lane::WIDTH`].
+    /// The number of a lane, below [`Lane::WIDTH`].
     fn lane(self, index: usize) -> f64;
-    /// Returns this number with lane `index` replaced by `value`.
+    /// Replaces the number of a lane.
     fn with_lane(self, index: usize, value: f64) -> Self;
-    /// Sets lane `index` to `value`.
+    /// Sets the number of a lane.
     #[inline(always)]
     fn set_lane(&mut self, index: usize, value: f64) {
         *self = self.with_lane(index, value);
     }
-    /// Computes the number of each lane from its index.
+    /// Computes each lane from its index.
     #[inline(always)]
     fn from_lanes(mut lane: impl FnMut(usize) -> f64) -> Self {
         (0..Self::WIDTH).fold(Self::splat(0.0), |all, index| all.with_lane(index, lane(index)))
     }
     /// The absolute value.
     fn abs(self) -> Self;
-    /// The square root; NaN for a negative number.
+    /// NaN for a negative number.
     fn sqrt(self) -> Self;
-    /// The smaller number; `other` in lanes where `self` is NaN.
+    /// `other` where `self` is NaN.
     fn min(self, other: Self) -> Self;
-    /// The larger number; `other` in lanes where `self` is NaN.
+    /// `other` where `self` is NaN.
     fn max(self, other: Self) -> Self;
-    /// Returns `self < other`; false in lanes where either is NaN.
+    /// False for NaN.
     fn lt(self, other: Self) -> Self::Mask;
-    /// Returns `self <= other`; false in lanes where either is NaN.
+    /// False for NaN.
     fn le(self, other: Self) -> Self::Mask;
-    /// Returns `chosen` in the lanes of the mask and `otherwise` in the other lanes.
+    /// `chosen` where the mask is true, else `otherwise`.
     fn select(mask: Self::Mask, chosen: Self, otherwise: Self) -> Self;
 
-    /// Returns zero in every lane.
+    /// 0 in every lane.
     #[inline(always)]
     fn zero() -> Self {
         Self::splat(0.0)
     }
 
-    /// Returns `self > other`; false in lanes where either is NaN.
+    /// False for NaN.
     #[inline(always)]
     fn gt(self, other: Self) -> Self::Mask {
         other.lt(self)
     }
 
-    /// Returns `self >= other`; false in lanes where either is NaN.
+    /// False for NaN.
     #[inline(always)]
     fn ge(self, other: Self) -> Self::Mask {
         other.le(self)
     }
 
-    /// Limits the number to `[low, high]`.
+    /// Limits to `[low, high]`.
     #[inline(always)]
     fn clamp(self, low: Self, high: Self) -> Self {
         self.max(low).min(high)
     }
 
-    /// Rounds to the nearest multiple of a step, halves to even, given the step and its inverse.
+    /// To a multiple of `step`, halves to even; unchanged from 2⁵¹ steps on.
     ///
-    /// Exact for magnitudes below 2⁵¹ steps; larger magnitudes are unchanged. Adding and subtracting 1.5·2⁵² rounds to
-    /// an integer by additions alone, with the same result on every machine and at every width.
+    /// Adding and subtracting 1.5·2⁵² rounds by additions alone: the same result at every width.
     #[inline(always)]
     fn round_to(self, step: Self, inverse_step: Self) -> Self {
         let shift = Self::splat(6_755_399_441_055_744.0);

@@ -1,13 +1,11 @@
-//! Storing and restoring the numbers of a part.
-
 #[cfg(feature = "alloc")]
 use alloc::vec::Vec;
 
 use crate::error::{InvalidValue, require};
 
-/// A part whose numbers can be stored, and restored into a part with the same settings.
+/// Numbers that can be restored into a part with the same settings.
 pub trait Stored {
-    /// Calls `with` with each number as 64 bits, in a fixed order, and keeps the value that `with` leaves.
+    /// Passes each number as 64 bits, in a fixed order, and keeps the value that `with` leaves.
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64));
 
     /// The numbers, for [`Stored::restore`].
@@ -28,10 +26,7 @@ pub trait Stored {
         count
     }
 
-    /// Continues from the state of a part with the same settings.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] if the state has another length; the part is then unchanged.
+    /// Continues from the state of a part with the same settings, if its length agrees.
     fn restore(&mut self, state: &[u64]) -> Result<(), InvalidValue> {
         let has_equal_size = state.len() == self.count();
         require("the size of a state", state.len() as f64, has_equal_size, "as large as for the same settings")?;
@@ -41,7 +36,7 @@ pub trait Stored {
     }
 }
 
-/// Stores a value of a closed set by its code. A code that no value has becomes `otherwise`.
+/// A code that no value has becomes `otherwise`.
 pub(crate) fn store_code<T: Copy>(
     value: &mut T,
     all: impl IntoIterator<Item = T>,

@@ -1,20 +1,18 @@
-//! Counts of bad, stale and lost samples.
-
 use super::sequence::Arrival;
 use crate::lane::Stored;
 
-/// Counts of samples since the controller was created.
+/// Samples since the controller was created.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counters {
-    /// Samples with a faulty channel, stale samples included.
+    /// With a faulty channel, stale samples included.
     pub bad: u64,
-    /// Samples with the number of the newest sample.
+    /// With the number of the newest sample.
     pub repeated: u64,
-    /// Samples with a number below the newest one.
+    /// With a lower number.
     pub late: u64,
-    /// Missing samples that were interpolated.
+    /// Interpolated.
     pub bridged: u64,
-    /// Gaps too long to be bridged, and counters that were set back. The detector was blind.
+    /// Gaps too long to bridge, and counters set back.
     pub gaps: u64,
 }
 

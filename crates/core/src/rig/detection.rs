@@ -1,5 +1,3 @@
-//! The detection chain of a rig: it bridges short gaps and starts anew after long ones.
-
 use super::{Settings, VelocitySource};
 use crate::chain::{Chain, ChainOutput, Measurement};
 use crate::detector::{CusumDetector, Decision, DetectorSettings};
@@ -7,20 +5,20 @@ use crate::error::InvalidValue;
 use crate::estimation::{Estimate, Rls, VelocityFilter};
 use crate::lane::{Stored, store_code};
 
-/// The state of the detection. Only an armed detector raises an alarm.
+/// State of the detection; only an armed detector raises an alarm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum DetectionState {
     /// A drop of the force raises an alarm.
     Armed,
-    /// Samples arrive, and the detector waits for its conditions, such as quiet contact. A rupture is missed.
+    /// Waits for its conditions, such as quiet contact; misses ruptures.
     #[default]
     Settling,
-    /// More samples are missing than are bridged. A rupture is missed.
+    /// More samples are missing than are bridged; misses ruptures.
     Blind,
 }
 
 impl DetectionState {
-    /// The states by their codes.
+    /// In the order of the codes.
     pub const ALL: [Self; 3] = [Self::Armed, Self::Settling, Self::Blind];
 
     /// 0: armed, 1: settling, 2: blind.
@@ -29,7 +27,7 @@ impl DetectionState {
         self as u8
     }
 
-    /// The word of the state: `armed`, `settling` or `blind`.
+    /// `armed`, `settling` or `blind`.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -40,18 +38,14 @@ impl DetectionState {
     }
 }
 
-/// The chain's results at a tick.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Detected {
     pub(super) estimate: Estimate<f64>,
     pub(super) decision: Decision<f64>,
 }
 
-/// A velocity filter with the detection chain, on samples of which some are missing.
-///
-/// The next complete sample after up to `bridged_samples` missing ones is processed together with them: their values
-/// are interpolated linearly, as in a file and in a live stream. A drop in such a gap is therefore detected with the
-/// delay of the gap. After a longer gap the estimate and the offset of the force sensor are kept, and the detector starts anew.
+/// The next complete sample after up to `bridged_samples` missing ones is processed with their linear interpolation.
+/// After a longer gap the estimate and the sensor's offset are kept, and the detector starts anew.
 #[derive(Debug, Clone)]
 pub(super) struct DetectionChain {
     chain: Chain<f64, Rls<f64>, CusumDetector<f64>>,
@@ -59,26 +53,25 @@ pub(super) struct DetectionChain {
     settings: DetectorSettings,
     tick_s: f64,
     bridged_samples: u64,
-    /// The last complete sample and its number; valid if `has_last`.
+    /// Valid if `has_last`.
     last: Measurement<f64>,
     last_number: u64,
     has_last: bool,
-    /// Number of consecutive ticks without a complete sample.
+    /// Consecutive ticks without a complete sample.
     missing: u64,
-    /// The results at the last complete sample.
+    /// At the last complete sample.
     parameters: [f64; 2],
     distance: f64,
     decision: f64,
     velocity_m_per_s: f64,
     state: DetectionState,
     ticks_in_state: u32,
-    /// Number of interpolated samples, and of gaps that were too long.
+    /// Samples interpolated, and gaps too long.
     bridged: u64,
     gaps: u64,
 }
 
 impl DetectionChain {
-    /// Creates the chain of valid settings.
     pub(super) fn of(settings: &Settings) -> Result<Self, InvalidValue> {
         let Settings { tick_s, contact_m, velocity, detector, limits, .. } = *settings;
         let filter = match velocity {
@@ -113,19 +106,19 @@ impl DetectionChain {
         })
     }
 
-    /// The velocity that the estimator used last, in m/s.
+    /// The estimator's last one.
     #[inline(always)]
     pub(super) fn velocity_m_per_s(&self) -> f64 {
         self.velocity_m_per_s
     }
 
-    /// The state, and the number of ticks since it began.
+    /// The state, and the ticks since it began.
     #[inline(always)]
     pub(super) fn state(&self) -> (DetectionState, u32) {
         (self.state, self.ticks_in_state)
     }
 
-    /// The number of interpolated samples, and of gaps that were too long.
+    /// Samples interpolated, and gaps too long.
     pub(super) fn gaps(&self) -> (u64, u64) {
         (self.bridged, self.gaps)
     }
@@ -134,13 +127,12 @@ impl DetectionChain {
         self.chain.estimator.gain()
     }
 
-    /// True if a sample with this number directly follows a complete one.
     #[inline(always)]
     pub(super) fn is_next(&self, number: u64) -> bool {
         self.has_last & (self.missing == 0) & (number == self.last_number.wrapping_add(1))
     }
 
-    /// Processes a complete sample that directly follows a complete one.
+    /// Only if [`Self::is_next`].
     #[inline(always)]
     pub(super) fn step(&mut self, measurement: &Measurement<f64>, number: u64) -> Detected {
         let ChainOutput { estimate, decision, .. } = self.pass(measurement);
@@ -152,7 +144,6 @@ impl DetectionChain {
         Detected { estimate, decision }
     }
 
-    /// Processes the sample of a tick, which may be bad, follow a bad one or a lost one.
     pub(super) fn take(&mut self, measurement: &Measurement<f64>, number: u64, is_bad: bool) -> Detected {
         if is_bad {
             self.skip()
@@ -163,7 +154,6 @@ impl DetectionChain {
         }
     }
 
-    /// Handles a tick without a complete sample.
     fn skip(&mut self) -> Detected {
         self.missing = self.missing.saturating_add(1);
         if self.missing <= self.bridged_samples {
@@ -178,8 +168,7 @@ impl DetectionChain {
         self.without_residual()
     }
 
-    /// Processes a complete sample that follows missing ones, the first sample, or a sample whose number is not the next
-    /// one.
+    /// After missing samples, for the first one, or for a number that is not the next.
     fn resume(&mut self, measurement: &Measurement<f64>, number: u64) -> Detected {
         let was_blind = self.missing > self.bridged_samples;
         self.missing = 0;
@@ -205,7 +194,7 @@ impl DetectionChain {
         Detected { decision: alarm.unwrap_or(detected.decision), ..detected }
     }
 
-    /// Starts the detector anew at a sample, which has no prediction.
+    /// The sample has no prediction.
     fn restart(&mut self, measurement: &Measurement<f64>, number: u64) -> Detected {
         self.velocity_m_per_s = match &mut self.filter {
             Some(filter) => filter.resume(measurement.position_m),
@@ -240,7 +229,7 @@ impl DetectionChain {
         self.state = state;
     }
 
-    /// The last results, without a prediction and without an alarm.
+    /// The last results, without prediction and alarm.
     fn without_residual(&self) -> Detected {
         let [stiffness_n_per_m, damping_n_s_per_m] = self.parameters;
         Detected {
@@ -266,7 +255,7 @@ impl Stored for DetectionState {
 
 impl Stored for DetectionChain {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        // All fields are listed, so the compiler asks for each new one. Those with `_` follow from the settings.
+        // Lists all fields, so the compiler asks for new ones.
         let Self {
             chain,
             filter,

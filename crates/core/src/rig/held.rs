@@ -1,9 +1,6 @@
-//! A value that is held during bad samples.
-
 use crate::lane::Stored;
 
-/// A value that follows the reading, is held while its channel is bad, and then returns to the reading in bounded
-/// steps.
+/// A value that is held while its channel is bad, and then returns in bounded steps:
 ///
 /// ```text
 /// good        y = reading
@@ -19,12 +16,12 @@ pub(super) struct HeldMeasurement {
 }
 
 impl HeldMeasurement {
-    /// Starts at a value; `step` is the largest change of the gap per tick.
+    /// `step` is the largest change of the gap per tick.
     pub(super) fn at(value: f64, step: f64) -> Self {
         Self { value, gap: 0.0, step, is_held: false }
     }
 
-    /// Returns the reading unchanged. Only valid when no recovery is in progress.
+    /// Only valid without a recovery in progress.
     #[inline(always)]
     pub(super) fn pass(&mut self, measurement: f64) -> f64 {
         self.value = measurement;

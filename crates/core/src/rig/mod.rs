@@ -1,8 +1,6 @@
 //! Estimator, detector and supervisor for a real controller: one `step(sample) -> command` per tick.
 //!
-//! The simulator runs the same source in the same order (steps 3 to 6 of the tick of `trocar::engine`, without the
-//! delay of a link), so the same samples give the same commands, bit for bit. The controller needs no allocator, no
-//! operating system and no standard library, and does the same work at every good sample outside of an event.
+//! The simulator runs the same source: the same samples give the same commands, bit for bit.
 //!
 //! ```
 //! # use trocar_core as trocar;
@@ -23,38 +21,16 @@
 //! ```
 //!
 //! # Bad samples
-//! A number that is not finite, or beyond its limit in [`Limits`], is a fault of its channel. At such a tick
+//! A number that is not finite, or beyond its limit in [`Limits`], is a fault of its channel ([`Command::faults`]): its
+//! last good value replaces it, and the supervisor's timers continue.
 //!
-//! - the channel's last good value replaces it. Before the first good value the rig counts as at rest at
-//!   [`Settings::start_m`], without force;
-//! - the supervisor's timers continue, so an event ends on time;
-//! - [`Command::faults`] names the channels, and [`Command::faulty_samples`] counts the consecutive bad samples.
-//!
-//! Estimator and detector need position, velocity and force of the slave. Up to [`Limits::bridged_samples`] missing
-//! samples are bridged: the next good sample is processed together with the missing ones, which are interpolated
-//! linearly, as in a live stream. The controller then runs the chain up to that number of times in one step. After a
-//! longer gap the estimate is kept, and the detector starts anew: a rupture within the gap or within the next
-//! [`ArmingSettings::settle_s`](crate::detector::ArmingSettings) of quiet contact is missed. [`Command::detection`]
-//! states whether the detector is armed, settling or blind, and for how many ticks.
-//!
-//! When good samples return, the slave's reference returns to the hand and the feedback force to the measured force, no
-//! faster than [`Limits::recovery_speed_m_per_s`] and [`Limits::recovery_force_rate_n_per_s`].
+//! Up to [`Limits::bridged_samples`] missing samples are interpolated in the step of the next good one. After a longer
+//! gap the detector starts anew: a rupture within the gap or the next
+//! [`ArmingSettings::settle_s`](crate::detector::ArmingSettings) of quiet contact is missed.
 //!
 //! # Safety
-//! Every command passes the [`SafetyStage`](crate::safety::SafetyStage) with the settings
-//! [`Settings::safety`]: a largest force and its rate, a largest speed of the reference and distance from the slave, an
-//! alignment at the start, and faults after [`SafetySettings::bad_samples`](crate::safety::SafetySettings) bad samples
-//! or by an implausible sensor. [`Command::state`] is the state; [`HapticController::stop`] and
-//! [`HapticController::enable`] change it. Before the first good sample the reference is [`Settings::start_m`], scaled,
-//! and from then on it starts at the slave: switch on the motors after that sample.
-//!
-//! # Numbered samples
-//! [`HapticController::step_numbered`] takes the number of a sample, counted by its source. A repeated number and a
-//! number below the newest one mark a stale sample, which counts as missing; [`Counters`] counts both. Skipped numbers
-//! are lost samples and are bridged.
-//!
-//! # The detector alone
-//! [`NeedleDetector`] has the same estimator and detector without a master and without commands.
+//! Before the first good sample the reference is [`Settings::start_m`], scaled; from then on it starts at the slave:
+//! switch on the motors after that sample.
 
 mod counters;
 mod detection;
@@ -87,31 +63,26 @@ pub struct HapticController {
     sequence: Sequence,
     supervisor: Supervisor<f64>,
     safety: SafetyStage,
-    /// True if the velocity is read from the sample.
     reads_velocity: bool,
     position_scale: f64,
     force_scale: f64,
     limits: Limits,
     tick: u64,
-    /// The supervisor's last inputs, which replace bad values.
+    /// Replaces bad values.
     hand_m: HeldMeasurement,
-    /// The hand's last position, scaled to the slave in m, and the factor from its change in a tick to the master's
-    /// velocity.
+    /// In m, scaled to the slave, and the factor from its change in a tick to the master's velocity.
     last_hand_m: f64,
     per_hand_step: f64,
     force_n: HeldMeasurement,
     slave_m: f64,
     faulty_samples: u32,
     counters: Counters,
-    /// True if the last sample was bad or a held value has not yet returned to its reading.
+    /// The last sample was bad, or a held value has not yet returned.
     is_disturbed: bool,
 }
 
 impl HapticController {
-    /// Creates a controller in teleoperation.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first setting out of range.
+    /// Starts in teleoperation.
     pub fn new(settings: &Settings) -> Result<Self, InvalidValue> {
         settings.validate()?;
         let Settings { tick_s, start_m, limits, .. } = *settings;
@@ -138,19 +109,15 @@ impl HapticController {
         })
     }
 
-    /// Processes the sample of a tick and returns its command. For a tick without a sample pass [`Sample::MISSING`].
-    ///
-    /// Every number of the command is finite, for any sample.
+    /// Processes a sample, or [`Sample::MISSING`]; every number of the command is finite.
     #[inline]
     pub fn step(&mut self, sample: &Sample) -> Command {
         let number = self.sequence.advance();
         self.step_new(sample, number)
     }
 
-    /// Like [`HapticController::step`], for a sample that its source has numbered from 1, with one number per tick.
-    ///
-    /// A repeated sample and one with a number below the newest one count as missing. Ten consecutive ascending numbers
-    /// below the newest one mean that the counter was set back, and the detector starts anew.
+    /// Numbers start at 1, one per tick; a repeated or lower one counts as missing, unless ten ascending ones show that
+    /// the counter was set back.
     pub fn step_numbered(&mut self, sample: &Sample, number: u64) -> Command {
         let arrival = self.sequence.take(number);
         self.counters.note(arrival);
@@ -170,42 +137,41 @@ impl HapticController {
         self.command(&detected, hand_m, force_n, faults, Some(&self.slave_sample(sample)))
     }
 
-    /// Stops: the master's force decays within `safety.decay_s`, and the slave's reference holds until
-    /// [`HapticController::enable`]. It has no effect if `safety.acts` is `nowhere`.
+    /// See [`SafetyStage::stop`].
     pub fn stop(&mut self) {
         self.safety.stop();
     }
 
-    /// Ends a stop or a fault: the reference moves to the hand, and then the force returns.
+    /// See [`SafetyStage::enable`].
     pub fn enable(&mut self) {
         self.safety.enable();
     }
 
-    /// The state of the commands.
+    /// State of the commands.
     #[must_use]
     pub fn safety_state(&self) -> SafetyState {
         self.safety.state()
     }
 
-    /// The numbers of ticks at which limits acted, and of faults.
+    /// Ticks at which limits acted, and faults.
     #[must_use]
     pub fn safety_counts(&self) -> SafetyCounts {
         self.safety.counts()
     }
 
-    /// The number of processed samples.
+    /// Number of processed samples.
     #[must_use]
     pub fn ticks(&self) -> u64 {
         self.tick
     }
 
-    /// The estimator's gain `F`, symmetric, as (F₀₀, F₀₁, F₁₁): the covariance of (`K`, `B`) up to a factor.
+    /// (F₀₀, F₀₁, F₁₁): the covariance of (`K`, `B`) up to a factor.
     #[must_use]
     pub fn estimator_gain(&self) -> [f64; 3] {
         self.detection.estimator_gain()
     }
 
-    /// The counts of bad, stale and lost samples.
+    /// Counts of bad, stale and lost samples.
     #[must_use]
     pub fn counters(&self) -> Counters {
         let (bridged, gaps) = self.detection.gaps();
@@ -283,7 +249,7 @@ impl HapticController {
         }
     }
 
-    /// Processes a tick whose sample is bad, follows a bad one or a lost one, or falls into a recovery.
+    /// The sample is bad, follows a bad or lost one, or falls into a recovery.
     #[cold]
     #[inline(never)]
     fn step_disturbed(&mut self, sample: &Sample, number: u64, faults: Faults) -> Command {
@@ -320,7 +286,7 @@ fn measurement(sample: &Sample) -> Measurement<f64> {
 
 impl Stored for HapticController {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        // All fields are listed, so the compiler asks for each new one. Those with `_` follow from the settings.
+        // Lists all fields, so the compiler asks for new ones.
         let Self {
             detection,
             sequence,

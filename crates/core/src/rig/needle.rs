@@ -1,59 +1,55 @@
-//! Estimator and detector of a rig without a master: samples of a needle in, alarms out.
-
 use super::detection::{Detected, DetectionChain};
 use super::sequence::Sequence;
 use super::{Counters, DetectionState, Faults, Limits, Settings};
 use crate::chain::Measurement;
 use crate::error::InvalidValue;
 
-/// The measurements of a needle at one tick.
+/// Measurements of a needle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NeedleSample {
-    /// `x_e` in m, increasing into the tissue.
+    /// `x_e`, increasing into the tissue.
     pub position_m: f64,
-    /// `v_e` in m/s; ignored with [`VelocitySource::Filtered`](super::VelocitySource).
+    /// `v_e`; ignored with [`VelocitySource::Filtered`](super::VelocitySource).
     pub velocity_m_per_s: f64,
-    /// `y` in N, positive when the tissue resists insertion.
+    /// `y`, positive when the tissue resists insertion.
     pub force_n: f64,
 }
 
 impl NeedleSample {
-    /// The sample of a tick without a measurement. Every channel counts as bad.
+    /// Every channel counts as bad.
     pub const MISSING: Self = Self { position_m: f64::NAN, velocity_m_per_s: f64::NAN, force_n: f64::NAN };
 }
 
-/// The results of the detector at one tick. Every number is finite.
+/// Every number is finite.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Detection {
-    /// True if the detector raises an alarm at this sample.
+    /// True if this sample raises an alarm.
     pub alarm: bool,
-    /// `K` in N/m.
+    /// `K`.
     pub stiffness_n_per_m: f64,
-    /// `B` in N·s/m.
+    /// `B`.
     pub damping_n_s_per_m: f64,
-    /// `ŷ` in N; 0 if there is no prediction.
+    /// `ŷ`; 0 without a prediction.
     pub predicted_force_n: f64,
-    /// `e = y - ŷ` in N; 0 at a bad sample and at the next one.
+    /// `e = y - ŷ`; 0 at a bad sample and at the next one.
     pub residual_n: f64,
-    /// `s`, in the unit of the distance.
+    /// `s`.
     pub distance: f64,
-    /// `g`, in the unit of the distance.
+    /// `g`.
     pub decision: f64,
-    /// `v_e` used by the estimator, in m/s.
+    /// `v_e` used by the estimator.
     pub velocity_m_per_s: f64,
-    /// Faults of the sample. `master_position` is always false: the sample has no master.
+    /// Without `master_position`.
     pub faults: Faults,
-    /// Number of consecutive bad samples, including this one; 0 for a good sample.
+    /// Consecutive bad samples, this one included.
     pub faulty_samples: u32,
-    /// State of the detection: armed, settling or blind.
+    /// State of the detection.
     pub state: DetectionState,
-    /// Number of ticks since `state` began.
+    /// Ticks since `state` began.
     pub state_ticks: u32,
 }
 
-/// The detector of a rig alone. On the same samples it gives the alarms, decisions and estimates of
-/// [`HapticController`](super::HapticController), bit for bit, and it handles bad, lost and stale samples in the same
-/// way.
+/// The detection of [`HapticController`](super::HapticController), bit for bit.
 #[derive(Debug, Clone)]
 pub struct NeedleDetector {
     chain: DetectionChain,
@@ -65,11 +61,7 @@ pub struct NeedleDetector {
 }
 
 impl NeedleDetector {
-    /// Creates a detector before its first sample. It uses only the keys of estimator, detector, contact, sensor, tick
-    /// and `rig.`; the others must be valid, too.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first setting out of range.
+    /// Uses only the keys of estimator, detector, sensor, tick and `rig.`.
     pub fn new(settings: &Settings) -> Result<Self, InvalidValue> {
         settings.validate()?;
         Ok(Self {
@@ -82,22 +74,21 @@ impl NeedleDetector {
         })
     }
 
-    /// Processes the sample of a tick. For a tick without a sample pass [`NeedleSample::MISSING`].
+    /// Processes a sample, or [`NeedleSample::MISSING`].
     #[inline]
     pub fn step(&mut self, sample: &NeedleSample) -> Detection {
         let number = self.sequence.advance();
         self.step_new(sample, number)
     }
 
-    /// Like [`NeedleDetector::step`], for a sample that its source has numbered from 1, with one number per tick, as in
-    /// [`HapticController::step_numbered`](super::HapticController::step_numbered).
+    /// As [`HapticController::step_numbered`](super::HapticController::step_numbered).
     pub fn step_numbered(&mut self, sample: &NeedleSample, number: u64) -> Detection {
         let arrival = self.sequence.take(number);
         self.counters.note(arrival);
         self.step_new(if arrival.is_new() { sample } else { &NeedleSample::MISSING }, number)
     }
 
-    /// The counts of bad, stale and lost samples.
+    /// Counts of bad, stale and lost samples.
     #[must_use]
     pub fn counters(&self) -> Counters {
         let (bridged, gaps) = self.chain.gaps();

@@ -1,24 +1,22 @@
-//! Input and output of a step.
-
 use super::DetectionState;
 use crate::augmentation::Mode;
 use crate::safety::{FaultCause, Limited, SafetyState};
 
-/// A rig's measurements at one tick.
+/// A rig's measurements.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
-    /// `x_h` in m.
+    /// `x_h`.
     pub master_position_m: f64,
-    /// `x_e` in m, increasing into the tissue.
+    /// `x_e`, increasing into the tissue.
     pub slave_position_m: f64,
-    /// `v_e` in m/s; ignored with [`VelocitySource::Filtered`](super::VelocitySource).
+    /// `v_e`; ignored with [`VelocitySource::Filtered`](super::VelocitySource).
     pub slave_velocity_m_per_s: f64,
-    /// `y` in N, positive when the tissue resists insertion.
+    /// `y`, positive when the tissue resists insertion.
     pub force_n: f64,
 }
 
 impl Sample {
-    /// The sample of a tick without a measurement. Every channel counts as bad.
+    /// Every channel counts as bad.
     pub const MISSING: Self = Self {
         master_position_m: f64::NAN,
         slave_position_m: f64::NAN,
@@ -27,35 +25,35 @@ impl Sample {
     };
 }
 
-/// The channels of a sample that have an impossible value.
+/// Channels with an impossible value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Faults {
-    /// True if the master's position is impossible.
+    /// Of the master.
     pub master_position: bool,
-    /// True if the slave's position is impossible.
+    /// Of the slave.
     pub slave_position: bool,
-    /// True if the slave's velocity is used and impossible.
+    /// Only if it is used.
     pub slave_velocity: bool,
-    /// True if the force is impossible.
+    /// Of the needle.
     pub force: bool,
 }
 
 impl Faults {
-    /// Returns true if any channel is faulty.
+    /// True if any channel is faulty.
     #[inline(always)]
     #[must_use]
     pub fn any(self) -> bool {
         self.master_position | self.slave_position | self.slave_velocity | self.force
     }
 
-    /// The sum of 1 for the master's position, 2 for the slave's, 4 for its velocity and 8 for the force.
+    /// 1: master's position, 2: slave's position, 4: its velocity, 8: force; summed.
     #[must_use]
     pub fn bits(self) -> u32 {
         let flags = [self.master_position, self.slave_position, self.slave_velocity, self.force];
         flags.into_iter().rev().fold(0, |bits, flag| bits << 1 | u32::from(flag))
     }
 
-    /// Returns true if a channel is faulty that estimator and detector need.
+    /// True if the detection lacks a channel.
     #[inline(always)]
     #[must_use]
     pub fn of_slave(self) -> bool {
@@ -63,47 +61,47 @@ impl Faults {
     }
 }
 
-/// A rig's commands at one tick, and the values that led to them.
+/// Commands at one tick, and the values behind them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Command {
-    /// `x_ref` for the slave's position controller, in m.
+    /// `x_ref` for the slave's position controller.
     pub slave_reference_m: f64,
-    /// `F_ed` for the master's force controller, in N.
+    /// `F_ed` for the master's force controller.
     pub master_force_n: f64,
-    /// Largest change of `F_ed` from the last tick that the active law allows, in N.
+    /// Largest allowed change of `F_ed` since the last tick.
     pub allowed_force_step_n: f64,
     /// Mode of the supervisor.
     pub mode: Mode,
-    /// True if the detector raises an alarm at this sample.
+    /// True if this sample raises an alarm.
     pub alarm: bool,
-    /// True if the supervisor acts on an alarm; with augmentation disabled, if there is an alarm.
+    /// True if an alarm began an event; without augmentation, at each alarm.
     pub alarm_taken: bool,
-    /// `K` in N/m.
+    /// `K`.
     pub stiffness_n_per_m: f64,
-    /// `B` in N·s/m.
+    /// `B`.
     pub damping_n_s_per_m: f64,
-    /// `ŷ` in N; 0 if there is no prediction.
+    /// `ŷ`; 0 without a prediction.
     pub predicted_force_n: f64,
-    /// `e = y - ŷ` in N; 0 at a bad sample and at the next one.
+    /// `e = y - ŷ`; 0 at a bad sample and at the next one.
     pub residual_n: f64,
-    /// `s`, in the unit of the distance.
+    /// `s`.
     pub distance: f64,
-    /// `g`, in the unit of the distance.
+    /// `g`.
     pub decision: f64,
-    /// `v_e` used by the estimator, in m/s.
+    /// `v_e` used by the estimator.
     pub slave_velocity_m_per_s: f64,
     /// Faults of the sample.
     pub faults: Faults,
-    /// Number of consecutive bad samples, including this one; 0 for a good sample.
+    /// Consecutive bad samples, this one included.
     pub faulty_samples: u32,
-    /// State of the detection: armed, settling or blind.
+    /// State of the detection.
     pub detection: DetectionState,
-    /// Number of ticks since `detection` began.
+    /// Ticks since `detection` began.
     pub detection_ticks: u32,
-    /// State of the commands: disabled, aligning, active or fault.
+    /// State of the commands.
     pub state: SafetyState,
-    /// Cause of the last fault; `None` before a fault and after [`HapticController::enable`](super::HapticController).
+    /// Cause of the last fault since [`HapticController::enable`](super::HapticController).
     pub fault: Option<FaultCause>,
-    /// The safety limits that acted at this tick.
+    /// Safety limits that acted.
     pub limited: Limited,
 }

@@ -1,14 +1,11 @@
-//! The order of numbered samples.
-
 use crate::lane::Stored;
 use crate::set_back::SetBack;
 
-/// The place of a sample in its sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Arrival {
     /// Later than all samples before.
     New,
-    /// The same number as the newest sample.
+    /// As new as the newest sample.
     Repeated,
     /// Earlier than the newest sample.
     Late,
@@ -17,7 +14,7 @@ pub(super) enum Arrival {
 }
 
 impl Arrival {
-    /// Returns true for a sample that counts. A repeated or late one counts as missing.
+    /// A repeated or late sample counts as missing.
     pub(super) fn is_new(self) -> bool {
         match self {
             Self::New | Self::Restarted => true,
@@ -26,23 +23,21 @@ impl Arrival {
     }
 }
 
-/// Recognises repeated, late and swapped samples by their numbers.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Sequence {
-    /// The number of the newest sample; 0 before the first one, so numbers start at 1.
+    /// 0 before the first sample: numbers start at 1.
     newest: u64,
     late: SetBack<u64>,
 }
 
 impl Sequence {
-    /// Counts a sample without a number and returns its number.
+    /// For a sample without a number.
     #[inline(always)]
     pub(super) fn advance(&mut self) -> u64 {
         self.newest = self.newest.saturating_add(1);
         self.newest
     }
 
-    /// Places a sample with a number.
     pub(super) fn take(&mut self, number: u64) -> Arrival {
         if number > self.newest {
             self.newest = number;

@@ -1,5 +1,3 @@
-//! Settings of a rig's controller.
-
 use super::Faults;
 use crate::augmentation::{AmplifySettings, AugmentationSettings, DampSettings, ForceLawSettings};
 use crate::chain::Measurement;
@@ -9,15 +7,14 @@ use crate::estimation::{ContactSettings, Forgetting, Parameters, RlsSettings, Ve
 use crate::safety::SafetySettings;
 use crate::settings::{Key, KeySource, Range, count, joined, restricted};
 
-/// Smallest and largest magnitude of a setting that the tick divides by or multiplies with. Within these bounds no
-/// product of the tick overflows or underflows a 64-bit float. Chosen here, far beyond any rig.
+/// No product of the tick overflows or underflows. Chosen here, far beyond any rig.
 const MIN_MAGNITUDE: f64 = 1e-12;
 const MAX_MAGNITUDE: f64 = 1e12;
 
-/// Largest limit, scale and amplification.
+/// Of limits, scales and the amplification.
 const MAX_LIMIT: f64 = 1e6;
 
-/// Largest number of samples that one step processes beside its own. It bounds the time of a step.
+/// Bounds the time of a step.
 const MAX_BRIDGED_SAMPLES: u64 = 100;
 
 /// Source of the slave's velocity.
@@ -25,7 +22,7 @@ const MAX_BRIDGED_SAMPLES: u64 = 100;
 pub enum VelocitySource {
     /// From the sample.
     Measured,
-    /// Estimated from the slave's positions by a [`VelocityFilter`].
+    /// Estimated from positions by a [`VelocityFilter`].
     Filtered {
         /// Step of the encoder in m, above 0.
         resolution_m: f64,
@@ -35,20 +32,18 @@ pub enum VelocitySource {
 }
 
 impl VelocitySource {
-    /// True if the velocity is read from the sample.
     pub(super) fn is_measured(&self) -> bool {
         matches!(self, Self::Measured)
     }
 }
 
-/// True if a value exceeds a limit. NaN exceeds every limit.
+/// NaN exceeds every limit.
 #[inline(always)]
 pub(super) fn is_beyond(value: f64, limit: f64) -> bool {
     !value.abs().le(&limit)
 }
 
 impl Limits {
-    /// The faults of the slave's channels.
     #[inline(always)]
     pub(super) fn slave_faults(&self, sample: &Measurement<f64>, reads_velocity: bool) -> Faults {
         Faults {
@@ -65,9 +60,7 @@ const TICK: Range = Range::stated(1e-6, 1.0, "from 1e-6 to 1");
 const LIMIT: Range = Range::stated(MIN_MAGNITUDE, MAX_LIMIT, "positive, from 1e-12 to 1e6");
 
 crate::settings! {
-    /// Limits of a possible sample, and the rates at which commands recover after impossible samples.
-    ///
-    /// The defaults are chosen here, wider than a needle's rig; the recovery is the recovery of a link after an outage.
+    /// Limits of a possible sample, and rates of recovery. Chosen here.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct Limits in "rig." {
         /// Largest magnitude of a position; a sample beyond it is bad.
@@ -75,13 +68,8 @@ crate::settings! {
         /// Largest magnitude of a velocity; a sample beyond it is bad.
         velocity_m_per_s: f64 at "rig.velocity_limit_m_per_s" [self::LIMIT] = 10.0,
         /// Largest magnitude of a force; a sample beyond it is bad.
-        ///
-        /// Not above the sensor's range.
         force_n: f64 at "rig.force_limit_n" [self::LIMIT] = 100.0,
         /// Longest gap, in samples, over which missing samples are interpolated; at most 100.
-        ///
-        /// A live stream bridges as many. The samples of the gap are processed in one step, together with the next good
-        /// one. After a longer gap the detector starts anew.
         bridged_samples: u64 [0..] = 9,
         /// Speed at which the reference returns to the hand after bad samples.
         recovery_speed_m_per_s: f64 [POSITIVE] = 0.03,
@@ -92,7 +80,6 @@ crate::settings! {
 }
 
 crate::settings! {
-    /// The machines' settings for the controller, under the keys of a scenario.
     #[derive(Debug, Clone, Copy, PartialEq)]
     struct Machines in "rig." {
         /// Time between two samples. Estimator and detector count samples: their defaults are for 0.5 to 2 ms.
@@ -110,14 +97,14 @@ crate::settings! {
     }
 }
 
-/// All settings of a [`HapticController`](super::HapticController).
+/// Settings of a [`HapticController`](super::HapticController).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Time between two samples in s, from 10⁻⁶ to 1.
+    /// From 10⁻⁶ to 1.
     pub tick_s: f64,
-    /// Position of the master when the controller starts, in m. Used until the first good sample.
+    /// Position of the master until the first good sample.
     pub start_m: f64,
-    /// Position of the tissue surface assumed by the estimator, in m.
+    /// Tissue surface assumed by the estimator.
     pub contact_m: f64,
     /// Slave motion per master motion, above 0.
     pub position_scale: f64,
@@ -131,14 +118,13 @@ pub struct Settings {
     pub detector: DetectorSettings,
     /// The supervisor.
     pub augmentation: AugmentationSettings,
-    /// The limits of a possible sample.
+    /// Limits of a possible sample.
     pub limits: Limits,
-    /// The limits of the commands.
+    /// Limits of the commands.
     pub safety: SafetySettings,
 }
 
 impl Default for Settings {
-    /// The simulator's settings at 1 kHz, with the tissue surface at 0.
     fn default() -> Self {
         Self {
             tick_s: Machines::DEFAULT.tick_s,
@@ -157,8 +143,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// The keys in order: keys of a scenario, and `rig.start_m`, which a scenario derives. The choices of the estimator
-    /// have the words of estimators that a rig runs.
+    /// Keys of a scenario, and `rig.start_m`.
     pub const KEYS: &'static [Key] = {
         const GROUPS: &[&[Key]] = &[
             Machines::KEYS,
@@ -177,10 +162,7 @@ impl Settings {
         )
     };
 
-    /// Reads the settings by [`Settings::KEYS`]. A resolution of 0 means that the velocity is measured.
-    ///
-    /// # Errors
-    /// Errors of the source. [`Settings::validate`] checks the ranges.
+    /// Does not check ranges; a resolution of 0 means a measured velocity.
     pub fn read<S: KeySource>(source: &mut S) -> Result<Self, S::Error> {
         let Machines { tick_s, start_m, position_scale, force_scale, resolution_m, acceleration_std_m_per_s2 } =
             Machines::read(source)?;
@@ -204,10 +186,7 @@ impl Settings {
         })
     }
 
-    /// Checks the ranges of all fields, and that no good sample can make a tick's numbers overflow.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the first setting out of range.
+    /// Checks ranges, and that no good sample makes a tick's numbers overflow.
     pub fn validate(&self) -> Result<(), InvalidValue> {
         self.machines().validate()?;
         self.limits.validate()?;

@@ -1,13 +1,6 @@
-//! The share of a force that decays and returns.
-
 use crate::lane::{Lane, Stored};
 
-/// A share from 0 to 1 that changes by a step per tick.
-///
-/// ```text
-/// s_k = clamp(s_{k-1} ± T / d, 0, 1)
-/// ```
-/// with the duration `d` of the whole way. The sign is positive while the force is present.
+/// `s_k = clamp(s_{k-1} ± T / d, 0, 1)`, with the duration `d` of the whole way.
 #[derive(Debug, Clone)]
 pub struct Fade<L> {
     step: L,
@@ -15,27 +8,26 @@ pub struct Fade<L> {
 }
 
 impl<L: Lane> Fade<L> {
-    /// Creates a share that begins at `share`, for a duration and ticks in s.
+    /// Begins at `share`.
     #[must_use]
     pub fn new(duration_s: f64, tick_s: f64, share: f64) -> Self {
         Self { step: L::splat((tick_s / duration_s).min(1.0)), share: L::splat(share) }
     }
 
-    /// The share.
+    /// From 0 to 1.
     #[inline(always)]
     #[must_use]
     pub fn share(&self) -> L {
         self.share
     }
 
-    /// Moves the share by a tick: towards 1 in the lanes in which the force is present, towards 0 in the others.
+    /// Towards 1 while the force is present, else towards 0.
     #[inline(always)]
     pub fn update(&mut self, is_present: L::Mask) {
         let step = L::select(is_present, self.step, -self.step);
         self.share = (self.share + step).clamp(L::zero(), L::splat(1.0));
     }
 
-    /// Sets the share to 1 at once.
     pub(super) fn complete(&mut self) {
         self.share = L::splat(1.0);
     }

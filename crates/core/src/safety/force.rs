@@ -1,14 +1,8 @@
-//! The limits of the master's force.
-
 use super::SafetySettings;
 use crate::lane::Lane;
 
-/// Limits a force and its rate.
-///
-/// ```text
-/// F_k = clamp(clamp(F, -F_max, F_max), F_{k-1} - r T, F_{k-1} + r T),   F_{-1} = 0
-/// ```
-/// A force within both limits passes unchanged, bit for bit.
+/// `F_k = clamp(clamp(F, -F_max, F_max), F_{k-1} - r T, F_{k-1} + r T)` from `F_{-1} = 0`: a force within both limits
+/// passes bit for bit.
 #[derive(Debug, Clone)]
 pub struct ForceLimiter<L> {
     limit_n: L,
@@ -16,19 +10,19 @@ pub struct ForceLimiter<L> {
     last_n: L,
 }
 
-/// A limited force, and the limits that acted.
+/// A limited force.
 #[derive(Debug, Clone, Copy)]
 pub struct LimitedForce<L: Lane> {
-    /// The force in N.
+    /// In N.
     pub force_n: L,
-    /// Lanes in which the force was beyond its limit.
+    /// Lanes beyond the limit.
     pub beyond: L::Mask,
-    /// Lanes in which the force changed faster than its rate.
+    /// Lanes beyond the rate.
     pub too_fast: L::Mask,
 }
 
 impl<L: Lane> ForceLimiter<L> {
-    /// Creates a limiter that starts at a force of 0, for ticks of `tick_s`.
+    /// Starts at a force of 0.
     #[must_use]
     pub fn new(settings: &SafetySettings, tick_s: f64) -> Self {
         Self {
@@ -38,12 +32,11 @@ impl<L: Lane> ForceLimiter<L> {
         }
     }
 
-    /// Begins at a force in N.
     pub(super) fn continuing(self, force_n: L) -> Self {
         Self { last_n: force_n, ..self }
     }
 
-    /// Limits the force of the next tick, in N.
+    /// Limits the next force in N.
     #[inline(always)]
     pub fn limit(&mut self, wanted_n: L) -> LimitedForce<L> {
         let beyond = wanted_n.abs().gt(self.limit_n);

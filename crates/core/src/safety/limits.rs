@@ -1,9 +1,7 @@
-//! The limits of both commands, for the simulation.
-
 use super::{ForceLimiter, ReferenceLimiter, SafetySettings};
 use crate::lane::Lane;
 
-/// The limits of the master's force and of the slave's reference, without the states of a rig.
+/// The limits without the states of a rig.
 #[derive(Debug, Clone)]
 pub struct CommandLimits<L> {
     force: ForceLimiter<L>,
@@ -11,7 +9,7 @@ pub struct CommandLimits<L> {
 }
 
 impl<L: Lane> CommandLimits<L> {
-    /// Creates the limits for ticks of `tick_s` and a slave at `start_m`; `None` if they do not act in the simulation.
+    /// `None` if the limits do not act in the simulation; the slave is at `start_m`.
     #[must_use]
     pub fn in_simulation(settings: &SafetySettings, tick_s: f64, start_m: f64) -> Option<Self> {
         settings.acts_in_simulation().then(|| Self {
@@ -20,7 +18,7 @@ impl<L: Lane> CommandLimits<L> {
         })
     }
 
-    /// Creates limits that begin at present commands: a force (N) and a reference (m). `None` if the limits act nowhere.
+    /// Begins at present commands (N, m); `None` if the limits act nowhere.
     #[must_use]
     pub fn continuing(settings: &SafetySettings, tick_s: f64, force_n: f64, reference_m: f64) -> Option<Self> {
         settings.acts_on_rigs().then(|| Self {
@@ -29,13 +27,13 @@ impl<L: Lane> CommandLimits<L> {
         })
     }
 
-    /// Limits the master's force, in N.
+    /// Limits the master's force.
     #[inline(always)]
     pub fn force_n(&mut self, wanted_n: L) -> L {
         self.force.limit(wanted_n).force_n
     }
 
-    /// Limits the slave's reference (m); `slave_m` is the measured slave.
+    /// Limits the slave's reference.
     #[inline(always)]
     pub fn reference_m(&mut self, wanted_m: L, slave_m: L) -> L {
         self.reference.limit(wanted_m, slave_m).reference_m

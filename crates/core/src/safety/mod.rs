@@ -1,7 +1,4 @@
 //! The safety stage: every command to a motor passes it.
-//!
-//! [`ForceLimiter`] and [`ReferenceLimiter`] bound the commands; the simulation uses them, too, as [`CommandLimits`]. [`SafetyStage`] adds
-//! the states of a rig: alignment at the start, faults, and the stop.
 
 mod fade;
 mod force;
@@ -22,27 +19,27 @@ pub use state::{FaultCause, SafetyState};
 use crate::lane::Stored;
 use plausibility::Plausibility;
 
-/// The commands that enter the stage at a tick.
+/// Commands that enter the stage.
 #[derive(Debug, Clone, Copy)]
 pub struct Wanted {
-    /// The supervisor's reference for the slave in m.
+    /// For the slave.
     pub reference_m: f64,
-    /// The supervisor's force for the master in N.
+    /// For the master.
     pub force_n: f64,
-    /// The last good measured position of the slave in m.
+    /// Last good position of the slave.
     pub slave_m: f64,
-    /// True if every channel of the sample is good.
+    /// True if every channel is good.
     pub is_good: bool,
 }
 
-/// The commands that leave the stage.
+/// Commands that leave the stage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Safe {
-    /// Reference for the slave in m.
+    /// For the slave.
     pub reference_m: f64,
-    /// Force for the master in N.
+    /// For the master.
     pub force_n: f64,
-    /// The limits that acted at this tick.
+    /// Limits that acted.
     pub limited: Limited,
 }
 
@@ -53,37 +50,37 @@ pub struct Limited {
     pub force: bool,
     /// `safety.force_rate_n_per_s`.
     pub force_rate: bool,
-    /// `safety.reference_speed_m_per_s`, or the speed of an alignment.
+    /// `safety.reference_speed_m_per_s`, or of an alignment.
     pub reference_speed: bool,
     /// `safety.lead_m`.
     pub lead: bool,
 }
 
 impl Limited {
-    /// The sum of 1 for the force, 2 for its rate, 4 for the speed of the reference and 8 for its lead.
+    /// 1: force, 2: its rate, 4: speed of the reference, 8: its lead; summed.
     #[must_use]
     pub fn bits(self) -> u32 {
         let flags = [self.force, self.force_rate, self.reference_speed, self.lead];
         flags.into_iter().rev().fold(0, |bits, flag| bits << 1 | u32::from(flag))
     }
 
-    /// Returns true if any limit acted.
+    /// True if any limit acted.
     #[must_use]
     pub fn any(self) -> bool {
         self.force | self.force_rate | self.reference_speed | self.lead
     }
 }
 
-/// The numbers of ticks at which each limit acted, and the number of faults.
+/// Ticks at which limits acted, and faults.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SafetyCounts {
-    /// Ticks with a force beyond `safety.force_limit_n`.
+    /// `safety.force_limit_n`.
     pub force: u64,
-    /// Ticks with a force faster than `safety.force_rate_n_per_s`.
+    /// `safety.force_rate_n_per_s`.
     pub force_rate: u64,
-    /// Ticks with a reference faster than `safety.reference_speed_m_per_s` or than an alignment.
+    /// `safety.reference_speed_m_per_s`, or of an alignment.
     pub reference_speed: u64,
-    /// Ticks with a reference farther from the slave than `safety.lead_m`.
+    /// `safety.lead_m`.
     pub lead: u64,
     /// Alignments that were needed.
     pub alignments: u64,
@@ -103,7 +100,7 @@ pub struct SafetyStage {
     bad_samples: u64,
     state: SafetyState,
     cause: Option<FaultCause>,
-    /// Share of the supervisor's force in the command.
+    /// Of the supervisor's force in the command.
     fade: Fade<f64>,
     has_started: bool,
     is_aligning: bool,
@@ -112,7 +109,7 @@ pub struct SafetyStage {
 }
 
 impl SafetyStage {
-    /// Creates a stage in the aligning state, for ticks of `tick_s` and a slave at `start_m`.
+    /// Starts aligning, with the slave at `start_m`.
     #[must_use]
     pub fn new(settings: &SafetySettings, tick_s: f64, start_m: f64) -> Self {
         Self {
@@ -133,35 +130,34 @@ impl SafetyStage {
         }
     }
 
-    /// The state of the commands.
+    /// State of the commands.
     #[inline(always)]
     #[must_use]
     pub fn state(&self) -> SafetyState {
         self.state
     }
 
-    /// The cause of the last fault since the last [`SafetyStage::enable`].
+    /// Cause of the last fault since [`SafetyStage::enable`].
     #[inline(always)]
     #[must_use]
     pub fn cause(&self) -> Option<FaultCause> {
         self.cause
     }
 
-    /// The counts since the stage was created.
+    /// Counts since the start.
     #[must_use]
     pub fn counts(&self) -> SafetyCounts {
         self.counts
     }
 
-    /// Stops: the force decays within `safety.decay_s`, and the reference holds until [`SafetyStage::enable`]. It
-    /// has no effect if `safety.acts` is `nowhere`.
+    /// The force decays and the reference holds until [`SafetyStage::enable`]; no effect if `safety.acts` is `nowhere`.
     pub fn stop(&mut self) {
         if self.acts {
             self.state = SafetyState::Disabled;
         }
     }
 
-    /// Ends a stop or a fault: the reference moves to the hand, and then the force returns.
+    /// The reference moves to the hand, then the force returns.
     pub fn enable(&mut self) {
         if self.acts && matches!(self.state, SafetyState::Disabled | SafetyState::Fault) {
             self.begin_alignment();
@@ -170,7 +166,7 @@ impl SafetyStage {
         }
     }
 
-    /// Bounds the commands of a tick. `sample` is the slave's sample if it is good.
+    /// `sample` is `None` unless it is good.
     #[inline(always)]
     pub fn pass(&mut self, wanted: &Wanted, sample: Option<&SlaveSample>) -> Safe {
         if !self.acts {
@@ -185,7 +181,6 @@ impl SafetyStage {
         self.pass_inactive(wanted)
     }
 
-    /// Finds faults.
     #[inline(always)]
     fn check(&mut self, is_good: bool, sample: Option<&SlaveSample>) {
         let cause = match (sample, &mut self.plausibility) {
@@ -212,7 +207,7 @@ impl SafetyStage {
                 self.cause = Some(cause);
                 self.counts.faults += 1;
             }
-            // A fault of a sensor is not hidden by one that ends by itself.
+            // A sensor's fault takes precedence over missing samples, which end by themselves.
             SafetyState::Fault if cause != FaultCause::BadSamples => self.cause = Some(cause),
             SafetyState::Fault | SafetyState::Disabled => {}
         }
@@ -223,7 +218,6 @@ impl SafetyStage {
         self.is_aligning = false;
     }
 
-    /// A tick at which the force is not, or not yet, the supervisor's.
     #[cold]
     #[inline(never)]
     fn pass_inactive(&mut self, wanted: &Wanted) -> Safe {
@@ -293,7 +287,7 @@ impl Stored for SafetyCounts {
 
 impl Stored for SafetyStage {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        // All fields are listed, so the compiler asks for each new one. Those with `_` follow from the settings.
+        // Lists all fields, so the compiler asks for new ones.
         let Self {
             acts: _,
             force,

@@ -1,29 +1,26 @@
-//! Checks whether the sensors' numbers can belong to an insertion, one sample at a time.
-
 use super::{FaultCause, SafetySettings};
 use crate::lane::Stored;
 
-/// Least force that counts as pulling, in N. Chosen here: above the offset of an untared sensor.
+/// Chosen here: above the offset of an untared sensor.
 const PULL_N: f64 = 1.0;
 
-/// Accepted ratio of the integral of the velocity to the motion, as in a recording.
+/// Accepted integral of the velocity, relative to the motion.
 const RATIO: (f64, f64) = (0.5, 2.0);
 
-/// Number of samples after which the comparison of position and velocity starts anew; otherwise noise would accumulate.
+/// Restarts the comparison, because noise would accumulate.
 const COMPARED_SAMPLES: u32 = 10_000;
 
 /// A sample of the slave.
 #[derive(Debug, Clone, Copy)]
 pub struct SlaveSample {
-    /// Position in m, increasing into the tissue.
+    /// Increasing into the tissue.
     pub position_m: f64,
-    /// Measured velocity in m/s; `None` if it is estimated from the positions.
+    /// `None` if it is estimated from the positions.
     pub velocity_m_per_s: Option<f64>,
-    /// Force in N, positive when the tissue resists.
+    /// Positive when the tissue resists.
     pub force_n: f64,
 }
 
-/// Finds a stuck force sensor, a reversed force, and a velocity that contradicts the positions.
 #[derive(Debug, Clone)]
 pub(super) struct Plausibility {
     stuck_travel_m: f64,
@@ -33,10 +30,10 @@ pub(super) struct Plausibility {
     last_m: f64,
     last_n: f64,
     has_last: bool,
-    /// Travel since the force has changed, and travel into the tissue against a pulling force, in m.
+    /// Travel since the force changed, and into the tissue against a pulling force.
     constant_m: f64,
     pulled_m: f64,
-    /// Motion, integral of the velocity in m, and number of samples of the comparison.
+    /// Motion, integral of the velocity, and samples of their comparison.
     moved_m: f64,
     integrated_m: f64,
     compared: u32,
@@ -60,14 +57,13 @@ impl Plausibility {
         }
     }
 
-    /// Starts anew after a gap.
     pub(super) fn restart(&mut self) {
         self.has_last = false;
         (self.constant_m, self.pulled_m) = (0.0, 0.0);
         (self.moved_m, self.integrated_m, self.compared) = (0.0, 0.0, 0);
     }
 
-    /// Checks a sample. Returns the cause of a fault.
+    /// Returns the cause of a fault.
     #[inline(always)]
     pub(super) fn check(&mut self, sample: &SlaveSample) -> Option<FaultCause> {
         let SlaveSample { position_m, velocity_m_per_s, force_n } = *sample;
@@ -77,7 +73,7 @@ impl Plausibility {
             return None;
         }
         let step_m = position_m - self.last_m;
-        // A force of exactly 0 is also that of a needle in free air without noise.
+        // In free air without noise the force is 0.
         let is_constant = (force_n == self.last_n) & (force_n != 0.0);
         (self.last_m, self.last_n) = (position_m, force_n);
         self.constant_m = if is_constant { self.constant_m + step_m.abs() } else { 0.0 };
@@ -110,7 +106,7 @@ impl Plausibility {
 
 impl Stored for Plausibility {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        // All fields are listed, so the compiler asks for each new one. Those with `_` follow from the settings.
+        // Lists all fields, so the compiler asks for new ones.
         let Self {
             stuck_travel_m: _,
             pull_travel_m: _,

@@ -1,15 +1,8 @@
-//! The limits of the slave's reference.
-
 use super::SafetySettings;
 use crate::lane::Lane;
 
-/// Limits the speed of a reference and its distance from the slave.
-///
-/// ```text
-/// x_k = clamp(clamp(x, s - d, s + d), x_{k-1} - v T, x_{k-1} + v T)
-/// ```
-/// with the measured slave `s`. The speed has priority over the distance. A reference within both limits passes
-/// unchanged, bit for bit.
+/// `x_k = clamp(clamp(x, s - d, s + d), x_{k-1} - v T, x_{k-1} + v T)` with the slave `s`: a reference within both
+/// limits passes bit for bit.
 #[derive(Debug, Clone)]
 pub struct ReferenceLimiter<L> {
     lead_m: L,
@@ -17,19 +10,19 @@ pub struct ReferenceLimiter<L> {
     last_m: L,
 }
 
-/// A limited reference, and the limits that acted.
+/// A limited reference.
 #[derive(Debug, Clone, Copy)]
 pub struct LimitedReference<L: Lane> {
-    /// The reference in m.
+    /// In m.
     pub reference_m: L,
-    /// Lanes in which the reference was too far from the slave.
+    /// Lanes too far from the slave.
     pub too_far: L::Mask,
-    /// Lanes in which the reference moved faster than its speed.
+    /// Lanes beyond the speed.
     pub too_fast: L::Mask,
 }
 
 impl<L: Lane> ReferenceLimiter<L> {
-    /// Creates a limiter that starts at a reference (m), for ticks of `tick_s`.
+    /// Starts at a reference in m.
     #[must_use]
     pub fn new(settings: &SafetySettings, tick_s: f64, start_m: L) -> Self {
         Self {
@@ -39,19 +32,19 @@ impl<L: Lane> ReferenceLimiter<L> {
         }
     }
 
-    /// The last reference in m.
+    /// In m.
     #[inline(always)]
     pub fn last_m(&self) -> L {
         self.last_m
     }
 
-    /// Limits the reference of the next tick (m); `slave_m` is the measured slave.
+    /// Limits the next reference in m.
     #[inline(always)]
     pub fn limit(&mut self, wanted_m: L, slave_m: L) -> LimitedReference<L> {
         self.limit_to(wanted_m, slave_m, self.step_m)
     }
 
-    /// Like [`ReferenceLimiter::limit`], with a smaller step per tick (m).
+    /// Like [`ReferenceLimiter::limit`], with a smaller step per tick in m.
     #[inline(always)]
     pub fn limit_to(&mut self, wanted_m: L, slave_m: L, step_m: L) -> LimitedReference<L> {
         let step_m = step_m.min(self.step_m);
@@ -62,7 +55,7 @@ impl<L: Lane> ReferenceLimiter<L> {
         LimitedReference { reference_m: self.last_m, too_far: near.lt(wanted_m) | near.gt(wanted_m), too_fast }
     }
 
-    /// Starts again at a reference (m). It may jump: only for the first sample.
+    /// May jump: only for the first sample.
     pub(super) fn start_at(&mut self, reference_m: L) {
         self.last_m = reference_m;
     }

@@ -1,35 +1,29 @@
-//! Settings of the safety stage.
-
 use crate::settings::{ActsFor, Range};
 
-/// Largest and smallest limit. Within these bounds no product of a tick overflows or underflows. Chosen here, far
-/// beyond any rig.
+/// No product of a tick overflows or underflows. Chosen here, far beyond any rig.
 const LIMIT: Range = Range::stated(1e-12, 1e6, "positive, from 1e-12 to 1e6");
 
-/// Applies to keys that have an effect only where the stage acts.
+/// For keys that act only where the stage acts.
 const WHEN_ACTING: ActsFor = ActsFor::all_but(SafetyActs::KEY.path, SafetyActs::WORDS, "nowhere");
 
 crate::choice! {
     /// The controllers whose commands pass the safety stage.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum SafetyActs at "safety.acts" = OnRigs {
-        /// The controller of a rig, in Rust, C, Python and exported units. Not the simulation.
+        /// In Rust, C, Python and exported units; not the simulation.
         "on-rigs" => OnRigs,
-        /// The controller of a rig, and the simulation, which shows the effect of the limits.
         "everywhere" => Everywhere,
-        /// No controller. Nothing bounds the commands.
         "nowhere" => Nowhere,
     }
 }
 
 crate::settings! {
-    /// Limits of the commands to the motors, and the checks that stop a rig.
+    /// Limits of the commands to the motors, and checks that stop a rig.
     ///
-    /// The defaults are chosen here for a desktop haptic device and a needle. On the samples of the shipped scenarios the
-    /// largest force is 13.8 N and its largest rate 1511 N/s.
+    /// Chosen here for a desktop haptic device and a needle: the shipped scenarios reach 13.8 N and 1511 N/s.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct SafetySettings in "safety." {
-        /// Controllers that the limits act on.
+        /// Where the limits act.
         acts: SafetyActs,
         /// Largest magnitude of the master's force.
         force_limit_n: f64 [self::LIMIT] for (WHEN_ACTING) = 20.0,
@@ -38,8 +32,6 @@ crate::settings! {
         /// Largest speed of the slave's reference.
         reference_speed_m_per_s: f64 [self::LIMIT] for (WHEN_ACTING) = 0.5,
         /// Largest distance of the slave's reference from the measured slave.
-        ///
-        /// The largest speed has priority: if the slave jumps, the reference returns to it at that speed.
         lead_m: f64 [self::LIMIT] for (WHEN_ACTING) = 0.05,
         /// Largest distance between hand and slave at which a rig starts without alignment.
         start_tolerance_m: f64 [self::LIMIT] for (WHEN_ACTING) = 2e-3,
@@ -64,13 +56,13 @@ crate::settings! {
 }
 
 impl SafetySettings {
-    /// True if a rig's commands are limited.
+    /// True if a rig is limited.
     #[must_use]
     pub fn acts_on_rigs(&self) -> bool {
         self.acts != SafetyActs::Nowhere
     }
 
-    /// True if the commands of the simulation are limited.
+    /// True if the simulation is limited.
     #[must_use]
     pub fn acts_in_simulation(&self) -> bool {
         self.acts == SafetyActs::Everywhere

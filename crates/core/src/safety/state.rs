@@ -1,5 +1,3 @@
-//! States of a rig's commands.
-
 use crate::lane::{Stored, store_code};
 
 /// State of the commands.
@@ -13,22 +11,21 @@ use crate::lane::{Stored, store_code};
 ///      └──               good samples,  fault <────────┘
 ///                        or enable
 /// ```
-/// Only the active state commands the supervisor's force. A fault by missing samples ends with the next good sample;
-/// a fault of a sensor ends with `enable`. A rig begins in the aligning state.
+/// Only the active state commands the supervisor's force. A rig starts aligning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SafetyState {
-    /// Stopped: the force decays, and the reference holds.
+    /// The force decays, and the reference holds.
     Disabled,
-    /// The reference moves from the slave to the hand; the force is 0.
+    /// The reference moves to the hand; the force is 0.
     Aligning,
-    /// The commands are those of the supervisor, within their limits.
+    /// The supervisor's commands, limited.
     Active,
-    /// Samples are missing, or a sensor is implausible: the force decays, and the reference holds.
+    /// The force decays, and the reference holds.
     Fault,
 }
 
 impl SafetyState {
-    /// The states by their codes.
+    /// In the order of the codes.
     pub const ALL: [Self; 4] = [Self::Disabled, Self::Aligning, Self::Active, Self::Fault];
 
     /// 0: disabled, 1: aligning, 2: active, 3: fault.
@@ -37,7 +34,7 @@ impl SafetyState {
         self as u8
     }
 
-    /// The word of the state: `disabled`, `aligning`, `active` or `fault`.
+    /// `disabled`, `aligning`, `active` or `fault`.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -52,7 +49,7 @@ impl SafetyState {
 /// Cause of the last fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FaultCause {
-    /// `safety.bad_samples` consecutive samples were bad or missing.
+    /// `safety.bad_samples` samples in a row.
     BadSamples,
     /// The force did not change during a motion.
     StuckForce,
@@ -63,7 +60,7 @@ pub enum FaultCause {
 }
 
 impl FaultCause {
-    /// The causes by their codes, from 1.
+    /// In the order of the codes.
     pub const ALL: [Self; 4] = [Self::BadSamples, Self::StuckForce, Self::ForceSign, Self::Velocity];
 
     /// 1: bad samples, 2: stuck force, 3: sign of the force, 4: velocity.
@@ -72,7 +69,7 @@ impl FaultCause {
         self as u8 + 1
     }
 
-    /// The word of the cause: `bad-samples`, `stuck-force`, `force-sign` or `velocity`.
+    /// `bad-samples`, `stuck-force`, `force-sign` or `velocity`.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -92,7 +89,6 @@ impl Stored for SafetyState {
 }
 
 impl FaultCause {
-    /// Stores a cause or its absence.
     pub(super) fn store(cause: &mut Option<Self>, with: &mut dyn FnMut(&mut u64)) {
         store_code(cause, Self::ALL.map(Some), |cause| cause.map_or(0, Self::code), None, with);
     }

@@ -1,5 +1,3 @@
-//! The two macros that declare settings.
-
 /// Declares the settings of a part.
 ///
 /// ```
@@ -21,32 +19,25 @@
 /// assert!(Freeze { min_hold_s: 2.0, ..Freeze::DEFAULT }.validate().is_err());
 /// ```
 ///
-/// generates the struct, `DEFAULT` and `Default`, its keys `KEYS`, `validate` and `read`. A key is the prefix after
-/// `in` plus the field's name, or the literal after `at`. A field is one of
+/// generates the struct, `DEFAULT`, `Default`, `KEYS`, `validate` and `read`. A key is the prefix and the field's name,
+/// or the literal after `at`:
 ///
 /// | declaration | holds |
 /// |---|---|
-/// | `name: f64 [RANGE] = 0.5` | a number; `RANGE` is a constant of [`Range`](crate::settings::Range) or an expression that gives one |
-/// | `name: f64 [SIGN] = 1.0` | 1 or -1 |
-/// | `name: f64 [RANGE] => "ten thresholds" 10.0 * threshold` | a number derived from the fields before it; the text states the rule |
-/// | `name: Option<f64> [RANGE]` | a number or none |
-/// | `name: u64 [1..] = 1`, `name: usize [1..] = 1` | a whole number and its minimum |
-/// | `name: bool = true` | true or false |
-/// | `name: Vec<f64> = [0.0, 1.0]` | numbers |
-/// | `name: String = "time_s"`, `name: Option<String>` | a text, or none |
-/// | `name: Option<String> [FILE]` | the path of a file, as it is written |
-/// | `name: Option<f64> [RANGE] => "ten intervals"`, `name: String => "the file's name"` | derived from other keys by the reader; the text states the rule |
-/// | `name: Other` | other settings or a choice, with their keys |
-/// | `name: Other [kinds last]` | a choice; the keys of its kinds follow the keys of all fields |
+/// | `name: f64 [RANGE] = 0.5` | a number; `RANGE`: of [`Range`](crate::settings::Range), or an expression |
+/// | `name: f64 [SIGN] = 1.0`, `name: Option<f64> [RANGE]` | 1 or -1, a number or none |
+/// | `name: f64 [RANGE] => "ten thresholds" 10.0 * threshold` | derived from the fields before it by the stated rule |
+/// | `name: u64 [1..] = 1`, also `usize`; `name: bool = true`; `name: Vec<f64> = [0.0, 1.0]` | a whole number and its minimum, a switch, a list |
+/// | `name: String = "time_s"`, `name: Option<String>`, `name: Option<String> [FILE]` | a text, a path |
+/// | `name: Option<f64> [RANGE] => "ten intervals"`, `name: String => "the file's name"` | derived by the reader |
+/// | `name: Other`, `name: Other [kinds last]` | settings or a choice, whose kinds' keys may follow all fields |
 ///
-/// - `for Motion::Any | Inserting` before a default names the kinds of a choice for which a key acts; `for (...)` gives
-///   them as an [`ActsFor`](crate::settings::ActsFor).
-/// - `given (threshold: f64)` after the prefix names extra inputs of the defaults. `read` takes them, and
-///   `name: Other (threshold)` passes them on. There is then no default, unless the input has one, as in
-///   `given (threshold: f64 = 2.0)`, which also generates `default_for`.
-/// - `no DEFAULT` states that a field has no default. `no const` states that a default cannot be built at compile time,
-///   and generates only `Default`.
-/// - `where field: |s| ..., "at least ...";` checks a field against others. `then Self::check;` runs any other check.
+/// - `for Motion::Any | Inserting` before a default names the kinds for which a key acts; `for (...)` gives an
+///   [`ActsFor`](crate::settings::ActsFor).
+/// - `given (threshold: f64)` after the prefix names inputs of the defaults, for `read` and `name: Other (threshold)`;
+///   `given (threshold: f64 = 2.0)` also generates `default_for`.
+/// - `no DEFAULT`: a field has no default. `no const`: only `Default`.
+/// - `where field: |s| ..., "at least ...";` and `then Self::check;` check fields.
 #[macro_export]
 macro_rules! settings {
     (
@@ -75,7 +66,7 @@ macro_rules! settings {
         }
 
         impl $name {
-            /// The keys of these settings, in order.
+            /// The keys, in order.
             pub const KEYS: &'static [$crate::settings::Key] = {
                 const GROUPS: &[&[$crate::settings::Key]] = &[
                     $($crate::settings!(@acting
@@ -88,10 +79,7 @@ macro_rules! settings {
                 &$crate::settings::joined::<{ $crate::settings::count(GROUPS) }>(GROUPS)
             };
 
-            /// Checks the stated ranges of the fields and the conditions between them.
-            ///
-            /// # Errors
-            /// [`InvalidValue`](trocar_core::error::InvalidValue) naming the key of the first setting out of range.
+            /// Checks the ranges of the fields and the conditions between them.
             pub fn validate(&self) -> Result<(), $crate::error::InvalidValue> {
                 $($crate::settings!(@check
                     ($crate::settings!(@path $prefix $field $($key)?)) (&self.$field)
@@ -113,9 +101,6 @@ macro_rules! settings {
             }
 
             /// Reads the settings.
-            ///
-            /// # Errors
-            /// Errors of the source.
             pub fn read<S: $crate::settings::KeySource>(
                 source: &mut S $($(, $given: $given_ty)+)?
             ) -> Result<Self, S::Error> {
@@ -145,7 +130,6 @@ macro_rules! settings {
     (@range $range:ident) => { $crate::settings::Range::$range };
     (@range $($range:tt)+) => { $($range)+ };
 
-    // The kinds for which keys act.
     (@acting {} {} $keys:expr) => { $keys };
     (@acting {$choice:ident $($kind:ident)+} {} $keys:expr) => {
         $crate::settings!(@acting {} {
@@ -248,7 +232,6 @@ macro_rules! settings {
     };
     (@check ($path:expr) ($value:expr) {$other:ident} {$($last:ident)*}) => { $other::validate($value)?; };
 
-    // The value of a field, read from a source.
     (@read $source:ident ($path:expr) {f64} {$($range:tt)+} {} {}) => { $source.number($path)? };
     (@read $source:ident ($path:expr) {f64} {$($range:tt)+} {} {=> $derived:expr}) => {
         $source.number_or($path, || $derived)
@@ -288,7 +271,7 @@ macro_rules! settings {
             /// The default settings.
             pub const DEFAULT: Self = Self::default_for($($stand_in),+);
 
-            /// The default settings for other inputs.
+            /// The defaults for other inputs.
             #[must_use]
             pub const fn default_for($($given: $given_ty),+) -> Self {
                 $(let $field = $crate::settings!(@value {$($ty)+} {$($default)*});)*
@@ -342,10 +325,9 @@ macro_rules! settings {
 /// assert_eq!(Law::DEFAULT.word(), "decay");
 /// ```
 ///
-/// generates the enum, `DEFAULT` (the kind after `=`) and `Default`, `WORDS`, `word`, `validate`, `read`, its key
-/// `KEY`, the keys of its kinds `KIND_KEYS`, and `KEYS` with all of them. A kind is empty, or holds fields as in
-/// [`settings!`](crate::settings!), or other settings in parentheses. Its keys act for the kinds that have them. `no
-/// const` generates only `Default`. `ALL` lists the kinds if all are empty.
+/// generates the enum, `DEFAULT`, `Default`, `WORDS`, `ALL` if all kinds are empty, `word`, `validate`, `read`, `KEY`,
+/// `KIND_KEYS`, and `KEYS` with both. A kind is empty, or has fields as in [`settings!`](crate::settings!) or other
+/// settings in parentheses.
 #[macro_export]
 macro_rules! choice {
     (
@@ -381,7 +363,7 @@ macro_rules! choice {
         $crate::choice!(@all $name $({$variant $(($payload))? $({$prefix})?})*);
 
         impl $name {
-            /// The words of the kinds, in order.
+            /// The words, in order.
             pub const WORDS: &'static [&'static str] = &[$($word),*];
 
             /// The key of the choice.
@@ -398,7 +380,7 @@ macro_rules! choice {
                 $crate::settings!(@meaning $($about)*),
             );
 
-            /// The keys of the kinds; each acts only for the kinds that have it.
+            /// The keys of the kinds; each acts only for kinds that have it.
             pub const KIND_KEYS: &'static [$crate::settings::Key] = {
                 const GROUPS: &[&[$crate::settings::Key]] = &[$({
                     const GROUPS: &[&[$crate::settings::Key]] = &[
@@ -430,10 +412,7 @@ macro_rules! choice {
                 }
             }
 
-            /// Checks the stated ranges of the fields.
-            ///
-            /// # Errors
-            /// [`InvalidValue`](trocar_core::error::InvalidValue) naming the key of the first setting out of range.
+            /// Checks the ranges of the fields.
             pub fn validate(&self) -> Result<(), $crate::error::InvalidValue> {
                 $($(
                     if let Self::$variant(settings) = self {
@@ -451,9 +430,6 @@ macro_rules! choice {
             }
 
             /// Reads the choice.
-            ///
-            /// # Errors
-            /// Errors of the source.
             pub fn read<S: $crate::settings::KeySource>(source: &mut S) -> Result<Self, S::Error> {
                 let given = source.word($path)?;
                 let given = Self::WORDS.iter().position(|word| *word == given);

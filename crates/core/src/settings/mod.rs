@@ -1,8 +1,6 @@
-//! One declaration per setting: the field, its default, its range, its key in scenarios, and how it is read.
+//! One declaration per setting: field, default, range, key and reader.
 //!
-//! [`settings!`](crate::settings!) declares the settings of a part, [`choice!`](crate::choice!) the kinds of one
-//! setting. Both generate a table of [`Key`]s, in the order of the fields, and a reader from any [`KeySource`]. Neither
-//! allocates.
+//! [`settings!`](crate::settings!) declares settings, [`choice!`](crate::choice!) the kinds of one setting.
 
 mod declare;
 mod range;
@@ -22,20 +20,20 @@ pub enum Kind {
     Whole(u64),
     /// 1 or -1.
     Sign,
-    /// A list of numbers within [`Range::ANY`].
+    /// Numbers within [`Range::ANY`].
     Numbers,
     /// True or false.
     Flag,
-    /// One of the listed words.
+    /// One of the words.
     Choice(&'static [&'static str]),
     /// Any text.
     Text,
-    /// A file, relative to the scenario's folder, or `builtin:` and a name.
+    /// Relative to the scenario's folder, or `builtin:` and a name.
     File,
 }
 
 impl fmt::Display for Kind {
-    /// Writes the requirement on the value, as the end of "must be …".
+    /// Ends the sentence "must be …".
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Number(range) => range.fmt(f),
@@ -56,7 +54,7 @@ impl fmt::Display for Kind {
     }
 }
 
-/// The value of a default.
+/// A default.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Constant {
     /// A number.
@@ -67,7 +65,7 @@ pub enum Constant {
     Numbers(&'static [f64]),
     /// True or false.
     Flag(bool),
-    /// A word or any text.
+    /// A word or text.
     Text(&'static str),
 }
 
@@ -76,28 +74,27 @@ pub enum Constant {
 pub enum Fallback {
     /// A value.
     Value(Constant),
-    /// Derived from other keys by the described rule.
+    /// The rule by which it follows from other keys.
     Derived(&'static str),
     /// No value.
     Unset,
 }
 
-/// Maximum number of words for which one key acts.
 const MAX_WORDS: usize = 8;
 
-/// The words of a choice for which a key acts; for a switch, `true` or `false`.
+/// Words of a choice, or of a switch, for which a key acts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ActsFor {
     /// The key of the choice.
     pub key: &'static str,
     words: [&'static str; MAX_WORDS],
     count: usize,
-    /// The key of another choice, and its word.
+    /// The key and word of another choice.
     also: Option<(&'static str, &'static str)>,
 }
 
 impl ActsFor {
-    /// Creates a condition on some words of a choice, at most eight.
+    /// At most eight words.
     #[must_use]
     pub const fn new(key: &'static str, given: &[&'static str]) -> Self {
         let mut words = [""; MAX_WORDS];
@@ -109,19 +106,19 @@ impl ActsFor {
         Self { key, words, count: given.len(), also: None }
     }
 
-    /// Adds the condition that another choice has this word.
+    /// Another choice must have this word, too.
     #[must_use]
     pub const fn only_with(self, key: &'static str, word: &'static str) -> Self {
         Self { also: Some((key, word)), ..self }
     }
 
-    /// The conditions, one per choice. All of them must hold.
+    /// One condition per choice; all must hold.
     pub fn conditions(self) -> impl Iterator<Item = Self> {
         let also = self.also.map(|(key, word)| Self::new(key, &[word]));
         core::iter::once(Self { also: None, ..self }).chain(also)
     }
 
-    /// Creates a condition on all words of a choice but one.
+    /// All words but one.
     #[must_use]
     pub const fn all_but(key: &'static str, words: &[&'static str], left_out: &str) -> Self {
         let mut built = Self::new(key, &[]);
@@ -135,7 +132,7 @@ impl ActsFor {
         built
     }
 
-    /// Creates a condition on the kinds whose groups of keys contain the first of `keys`.
+    /// Kinds whose groups contain the first of `keys`.
     #[must_use]
     pub const fn built_from(keys: &[Key], key: &'static str, kinds: &[(&'static str, &[&[Key]])]) -> Self {
         let mut built = Self::new(key, &[]);
@@ -181,68 +178,68 @@ impl fmt::Display for ActsFor {
 /// A key of a scenario.
 #[derive(Debug, Clone, Copy)]
 pub struct Key {
-    /// Dotted path: `slave.velocity_gain`.
+    /// Dotted: `slave.velocity_gain`.
     pub path: &'static str,
     /// Type of the value.
     pub kind: Kind,
     /// Value if the key is not given.
     pub fallback: Fallback,
-    /// Meaning: the first paragraph of the field's doc comment.
+    /// First paragraph of the field's doc comment.
     pub meaning: &'static str,
-    /// Kinds of a choice for which the key acts; `None` for all.
+    /// `None` if the key always acts.
     pub acts_for: Option<ActsFor>,
 }
 
 impl Key {
-    /// Creates a key that acts for every kind.
+    /// A key that always acts.
     #[must_use]
     pub const fn new(path: &'static str, kind: Kind, fallback: Fallback, meaning: &'static str) -> Self {
         Self { path, kind, fallback, meaning, acts_for: None }
     }
 
-    /// Creates a key for a number with a default.
+    /// A number with a default.
     #[must_use]
     pub const fn number(path: &'static str, range: Range, default: f64, meaning: &'static str) -> Self {
         Self::new(path, Kind::Number(range), Fallback::Value(Constant::Number(default)), meaning)
     }
 
-    /// Creates a key for a number derived from other keys.
+    /// A number derived from other keys.
     #[must_use]
     pub const fn derived(path: &'static str, range: Range, rule: &'static str, meaning: &'static str) -> Self {
         Self::new(path, Kind::Number(range), Fallback::Derived(rule), meaning)
     }
 
-    /// Creates a key for a number or none.
+    /// A number or none.
     #[must_use]
     pub const fn optional(path: &'static str, range: Range, meaning: &'static str) -> Self {
         Self::new(path, Kind::Number(range), Fallback::Unset, meaning)
     }
 
-    /// Creates a key for 1 or -1.
+    /// 1 or -1.
     #[must_use]
     pub const fn sign(path: &'static str, default: f64, meaning: &'static str) -> Self {
         Self::new(path, Kind::Sign, Fallback::Value(Constant::Number(default)), meaning)
     }
 
-    /// Creates a key for a whole number.
+    /// A whole number.
     #[must_use]
     pub const fn whole(path: &'static str, min: u64, default: u64, meaning: &'static str) -> Self {
         Self::new(path, Kind::Whole(min), Fallback::Value(Constant::Whole(default)), meaning)
     }
 
-    /// Creates a key for true or false.
+    /// True or false.
     #[must_use]
     pub const fn flag(path: &'static str, default: bool, meaning: &'static str) -> Self {
         Self::new(path, Kind::Flag, Fallback::Value(Constant::Flag(default)), meaning)
     }
 
-    /// Creates a key for a list of numbers.
+    /// A list of numbers.
     #[must_use]
     pub const fn numbers(path: &'static str, default: &'static [f64], meaning: &'static str) -> Self {
         Self::new(path, Kind::Numbers, Fallback::Value(Constant::Numbers(default)), meaning)
     }
 
-    /// Creates a key for one of the listed words.
+    /// One of the words.
     #[must_use]
     pub const fn choice(
         path: &'static str,
@@ -259,53 +256,34 @@ pub trait KeySource {
     /// The error for a wrong value.
     type Error;
 
-    /// The number of a key.
-    ///
-    /// # Errors
-    /// The key has no number.
+    /// A number.
     fn number(&self, key: &str) -> Result<f64, Self::Error>;
 
-    /// The number of a key without a default.
+    /// A number without a default.
     fn optional_number(&self, key: &str) -> Option<f64>;
 
-    /// The number of a key. If it is not given, sets it to the derived number.
+    /// A number, set to the derived one if it is not given.
     fn number_or(&mut self, key: &'static str, derived: impl FnOnce() -> f64) -> f64;
 
-    /// The whole number of a key.
-    ///
-    /// # Errors
-    /// The key has no whole number.
+    /// A whole number.
     fn whole(&self, key: &str) -> Result<u64, Self::Error>;
 
-    /// The truth value of a key.
-    ///
-    /// # Errors
-    /// The key is neither true nor false.
+    /// True or false.
     fn flag(&self, key: &str) -> Result<bool, Self::Error>;
 
-    /// The numbers of a key.
-    ///
-    /// # Errors
-    /// The key has no numbers.
+    /// A list of numbers.
     fn numbers(&self, key: &str) -> Result<&[f64], Self::Error>;
 
-    /// The word of a key.
-    ///
-    /// # Errors
-    /// The key has no word.
+    /// A word.
     fn word(&self, key: &str) -> Result<&str, Self::Error>;
 
-    /// The text of a key without a default.
+    /// A text without a default.
     fn optional_word(&self, key: &str) -> Option<&str>;
 
-    /// The error for a key with an unknown word.
+    /// The error for an unknown word.
     fn unknown_word(&self, key: &str) -> Self::Error;
 
-    /// Visits the items of a list of named tables with their names, in order. During a visit the keys of the item are
-    /// read as keys of the item `*`: `list.*.key`.
-    ///
-    /// # Errors
-    /// Errors of a visit.
+    /// Visits the named tables of a list, with their keys as `list.*.key`.
     fn visit_items(
         &mut self,
         list: &str,
@@ -324,7 +302,7 @@ pub const fn count(groups: &[&[Key]]) -> usize {
     count
 }
 
-/// The keys of all groups, `COUNT` in total.
+/// The `COUNT` keys of all groups.
 #[must_use]
 pub const fn joined<const COUNT: usize>(groups: &[&[Key]]) -> [Key; COUNT] {
     let mut all = [Key::new("", Kind::Flag, Fallback::Unset, ""); COUNT];
@@ -340,7 +318,7 @@ pub const fn joined<const COUNT: usize>(groups: &[&[Key]]) -> [Key; COUNT] {
     all
 }
 
-/// The keys of all groups, restricted to one kind of a choice.
+/// Keys without a condition get this one.
 #[must_use]
 pub const fn acting<const COUNT: usize>(groups: &[&[Key]], acts_for: ActsFor) -> [Key; COUNT] {
     let mut all = joined::<COUNT>(groups);
@@ -354,7 +332,7 @@ pub const fn acting<const COUNT: usize>(groups: &[&[Key]], acts_for: ActsFor) ->
     all
 }
 
-/// The keys with fewer words for one choice, whose default is among them.
+/// Fewer words for the choice at `path`, its default among them.
 #[must_use]
 pub const fn restricted<const COUNT: usize>(
     mut keys: [Key; COUNT],
@@ -371,7 +349,7 @@ pub const fn restricted<const COUNT: usize>(
     keys
 }
 
-/// The number of different keys in all groups.
+/// The number of different keys.
 #[must_use]
 pub const fn count_distinct(groups: &[&[Key]]) -> usize {
     let (mut count, mut group) = (0, 0);
@@ -388,7 +366,7 @@ pub const fn count_distinct(groups: &[&[Key]]) -> usize {
     count
 }
 
-/// The `COUNT` different keys of all groups. A key in several groups acts for the kinds of all of them.
+/// A key of several kinds acts for all of them.
 #[must_use]
 pub const fn distinct<const COUNT: usize>(groups: &[&[Key]]) -> [Key; COUNT] {
     let mut all = [Key::new("", Kind::Flag, Fallback::Unset, ""); COUNT];

@@ -1,49 +1,43 @@
-//! Allowed ranges of numbers.
-
 use core::fmt;
 
 use crate::error::{InvalidValue, finite, non_negative, positive, require};
 
-/// A bounded range of numbers.
-///
-/// Numbers of a scenario file must lie within the bounds; settings built by a program only within the meaning of the
-/// range ([`Range::check`]).
+/// Bounds for a scenario file; a program's settings need only satisfy [`Range::check`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
     low: f64,
     low_is_open: bool,
     high: f64,
-    /// The range and its reason in words, if given.
+    /// The range and its reason in words.
     stated: Option<&'static str>,
     meaning: Meaning,
 }
 
-/// The requirement on settings built by a program.
+/// Requirement on settings built by a program.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Meaning {
     Finite,
     Positive,
     NonNegative,
-    /// Within the bounds; the text ends the sentence "must be …".
+    /// Ends the sentence "must be …".
     Within(&'static str),
 }
 
-/// Largest magnitude of a number, and the inverse of the smallest positive one. Squares and products stay finite, and
-/// matrix exponentials keep their digits.
+/// Products stay finite, and matrix exponentials keep their digits.
 const MAX_MAGNITUDE: f64 = 1e12;
 
 impl Range {
-    /// Any number of magnitude up to 1e12.
+    /// Of magnitude up to 1e12.
     pub const ANY: Self = Self::new(-MAX_MAGNITUDE, MAX_MAGNITUDE, Meaning::Finite);
     /// Above 0.
     pub const POSITIVE: Self = Self::new(1.0 / MAX_MAGNITUDE, MAX_MAGNITUDE, Meaning::Positive);
     /// At least 0.
     pub const NON_NEGATIVE: Self = Self::new(0.0, MAX_MAGNITUDE, Meaning::NonNegative);
-    /// A mass in kg. The step is not precise enough for smaller masses.
+    /// In kg; the step is not precise enough for smaller masses.
     pub const MASS: Self = Self::new(1e-6, 1e6, Meaning::Positive);
     /// A scale between master and slave.
     pub const SCALE: Self = Self::new(0.0, 1e3, Meaning::NonNegative);
-    /// The step of an encoder of positions in m. A needle moves by a few centimetres.
+    /// In m; a needle moves by a few centimetres.
     pub const ENCODER_STEP: Self = Self::new(0.0, 0.01, Meaning::NonNegative);
     /// From 0 to 1.
     pub const SHARE: Self = Self::new(0.0, 1.0, Meaning::Within("from 0 to 1"));
@@ -57,13 +51,13 @@ impl Range {
         Self { low, low_is_open: false, high, stated: None, meaning }
     }
 
-    /// A range with both bounds included. `stated` ends the sentence "must be …" and gives the reason.
+    /// Includes both bounds; `stated` ends "must be …" with the reason.
     #[must_use]
     pub const fn stated(low: f64, high: f64, stated: &'static str) -> Self {
         Self { stated: Some(stated), ..Self::new(low, high, Meaning::Within(stated)) }
     }
 
-    /// The lower bound, and true if the bound itself is excluded.
+    /// The bound, and true if it is excluded.
     #[must_use]
     pub fn low(&self) -> (f64, bool) {
         (self.low, self.low_is_open)
@@ -75,17 +69,14 @@ impl Range {
         self.high
     }
 
-    /// True if a number lies within the bounds.
+    /// True within the bounds.
     #[must_use]
     pub fn contains(&self, value: f64) -> bool {
         let above = if self.low_is_open { value > self.low } else { value >= self.low };
         value.is_finite() && above && value <= self.high
     }
 
-    /// Checks a setting built by a program.
-    ///
-    /// # Errors
-    /// [`InvalidValue`] naming the key of a number that contradicts the meaning of the range.
+    /// Checks a program's setting against the meaning of the range.
     pub fn check(&self, key: &'static str, value: f64) -> Result<(), InvalidValue> {
         match self.meaning {
             Meaning::Finite => finite(key, value),
@@ -98,7 +89,6 @@ impl Range {
 }
 
 impl fmt::Display for Range {
-    /// Writes the range, as the end of "must be …".
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(stated) = self.stated {
             return write!(f, "a number, {stated}");
@@ -108,7 +98,7 @@ impl fmt::Display for Range {
     }
 }
 
-/// A bound in plain or scientific notation.
+/// In plain or scientific notation.
 struct Plain(f64);
 
 impl fmt::Display for Plain {

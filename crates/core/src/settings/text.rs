@@ -1,5 +1,3 @@
-//! The first paragraph of a doc comment, at compile time.
-
 /// A sentence of `LEN` bytes.
 pub struct Sentence<const LEN: usize>([u8; LEN]);
 
@@ -26,7 +24,7 @@ pub const fn sentence_len(lines: &[&str]) -> usize {
     len.saturating_sub(1)
 }
 
-/// The first paragraph of the lines, joined by spaces.
+/// The first paragraph of a doc comment, joined by spaces.
 #[must_use]
 pub const fn sentence<const LEN: usize>(lines: &[&str]) -> Sentence<LEN> {
     let mut bytes = [0; LEN];

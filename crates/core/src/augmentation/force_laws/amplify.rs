@@ -1,10 +1,8 @@
-//! Force law that scales the variation of the force.
-
 use super::{AugmentedTick, BuiltIn, ForceLaw, ForceMap};
 use crate::lane::Lane;
 
 crate::settings! {
-    /// Settings of the amplification.
+    /// Settings of [`Amplify`].
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct AmplifySettings in "augmentation." {
         /// Gain (κ) of the amplify law.
@@ -12,9 +10,9 @@ crate::settings! {
     }
 }
 
-/// `F = max(F* + κ (F_e - F*), min(F*, 0))`. The drop still depends on the size of the rupture.
+/// `F = max(F* + κ (F_e - F*), min(F*, 0))`, `|ΔF| <= κ |ΔF_e|`
 ///
-/// `|ΔF| <= κ |ΔF_e|`. If the force already pulls at the alarm, `F*` is the floor, because a jump to 0 would be felt.
+/// If the force already pulls, `F*` is the floor, because a jump to 0 would be felt.
 #[derive(Debug, Clone)]
 pub struct Amplify<L> {
     gain: L,

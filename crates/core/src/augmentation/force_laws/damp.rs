@@ -1,10 +1,8 @@
-//! Force law that adds damping to the master during the event (variable impedance).
-
 use super::{AugmentedTick, BuiltIn, ForceLaw, ForceMap};
 use crate::lane::Lane;
 
 crate::settings! {
-    /// Settings of the added damping.
+    /// Settings of [`Damp`].
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct DampSettings in "augmentation.damp_" {
         /// Damping that the damp law adds to the master; with 0 the feedback force is the measured force.
@@ -14,10 +12,7 @@ crate::settings! {
     }
 }
 
-/// `F = F_e + b_k v_h` with `b_k = b (1 - exp(-k T/τ))`, `k` the ticks since the alarm. Brakes the hand in both
-/// directions.
-///
-/// `|ΔF| <= |ΔF_e| + |Δ(b_k v_h)|`.
+/// `F = F_e + b_k v_h`, `b_k = b (1 - exp(-k T/τ))` with `k` ticks since the alarm; `|ΔF| <= |ΔF_e| + |Δ(b_k v_h)|`
 #[derive(Debug, Clone)]
 pub struct Damp<L> {
     damping: L,

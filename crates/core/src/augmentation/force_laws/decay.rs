@@ -1,10 +1,8 @@
-//! A force that decays after the alarm, independent of the tissue.
-
 use super::{AugmentedTick, BuiltIn, ForceLaw, ForceMap};
 use crate::lane::Lane;
 
 crate::settings! {
-    /// Settings of the decay.
+    /// Settings of [`Decay`].
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct DecaySettings in "augmentation.decay_" {
         /// Final force of the decay, as a fraction of the force at the alarm.
@@ -14,9 +12,7 @@ crate::settings! {
     }
 }
 
-/// `F = F∞ + (F⁻ - F∞) exp(-T/τ)` with `F∞ = ratio · F*`. The drop is sharp and independent of the rupture's size.
-///
-/// `|ΔF| <= |F⁻ - F∞| (1 - exp(-T/τ))`.
+/// `F = F∞ + (F⁻ - F∞) exp(-T/τ)`, `F∞ = ratio · F*`, `|ΔF| <= |F⁻ - F∞| (1 - exp(-T/τ))`: independent of the tissue.
 #[derive(Debug, Clone)]
 pub struct Decay<L> {
     ratio: L,

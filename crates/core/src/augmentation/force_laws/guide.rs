@@ -1,10 +1,8 @@
-//! Force law that guides the hand back to where it was at the alarm.
-
 use super::{AugmentedTick, BuiltIn, ForceLaw, ForceMap};
 use crate::lane::Lane;
 
 crate::settings! {
-    /// Settings of the guidance.
+    /// Settings of [`Guide`].
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct GuideSettings in "augmentation.guide_" {
         /// Stiffness of the spring between the master and its position at the alarm.
@@ -12,10 +10,7 @@ crate::settings! {
     }
 }
 
-/// `F = F_e + k d`, with the motion `d = Σ v_h T` of the master since the alarm. While the slave is held, the spring pulls
-/// the hand back to the needle. Needs no position from the other side of a link.
-///
-/// `|ΔF| <= |ΔF_e| + k |v_h| T`.
+/// `F = F_e + k d` with the master's motion `d = Σ v_h T` since the alarm; `|ΔF| <= |ΔF_e| + k |v_h| T`
 #[derive(Debug, Clone)]
 pub struct Guide<L> {
     /// `k T`.

@@ -1,7 +1,3 @@
-//! The force law gives the feedback force while the slave is frozen.
-//!
-//! A built-in law is one file of this folder and one line of the registry below.
-
 mod amplify;
 mod damp;
 mod decay;
@@ -15,53 +11,47 @@ pub use guide::{Guide, GuideSettings};
 use super::BuiltIn;
 use crate::lane::Lane;
 
-/// Inputs of a force law at a tick.
+/// Inputs at a tick.
 #[derive(Debug, Clone, Copy)]
 pub struct AugmentedTick<L: Lane> {
-    /// `F*`: the feedback force just before the alarm, in N.
+    /// `F*`: feedback force just before the alarm.
     pub anchor_n: L,
-    /// `F⁻`: the feedback force at the tick before, in N.
+    /// `F⁻`: feedback force at the tick before.
     pub last_n: L,
-    /// `F_e`: the measured force, scaled to the master, in N.
+    /// `F_e`: measured force scaled to the master.
     pub measured_n: L,
-    /// Magnitude of the change of `measured_n` since the tick before, in N.
+    /// `|ΔF_e|`.
     pub moved_n: L,
-    /// The master's velocity in m/s.
+    /// Of the master.
     pub velocity_m_per_s: L,
     /// Lanes in the first tick of the event.
     pub begins: L::Mask,
 }
 
-/// Gives the feedback force while the slave is frozen.
-///
-/// All laws return to the measured force by the same cross-fade, from the law's last force. A user-defined law
-/// implements this trait for `f64`, the built-in laws for any number of lanes.
+/// User-defined laws implement it for `f64`.
 pub trait ForceLaw<L: Lane> {
-    /// The feedback force and its largest allowed change from the last tick, both in N.
-    ///
-    /// Called at ticks at which any lane is frozen; the results of the other lanes are ignored.
+    /// The force and its largest allowed change, both in N.
     fn augmented(&mut self, now: &AugmentedTick<L>) -> (L, L);
 }
 
-/// The feedback force during an event as a linear map, for the certificate of events.
+/// For the certificate of events.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ForceMap {
-    /// It decays to a share of the force at the alarm, whatever the tissue does.
+    /// Towards a share of the force at the alarm.
     Decays {
-        /// The share that remains.
+        /// Remaining share.
         ratio: f64,
-        /// Time constant in s.
+        /// In s.
         time_constant_s: f64,
     },
-    /// It is the force at the alarm, plus the change of the measured force since then times a gain, which a floor can
-    /// reduce to 0.
+    /// The force at the alarm plus the change of the measured force times a gain, down to a floor.
     FollowsTissue {
         /// The gain.
         gain: f64,
     },
-    /// It is the force of teleoperation, plus a damping of the master that rises from 0.
+    /// The force of teleoperation plus a rising damping.
     IsDamped {
-        /// The largest damping in N·s/m.
+        /// Largest damping.
         damping_n_s_per_m: f64,
     },
 }
@@ -75,11 +65,9 @@ impl<L: Lane, F: ForceLaw<L> + ?Sized> ForceLaw<L> for alloc::boxed::Box<F> {
 
 crate::registry! {
     /// Let the feedback force decay, scale its variation, add damping of the master, or guide it back to the needle.
-    ///
-    /// `F*` is the feedback force just before the alarm.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub enum ForceLawSettings at "augmentation.force_law" = Decay;
-    /// Any of the built-in force laws.
+    /// Any built-in force law.
     pub enum AnyForceLaw<L> by (each, of_kind) stored;
 
     "decay" => Decay(DecaySettings) = decay::Decay,
@@ -89,7 +77,7 @@ crate::registry! {
 }
 
 impl ForceLawSettings {
-    /// The law as a linear map; `None` if the certificate of events does not cover it.
+    /// `None` if the certificate does not cover it.
     #[must_use]
     pub fn map(&self) -> Option<ForceMap> {
         of_kind!(self, Part(kind_settings) => Part::<f64>::map(kind_settings))
@@ -97,7 +85,7 @@ impl ForceLawSettings {
 }
 
 impl<L: Lane> AnyForceLaw<L> {
-    /// Creates the law of the settings for ticks of `tick_s`.
+    /// For ticks of `tick_s`.
     #[must_use]
     pub fn new(settings: &ForceLawSettings, tick_s: f64) -> Self {
         of_kind!(settings, Part(kind_settings) => Part::<L>::build(kind_settings, tick_s).into())

@@ -1,5 +1,3 @@
-//! Hold that lets the slave follow the hand: only the force or a cue marks the event.
-
 use core::marker::PhantomData;
 
 use super::{BuiltIn, HeldTick, Hold, HoldMap};

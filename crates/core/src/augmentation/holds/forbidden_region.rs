@@ -1,10 +1,8 @@
-//! Hold that keeps the slave out of the region behind the layer.
-
 use super::{BuiltIn, HeldTick, Hold, HoldMap};
 use crate::lane::Lane;
 
 crate::settings! {
-    /// Settings of the forbidden region.
+    /// Settings of [`ForbiddenRegion`].
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ForbiddenRegionSettings in "augmentation." {
         /// Distance from the position at the alarm to the forbidden region.
@@ -12,7 +10,7 @@ crate::settings! {
     }
 }
 
-/// `x_ref = min(hand, anchor + margin)`. Stops the insertion like a freeze, but allows withdrawal.
+/// `x_ref = min(hand, anchor + margin)`: stops the insertion, but allows withdrawal.
 #[derive(Debug, Clone)]
 pub struct ForbiddenRegion<L> {
     margin: L,

@@ -1,11 +1,9 @@
-//! Hold that freezes the slave (section 5.1).
-
 use core::marker::PhantomData;
 
 use super::{BuiltIn, HeldTick, Hold, HoldMap};
 use crate::lane::Lane;
 
-/// `x_ref = anchor`.
+/// `x_ref = anchor` (section 5.1).
 #[derive(Debug, Clone)]
 pub struct Frozen<L>(PhantomData<L>);
 

@@ -1,10 +1,8 @@
-//! Hold that limits the slave's speed.
-
 use super::{BuiltIn, HeldTick, Hold, HoldMap};
 use crate::lane::Lane;
 
 crate::settings! {
-    /// Settings of the speed limit.
+    /// Settings of [`SpeedLimit`].
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct SpeedLimitSettings in "augmentation." {
         /// Largest speed of the slave during an event with a speed limit.
@@ -12,7 +10,7 @@ crate::settings! {
     }
 }
 
-/// `x_ref = x_ref⁻ + clamp(hand - x_ref⁻, -v T, v T)`. The insertion can continue slowly.
+/// `x_ref = x_ref⁻ + clamp(hand - x_ref⁻, -v T, v T)`
 #[derive(Debug, Clone)]
 pub struct SpeedLimit<L> {
     step: L,

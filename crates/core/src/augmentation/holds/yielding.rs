@@ -1,10 +1,8 @@
-//! Hold at the position of the alarm that yields to a deliberate push (a virtual fixture).
-
 use super::{BuiltIn, HeldTick, Hold, HoldMap};
 use crate::lane::Lane;
 
 crate::settings! {
-    /// Settings of the yielding hold.
+    /// Settings of [`Yielding`].
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct YieldingSettings in "augmentation." {
         /// Distance beyond the position at the alarm that the hand must push before the needle moves on.
@@ -12,11 +10,8 @@ crate::settings! {
     }
 }
 
-/// `x_ref = min(hand, max(anchor, hand - d))`. The needle rests at the position of the alarm until the hand is `d` beyond
-/// it, then follows at this distance, without a jump. It follows a withdrawal at once.
-///
-/// The gap at the release is at most `d`. The fixtures of Rosenberg, *Virtual fixtures* (IEEE VRAIS 1993), guide a hand in
-/// this way; the law `guide` lets it feel the fixture.
+/// `x_ref = min(hand, max(anchor, hand - d))`: a virtual fixture (Rosenberg, IEEE VRAIS 1993) that rests until the hand
+/// is `d` beyond the anchor.
 #[derive(Debug, Clone)]
 pub struct Yielding<L> {
     distance: L,

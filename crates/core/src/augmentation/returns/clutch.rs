@@ -1,11 +1,9 @@
-//! Return that keeps the gap.
-
 use core::marker::PhantomData;
 
 use super::{BuiltIn, Return, ReturnMap, ReturnTick};
 use crate::lane::Lane;
 
-/// The gap stays: slave and hand move on with an offset.
+/// Keeps the gap: slave and hand move on with an offset.
 #[derive(Debug, Clone)]
 pub struct Clutch<L>(PhantomData<L>);
 

@@ -1,10 +1,8 @@
-//! Return along an exponential, which continues in teleoperation.
-
 use super::{BuiltIn, Return, ReturnMap, ReturnTick};
 use crate::lane::Lane;
 
 crate::settings! {
-    /// Settings of the fading gap.
+    /// Settings of [`Fade`].
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct FadeSettings in "augmentation." {
         /// Time constant with which a fading gap closes.
@@ -12,14 +10,11 @@ crate::settings! {
     }
 }
 
-/// Smallest gap in m. A smaller one is closed, because numbers near the smallest of the machine are slow.
+/// A smaller gap is closed, because subnormal numbers are slow.
 const SMALLEST_M: f64 = 1e-12;
 
-/// `gap = gap⁻ exp(-T/τ)`. The event ends with the cross-fade of the force, and the gap closes in teleoperation, where an
-/// alarm can begin the next event.
-///
-/// The needle moves on by the gap over several time constants. A time constant above the time between two layers lets
-/// the load of the next layer push the hand back first.
+/// `gap = gap⁻ exp(-T/τ)`, also in teleoperation. A long time constant lets the load of the next layer push the hand
+/// back first.
 #[derive(Debug, Clone)]
 pub struct Fade<L> {
     keep: L,

@@ -1,10 +1,8 @@
-//! Return at a bounded speed (section 5.1).
-
 use super::{BuiltIn, Return, ReturnMap, ReturnTick, closed_by};
 use crate::lane::Lane;
 
 crate::settings! {
-    /// Settings of the ramp.
+    /// Settings of [`Ramp`].
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct RampSettings in "augmentation." {
         /// Speed at which a ramp closes the gap, in addition to the hand's motion.
@@ -12,7 +10,7 @@ crate::settings! {
     }
 }
 
-/// `gap = gap⁻ - clamp(gap⁻, -v T, v T)`. The event ends when the gap is closed.
+/// `gap = gap⁻ - clamp(gap⁻, -v T, v T)` (section 5.1). The event ends when the gap is closed.
 #[derive(Debug, Clone)]
 pub struct Ramp<L> {
     step: L,

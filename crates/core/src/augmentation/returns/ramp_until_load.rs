@@ -1,10 +1,8 @@
-//! Return at a bounded speed that stops where the force rises.
-
 use super::{BuiltIn, Return, ReturnMap, ReturnTick, closed_by};
 use crate::lane::Lane;
 
 crate::settings! {
-    /// Settings of the ramp until load.
+    /// Settings of [`RampUntilLoad`].
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct RampUntilLoadSettings in "augmentation." {
         /// Speed at which a ramp until load closes the gap, in addition to the hand's motion.
@@ -14,13 +12,13 @@ crate::settings! {
     }
 }
 
-/// As the ramp, until the force is `stop_rise_n` above its minimum since the release. The rest of the gap is kept.
+/// As the ramp, up to `stop_rise_n` above the minimum force since the release.
 #[derive(Debug, Clone)]
 pub struct RampUntilLoad<L> {
     step: L,
     stop_rise: L,
     force: L,
-    /// Negative infinity after a stop, because a stopped ramp does not restart.
+    /// Negative infinity after a stop: a stopped ramp does not restart.
     min_force: L,
 }
 

@@ -1,11 +1,9 @@
-//! Return that closes the gap at once.
-
 use core::marker::PhantomData;
 
 use super::{BuiltIn, Return, ReturnMap, ReturnTick};
 use crate::lane::Lane;
 
-/// The gap is 0 from the release on, so the reference jumps to the hand.
+/// Closes the gap at once: the reference jumps to the hand.
 #[derive(Debug, Clone)]
 pub struct Snap<L>(PhantomData<L>);
 

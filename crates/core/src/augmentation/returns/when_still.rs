@@ -1,10 +1,8 @@
-//! Return that waits until the hand stands still or moves back.
-
 use super::{BuiltIn, Return, ReturnMap, ReturnTick, closed_by};
 use crate::lane::Lane;
 
 crate::settings! {
-    /// Settings of the return to a hand that stands still.
+    /// Settings of [`WhenStill`].
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct WhenStillSettings in "augmentation." {
         /// Speed of the hand into the tissue, averaged over 0.2 s, below which the gap closes.
@@ -14,19 +12,17 @@ crate::settings! {
     }
 }
 
-/// Time constant in s of the average of the hand's speed: longer than a period of tremor (8 to 12 Hz), shorter than a
-/// pause.
+/// Longer than a period of tremor (8 to 12 Hz), shorter than a pause.
 const AVERAGE_S: f64 = 0.2;
 
-/// While the average speed `v` of the hand is below a limit, `gap = gap⁻ - clamp(gap⁻, -c T, c T)` with
-/// `c = return speed + max(-v, 0)`: a hand that moves back closes the gap by its own motion, and the needle stands still.
-/// Otherwise the gap stays. Both continue in teleoperation, where an alarm can begin the next event.
+/// While the hand's average speed `v` is below a limit, `gap = gap⁻ - clamp(gap⁻, -c T, c T)`,
+/// `c = return speed + max(-v, 0)`, also in teleoperation: a hand that moves back closes the gap itself.
 #[derive(Debug, Clone)]
 pub struct WhenStill<L> {
     still_step: L,
     return_step: L,
     share: L,
-    /// Average motion of the hand in a tick.
+    /// Average motion of the hand per tick.
     mean_step: L,
 }
 

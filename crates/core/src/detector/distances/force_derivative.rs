@@ -1,11 +1,9 @@
-//! The squared change of the force: the direct filtering in the paper's comparison (4.1).
-
 use super::super::DetectorInput;
 use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::Lane;
 
-/// `s_k = (y_k - y_{k-1})²` in N²; 0 at the first sample.
+/// `s_k = (y_k - y_{k-1})²` in N² (direct filtering, 4.1); 0 at the first sample.
 #[derive(Debug, Clone)]
 pub struct ForceDerivative<L> {
     last_force: L,

@@ -1,11 +1,9 @@
-//! The generalised likelihood ratio of a shifted mean over the last samples.
-
 use super::super::DetectorInput;
 use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings, square};
 use crate::lane::Lane;
 
-/// Maximum number of samples of a window. The buffer has this size, because a detector allocates nothing.
+/// In samples: the size of the buffer, because a detector allocates nothing.
 pub const MAX_WINDOW_SAMPLES: usize = 64;
 
 crate::settings! {
@@ -14,29 +12,24 @@ crate::settings! {
     pub struct WindowSettings in "detector." {
         /// Length of the likelihood ratio's window in samples, at most 64.
         ///
-        /// From 1 to [`MAX_WINDOW_SAMPLES`]. The default is the estimator's default memory in updates, after which the
-        /// estimate follows the change and the residual vanishes (chosen here).
+        /// The default is the estimator's default memory, after which the residual vanishes (chosen here).
         window_samples: usize [1..] = 10,
     }
     where window_samples: |s| s.window_samples <= MAX_WINDOW_SAMPLES, "a whole number from 1 to 64";
 }
 
-/// Log-likelihood ratio of a mean that shifted from 0 by an unknown size at an unknown sample of the window.
+/// Log-likelihood ratio of a mean that shifted from 0 by an unknown size at an unknown sample:
 ///
 /// ```text
 /// T_k = max over n = 1 … N of (e_{k-n+1} + … + e_k)² / (2 σ_0² n)
 /// ```
-/// Dimensionless. The maximum over the size of the shift is at the mean of the `n` samples; the maximum over its time
-/// is computed. Source of the ratio: Basseville and Nikiforov, *Detection of Abrupt Changes* (1993), chapter 2; of the
-/// window, which bounds the work per sample: Willsky and Jones, *IEEE Transactions on Automatic Control* 21 (1976).
-/// Rises and falls count equally; the arming selects ruptures.
-///
-/// It assumes neither a size nor a drift. The cost: `N` steps per sample, where a CUSUM takes one.
+/// Dimensionless (Basseville and Nikiforov, *Detection of Abrupt Changes*, 1993, chapter 2; window: Willsky and Jones,
+/// *IEEE Transactions on Automatic Control* 21, 1976). The cost: `N` steps per sample.
 #[derive(Debug, Clone)]
 pub struct LikelihoodRatio<L> {
-    /// Ring buffer of the last samples, initially 0. Sums over initial zeros give smaller ratios.
+    /// Initially 0, which only makes ratios smaller.
     window: [L; MAX_WINDOW_SAMPLES],
-    /// `1 / (2 σ_0² n)`, the weight of a sum of `n` samples, from `n = 1` on.
+    /// `1 / (2 σ_0² n)` from `n = 1` on.
     weight: [L; MAX_WINDOW_SAMPLES],
     samples: usize,
     newest: usize,

@@ -1,5 +1,3 @@
-//! The squared fall of the force below a line through its last samples: a baseline without a model of the tissue.
-
 use super::super::DetectorInput;
 use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
@@ -10,8 +8,8 @@ const WINDOW_S: f64 = 20e-3;
 const MIN_SAMPLES: usize = 4;
 const MAX_SAMPLES: usize = 64;
 
-/// `s_k = (y_k - ŷ_k)²` in N² if the force is below `ŷ_k`, else 0. `ŷ_k` extrapolates the least-squares line through
-/// the samples of the last 20 ms by one sample.
+/// `s_k = (y_k - ŷ_k)²` in N² if the force is below `ŷ_k`, else 0; `ŷ_k` extrapolates the least-squares line through
+/// the last 20 ms.
 #[derive(Debug, Clone)]
 pub struct LinearFit<L> {
     window: [L; MAX_SAMPLES],

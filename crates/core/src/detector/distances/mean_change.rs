@@ -1,11 +1,9 @@
-//! The log-likelihood ratio of a shifted mean (eq. 22).
-
 use super::super::DetectorInput;
 use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings, square};
 use crate::lane::Lane;
 
-/// `s = m_1/σ_0² (e - m_1/2)`, dimensionless (eq. 22). The mean shifts from 0 to `m_1`.
+/// `s = m_1/σ_0² (e - m_1/2)`, dimensionless (eq. 22).
 #[derive(Debug, Clone)]
 pub struct MeanChange<L> {
     scale: L,

@@ -1,8 +1,3 @@
-//! The distances of a sample from the hypothesis of no rupture: eq. 22, 23 and 26, the paper's choices, two textbook
-//! tests, the adaptive distance and baselines.
-//!
-//! A distance is one file of this folder and one line of the registry below.
-
 mod adaptive;
 mod force_derivative;
 mod likelihood_ratio;
@@ -33,26 +28,22 @@ use super::DetectorInput;
 use super::hypotheses::Hypotheses;
 use crate::lane::Lane;
 
-/// Computes from the inputs of a sample the number to accumulate (eq. 27).
-///
-/// A user-defined distance implements this trait for `f64`, the built-in distances for any number of lanes.
+/// User-defined distances implement it for `f64`.
 pub trait Distance<L: Lane> {
-    /// Returns `s_k`, in the unit of the distance.
+    /// `s_k`.
     fn update(&mut self, input: &DetectorInput<L>) -> L;
 
-    /// Discards earlier samples in the lanes of the mask, after an alarm.
+    /// Discards earlier samples after an alarm.
     #[inline(always)]
     fn reset(&mut self, _mask: L::Mask) {}
 
-    /// True if the distance is accumulated (eq. 27). Otherwise, with a window, `s_k - ν` is compared with the
-    /// threshold.
+    /// If false, `s_k - ν` is compared with the threshold.
     #[inline(always)]
     fn accumulates(&self) -> bool {
         true
     }
 
-    /// The lanes in which a self-arming distance can judge a sample, without contact position and quiet time.
-    /// `None` if [`ArmingSettings`](super::ArmingSettings) arms the distance.
+    /// Lanes in which a self-arming distance can judge a sample; otherwise `None`.
     #[inline(always)]
     fn is_ready(&self) -> Option<L::Mask> {
         None
@@ -89,7 +80,6 @@ trait BuiltIn {
 
     fn new(settings: &DistanceSettings, tick_s: f64) -> Self;
 
-    /// The distance that starts anew after a gap in the samples. It keeps what the gap does not change.
     fn restarted(&self, settings: &DistanceSettings, tick_s: f64) -> Self
     where
         Self: Sized,
@@ -104,7 +94,7 @@ crate::registry! {
     /// fit.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     pub enum DistanceKind at "detector.distance" = SquaredResidual;
-    /// Any of the built-in distances.
+    /// Any built-in distance.
     pub enum AnyDistance<L> by (each, of_kind) stored;
 
     "squared-residual" => SquaredResidual = squared_residual::SquaredResidual,
@@ -121,48 +111,46 @@ crate::registry! {
 }
 
 crate::settings! {
-    /// A kind of distance with the hypotheses that scale it. Each setting is valid for every kind, because a study
-    /// compares all kinds.
+    /// All are valid for every kind, because a study compares all kinds.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct DistanceSettings in "detector." {
-        /// The kind of distance.
+        /// Kind of distance.
         kind: DistanceKind,
-        /// The compared hypotheses.
+        /// Compared hypotheses.
         hypotheses: Hypotheses,
         /// Window of the likelihood ratio.
         window: WindowSettings,
-        /// Wanted rate of false alarms of the adaptive distance.
+        /// Of the adaptive distance.
         rate: RateSettings,
     }
 }
 
 impl DistanceKind {
-    /// True if the distance is accumulated (eq. 27). A distance with a window is not.
+    /// True if accumulated (eq. 27).
     #[must_use]
     pub fn accumulates(self) -> bool {
         of_kind!(self, Part => Part::<f64>::ACCUMULATES)
     }
 
-    /// True if only a shift of the mean with the sign of `m_1` counts.
+    /// True if only a shift with the sign of `m_1` counts.
     #[must_use]
     pub fn is_one_sided(self) -> bool {
         of_kind!(self, Part => Part::<f64>::IS_ONE_SIDED)
     }
 
-    /// Returns true for a baseline: a simple distance without a model of the tissue.
+    /// True without a model of the tissue.
     #[must_use]
     pub fn is_baseline(self) -> bool {
         of_kind!(self, Part => Part::<f64>::IS_BASELINE)
     }
 
-    /// The condition that a self-arming distance waits for; `None` if [`ArmingSettings`](super::ArmingSettings) arms
-    /// the distance.
+    /// What a self-arming distance waits for.
     #[must_use]
     pub fn waits_for(self) -> Option<&'static str> {
         of_kind!(self, Part => Part::<f64>::WAITS_FOR)
     }
 
-    /// The unit of the distance, its threshold and its drift.
+    /// Unit of distance, threshold and drift.
     #[must_use]
     pub fn unit(self) -> &'static str {
         of_kind!(self, Part => Part::<f64>::UNIT)
@@ -170,11 +158,8 @@ impl DistanceKind {
 }
 
 impl Hypotheses {
-    /// The threshold γ and the drift ν for a kind of distance, in its unit.
-    ///
-    /// The drift is halfway between the hypotheses; the threshold is the contribution of one sample after the change.
-    /// For the squared residual `γ = (σ_1² - σ_0²)/2` and `ν = (σ_1² + σ_0²)/2` (4.6). A log-likelihood ratio includes
-    /// its drift.
+    /// γ and ν in the unit of the distance: ν is halfway between the hypotheses, γ one sample's contribution after the
+    /// change. A log-likelihood ratio includes its drift.
     #[must_use]
     pub fn tuning(&self, kind: DistanceKind) -> (f64, f64) {
         of_kind!(kind, Part => Part::<f64>::tuning(self))
@@ -182,14 +167,13 @@ impl Hypotheses {
 }
 
 impl<L: Lane> AnyDistance<L> {
-    /// Creates the distance of the settings for samples `tick_s` apart (s).
+    /// For samples `tick_s` apart.
     #[must_use]
     pub fn new(settings: &DistanceSettings, tick_s: f64) -> Self {
         of_kind!(settings.kind, Part => <Part<L> as BuiltIn>::new(settings, tick_s).into())
     }
 
-    /// The distance that starts anew after a gap in the samples, with the same settings and interval. The adaptive one
-    /// keeps the offset of the sensor.
+    /// Starts anew after a gap; the adaptive distance keeps the sensor's offset.
     #[must_use]
     pub fn restarted(&self, settings: &DistanceSettings, tick_s: f64) -> Self {
         each!(self, distance => distance.restarted(settings, tick_s).into())
@@ -219,7 +203,7 @@ impl<L: Lane> Distance<L> for AnyDistance<L> {
 }
 
 impl DistanceSettings {
-    /// The threshold γ and the drift ν by [`Hypotheses::tuning`].
+    /// [`Hypotheses::tuning`] of the kind.
     #[must_use]
     pub fn tuning(&self) -> (f64, f64) {
         self.hypotheses.tuning(self.kind)

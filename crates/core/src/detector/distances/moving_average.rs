@@ -1,14 +1,12 @@
-//! The squared fall of the force below its moving average: a baseline without a model of the tissue.
-
 use super::super::DetectorInput;
 use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::Lane;
 
-/// Memory of the average in s. At 1 kHz a sample has a weight of 0.2.
+/// In s. At 1 kHz a sample has a weight of 0.2.
 const MEMORY_S: f64 = 4.5e-3;
 
-/// `s_k = (y_k - m_k)²` in N² if the force is below `m_k`, the exponential average of the earlier samples, else 0.
+/// `s_k = (y_k - m_k)²` in N² if the force is below the exponential average `m_k` of the earlier samples, else 0.
 #[derive(Debug, Clone)]
 pub struct MovingAverage<L> {
     average: L,

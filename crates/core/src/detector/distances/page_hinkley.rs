@@ -1,22 +1,16 @@
-//! The increments of the Page-Hinkley test.
-
 use super::super::DetectorInput;
 use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::{Lane, Mask};
 
-/// The deviation of a residual, in the direction of a rupture, from the mean of all residuals since the start or the
-/// last alarm:
+/// Deviation from the mean since the start or the last alarm, in the direction of a rupture:
 ///
 /// ```text
 /// ē_k = ē_{k-1} + (e_k - ē_{k-1}) / k
 /// s_k = ± (e_k - ē_k)
 /// ```
-/// in N, with the sign of `m_1` (eq. 22). Accumulated by eq. 27 with the drift `ν` it is the Page-Hinkley test (Page,
-/// *Biometrika* 41, 1954; Hinkley, *Biometrika* 58, 1971). The mean before the change is estimated, so a constant error
-/// of the model is not accumulated.
-///
-/// The cost: after a long quiet time the mean changes slowly, and a new offset counts as a change.
+/// in N, with the sign of `m_1` (eq. 22); with eq. 27 the Page-Hinkley test (Hinkley, *Biometrika* 58, 1971). A
+/// constant error of the model has no effect, but after a long quiet time a new offset counts as a change.
 #[derive(Debug, Clone)]
 pub struct PageHinkley<L> {
     towards: L,
@@ -29,7 +23,7 @@ impl<L: Lane> PageHinkley<L> {
         Self { towards: L::splat(rupture_mean_n.signum()), mean: L::zero(), samples: L::zero() }
     }
 
-    /// Returns `s_k` in N for a residual in N; ignores NaN and infinite residuals and returns 0.
+    /// 0 for NaN and infinite residuals.
     #[inline(always)]
     fn excess(&mut self, residual: L) -> L {
         let finite = residual.abs().le(L::splat(f64::MAX));
@@ -52,7 +46,7 @@ impl<L: Lane> BuiltIn for PageHinkley<L> {
     const UNIT: &'static str = "N";
     const IS_ONE_SIDED: bool = true;
 
-    /// Hinkley's drift is half the smallest shift to detect.
+    /// Half the smallest shift to detect.
     fn tuning(hypotheses: &Hypotheses) -> (f64, f64) {
         let half = hypotheses.rupture_mean_n.abs() / 2.0;
         (half, half)

@@ -1,19 +1,14 @@
-//! The change of the estimated parameters (eq. 24 to 26).
-
 use super::super::DetectorInput;
 use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::Lane;
 
-/// `s_k = |(ΔK_k / K_1, ΔB_k / B_1)|`, dimensionless: the length of `H_k` (eq. 25), the correction of stiffness and
-/// damping by the sample, each component relative to its correction by a rupture.
+/// `s_k = |(ΔK_k / K_1, ΔB_k / B_1)|`, dimensionless: `H_k` (eq. 25) relative to a rupture's (Barbé et al. 2006).
 ///
-/// This is the earlier proposal of Barbé et al. (2006). Eq. 27 accumulates one number, and the paper does not say how
-/// the components of the vector in eq. 26 are combined. With the length, each parameter can raise the alarm alone, and
-/// the distance does not depend on the units.
+/// The paper does not say how eq. 26 combines the components; with the length, each can raise the alarm alone.
 #[derive(Debug, Clone)]
 pub struct ParameterChange<L> {
-    /// Reciprocals of the corrections by a rupture, in m/N and m/(N·s).
+    /// Inverse corrections by a rupture, in m/N and m/(N·s).
     scale: [L; 2],
 }
 

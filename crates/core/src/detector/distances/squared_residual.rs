@@ -1,16 +1,14 @@
-//! The squared residual: the paper's choice (4.4.3).
-
 use super::super::DetectorInput;
 use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::Lane;
 
-/// `s_k = e_k²` in N².
+/// `s_k = e_k²` in N², the paper's choice (4.4.3).
 #[derive(Debug, Clone)]
 pub struct SquaredResidual<L>(core::marker::PhantomData<L>);
 
 impl<L> SquaredResidual<L> {
-    /// Creates the distance, which needs no settings.
+    /// Needs no settings.
     #[must_use]
     pub const fn new() -> Self {
         Self(core::marker::PhantomData)

@@ -1,23 +1,17 @@
-//! The tail of a distance without ruptures, which gives the threshold for a wanted rate of false alarms.
-
 use crate::lane::Lane;
 
-/// Length of a block in s. Its largest value is one peak, because values closer together belong to the same fall.
 const BLOCK_S: f64 = 0.1;
 
-/// Values above this belong to the tail.
+/// Smallest value of the tail.
 const TAIL_FROM: f64 = 3.0;
 
-/// Prior before the first sample: a time in s, the number of peaks above [`TAIL_FROM`] in it, and the means of `ln(peak
-/// / TAIL_FROM)` and of its square.
-///
-/// One peak per 2 s with a shape of 0.13, heavier than normal noise: the first minutes have too few false alarms rather
-/// than too many.
+/// Prior: s, peaks above [`TAIL_FROM`], means of `ln(peak / TAIL_FROM)` and of its square. Heavier than normal noise,
+/// so the first minutes have too few false alarms rather than too many.
 const ASSUMED_S: f64 = 20.0;
 const ASSUMED_PEAKS: f64 = 10.0;
 const ASSUMED_MOMENTS: [f64; 2] = [0.18, 0.062];
 
-/// Range of the tail's shape. Below -0.5 the tail ends, above 1 it has no mean.
+/// Below -0.5 the tail ends, above 1 it has no mean.
 const SHAPE: (f64, f64) = (-0.5, 1.0);
 
 crate::settings! {
@@ -27,30 +21,26 @@ crate::settings! {
         /// Wanted rate of false alarms of the adaptive detector, per minute; its threshold of 7 then corresponds to
         /// this rate.
         ///
-        /// The peaks of the distance above 3 since the start, one per 0.1 s and without the peaks of alarms, give a
-        /// generalised Pareto tail by the moments of Dekkers, Einmahl and de Haan (*Annals of Statistics* 17, 1989).
-        /// The rate is within a factor of three of the target for noise with tails up to Student's t with 3 degrees of
-        /// freedom, and for correlated normal noise. It is higher if the noise is both, and lower if a tenth of the
-        /// force exceeds the noise.
+        /// A generalised Pareto tail of the peaks, by the moments of Dekkers, Einmahl and de Haan (*Annals of
+        /// Statistics* 17, 1989).
         false_alarms_per_min: Option<f64> [POSITIVE],
     }
 }
 
-/// The peaks of a distance above [`TAIL_FROM`], and the value that is exceeded at the wanted rate.
+/// The value that is exceeded at the wanted rate.
 #[derive(Debug, Clone)]
 pub(super) struct Tail<L> {
-    /// Wanted rate of exceedances, in 1/s.
     wanted_hz: f64,
     block_bins: usize,
     bins: usize,
     block_s: f64,
     time_s: f64,
     peak: L,
-    /// Number of peaks, and sums of `ln(peak / TAIL_FROM)` and of its square.
+    /// Number of peaks, sums of `ln(peak / TAIL_FROM)` and of its square.
     sums: [L; 3],
     level: L,
     beyond: [L; 2],
-    /// Number of false alarms that the wanted rate still allows.
+    /// False alarms that the wanted rate still allows.
     credit: L,
 }
 
@@ -88,10 +78,8 @@ impl<L: Lane> Tail<L> {
         }
     }
 
-    /// Counts the present block as one with an alarm, in the lanes of the mask.
-    ///
-    /// An alarm counts as false only while the wanted rate allows one; its peak is then the mean of larger peaks.
-    /// Without any of these peaks the tail would be cut off; with all of them ruptures would raise the level.
+    /// An alarm counts as false only while the wanted rate allows one, with the mean of larger peaks. Without these
+    /// peaks the tail would be cut off; with all of them ruptures would raise the level.
     pub(super) fn take_alarm(&mut self, mask: L::Mask) {
         let zero = L::zero();
         self.peak = L::select(mask, zero, self.peak);
@@ -136,8 +124,7 @@ impl<L: Lane> Tail<L> {
     }
 }
 
-/// The value that one of `times` peaks exceeds, from the means of the logarithm and of its square; and both means over
-/// larger peaks.
+/// The value that one of `times` peaks exceeds, and both means over larger peaks.
 fn level(times: f64, [first, second]: [f64; 2]) -> (f64, [f64; 2]) {
     let spread = 1.0 - first * first / second;
     let lower = 1.0 - 0.5 / spread;

@@ -1,11 +1,9 @@
-//! The log-likelihood ratio of an increased variance (eq. 23).
-
 use super::super::DetectorInput;
 use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings, square};
 use crate::lane::Lane;
 
-/// `s = ln(σ_0/σ_1) + (1/σ_0² - 1/σ_1²) e²/2`, dimensionless (eq. 23). The variance increases from `σ_0²` to `σ_1²`.
+/// `s = ln(σ_0/σ_1) + (1/σ_0² - 1/σ_1²) e²/2`, dimensionless (eq. 23).
 #[derive(Debug, Clone)]
 pub struct VarianceChange<L> {
     scale: L,

@@ -1,14 +1,12 @@
-//! The fall of the force over 3 ms in multiples of its noise: a baseline without a model of the tissue.
-
 use super::super::DetectorInput;
 use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::{Lane, Mask};
 
-/// Length of the window in s, at least one sample.
+/// At least one sample.
 const WINDOW_S: f64 = 3e-3;
 
-/// Time in s after which the noise estimate is valid, and refractory period after an alarm in s.
+/// The noise estimate is valid after this time; refractory period after an alarm.
 const KNOWN_S: f64 = 0.05;
 const MUTE_S: f64 = 0.1;
 
@@ -16,14 +14,13 @@ const MAX_SAMPLES: usize = 64;
 
 const MEMORY_S: f64 = 1.0;
 
-/// Smallest noise in N, against a division by 0.
+/// Against a division by 0.
 const LEAST_NOISE_N: f64 = 1e-6;
 
-/// Standard deviation of normal noise in multiples of its mean magnitude.
+/// Standard deviation of normal noise, in multiples of its mean magnitude.
 const STD_OF_MEAN: f64 = 1.253_314_137_315_5;
 
-/// `s_k = (y_{k-w} - y_k) / σ_k`, with a window `w` of 3 ms. `σ_k` is the standard deviation of normal noise with the
-/// running mean magnitude of these changes. Needs no contact position and no quiet time.
+/// `s_k = (y_{k-w} - y_k) / σ_k` over 3 ms; `σ_k` follows from the running mean magnitude of these changes.
 #[derive(Debug, Clone)]
 pub struct WindowedDerivative<L> {
     window: [L; MAX_SAMPLES],
@@ -32,10 +29,10 @@ pub struct WindowedDerivative<L> {
     samples: f64,
     noise: L,
     share: f64,
-    /// Number of samples until the noise estimate is valid, and of the refractory period.
+    /// In samples.
     known: f64,
     mute: f64,
-    /// Number of samples left of the refractory period.
+    /// Samples left of the refractory period.
     muted: L,
 }
 

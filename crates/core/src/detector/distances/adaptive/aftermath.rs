@@ -1,57 +1,49 @@
-//! The ring-down of the machine after a rupture, in which no swing is a new rupture.
-
 use crate::lane::{Lane, Mask};
 
-/// Smallest fall after an alarm that counts, as a share of the fall that raised the alarm.
+/// Smallest fall that counts, relative to the alarm's fall.
 const LEAST_SHARE: f64 = 0.2;
 
-/// Time constant with which the smallest fall decays, in s.
+/// Of the smallest fall.
 const DECAY_S: f64 = 0.15;
 
-/// A rise by this share of the fall is a new load: larger than the swing of any ring-down.
+/// A larger rise, relative to the alarm's fall, is a new load.
 const LOADED_SHARE: f64 = 0.65;
 
-/// The longest time between two turns of a ring-down, in s: half a period at 4 Hz.
+/// Half a period at 4 Hz.
 const LONGEST_SWING_S: f64 = 0.125;
 
-/// A change smaller than this share of the fall, or than this multiple of the usual change, is not a turn.
+/// A smaller change, relative to the fall or the usual change, is no turn.
 const TURN_SHARE: f64 = 0.02;
 const TURN_SCALES: f64 = 3.0;
 
-/// A fall of this share of the last rise, within this share of the duration of that rise, is no swing.
+/// A fall by this share of the last rise, within this share of its duration, is no swing.
 const SUDDEN_SHARE: f64 = 0.5;
 const SUDDEN_TIME: f64 = 0.25;
 
-/// The force after an alarm.
-///
-/// A ring-down decays, and each of its swings takes as long down as up. So a fall is a swing, and counts only by what
-/// it goes below the last trough, unless it loses half of the last rise in a quarter of the time of that rise. If the crests
-/// sink because the load relaxes, the next trough may be lower by as much. A fall must also exceed a share of the fall
-/// that raised the alarm. The ring-down has ended when the force has risen by 0.65 of that fall, or has not turned for
-/// 0.125 s.
+/// The ring-down after an alarm. Its swings decay and take as long down as up: a fall counts only below the last
+/// trough, lowered by sinking crests (relaxation), unless it is sudden.
 #[derive(Debug, Clone)]
 pub(super) struct Aftermath<L> {
-    /// The force before the alarm in N, and the lowest force since.
+    /// Before the alarm, and the lowest since, in N.
     top: L,
     lowest: L,
-    /// The last trough and the last crest in N.
+    /// In N.
     trough: L,
     crest: L,
-    /// The change from the crest before the last one to the last one in N, if it is a fall.
+    /// Fall from the last crest but one to the last, in N.
     trend: L,
-    /// Number of bins of the last rise.
+    /// Bins of the last rise.
     rise: L,
-    /// The extreme force since the last turn in N, bins since it, and bins since the last turn.
+    /// Extreme force since the last turn (N); bins since it and since the turn.
     extreme: L,
     since_extreme: L,
     since_turn: L,
-    /// 1 while the force rises, -1 while it falls, 0 without a ring-down.
+    /// 1: rising, -1: falling, 0: no ring-down.
     direction: L,
-    /// The decaying share of the fall that a new fall must exceed.
+    /// Decaying share of the alarm's fall that a new fall must exceed.
     share: L,
 }
 
-/// The number of bins that a swing may last, and the factor per bin of the decay.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct AftermathTimes {
     longest_swing: f64,
@@ -65,7 +57,7 @@ impl AftermathTimes {
     }
 }
 
-/// The limits of a fall in N during a ring-down: it counts by at most `largest` and must exceed `least`.
+/// A fall counts by at most `largest` and must exceed `least`, in N.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FallLimits<L> {
     pub(super) largest: L,
@@ -90,7 +82,6 @@ impl<L: Lane> Aftermath<L> {
         }
     }
 
-    /// Begins in the lanes of the mask, after an alarm on a fall from `top` to `force` (N).
     #[inline(always)]
     pub(super) fn begin(&mut self, mask: L::Mask, top: L, force: L) {
         // There is no trend until the second crest.
@@ -109,8 +100,7 @@ impl<L: Lane> Aftermath<L> {
         self.share = L::select(mask, L::splat(LEAST_SHARE), self.share);
     }
 
-    /// Processes the force of a bin (N) with the scale of its changes. While `falls`, the fall of the alarm still
-    /// continues.
+    /// While `falls`, the alarm's fall continues.
     #[inline(always)]
     pub(super) fn update(&mut self, force: L, scale: L, falls: L::Mask, times: &AftermathTimes) {
         let (zero, one) = (L::zero(), L::splat(1.0));
@@ -150,7 +140,6 @@ impl<L: Lane> Aftermath<L> {
         self.direction.abs().gt(L::zero())
     }
 
-    /// The limits of a fall to a force (N).
     #[inline(always)]
     pub(super) fn limits(&self, force: L) -> FallLimits<L> {
         let active = self.is_active();

@@ -1,21 +1,17 @@
-//! The samples of a bin.
-
 use super::{MAX_RESOLUTION_M, MEDIAN_BINS, ROUNDING};
 use crate::lane::Lane;
 
-/// The mean of the samples of a bin, the median of three bins, and the steps of the sensors.
 #[derive(Debug, Clone)]
 pub(super) struct Bin<L> {
-    /// Number of samples per bin, and number of samples so far.
     samples: usize,
     filled: usize,
     has_any: bool,
     sums: [L; 2],
     last: [L; 2],
-    /// Smallest change between two samples: at most the step of the encoder (m) and of the sensor (N).
+    /// Smallest changes: at most the step of the encoder (m) and of the sensor (N).
     pub(super) steps: [L; 2],
     pub(super) unchanged: L,
-    /// Forces of the last three bins, and the position of the last one.
+    /// Of the last three bins.
     forces: [L; MEDIAN_BINS],
     pub(super) position: L,
 }
@@ -36,7 +32,7 @@ impl<L: Lane> Bin<L> {
         }
     }
 
-    /// Adds a sample. If it completes a bin, returns the force and the position of the bin before.
+    /// Returns the median force and the position of the bin before, if the sample completes a bin.
     #[inline(always)]
     pub(super) fn add(&mut self, force: L, position: L) -> Option<(L, L)> {
         let sample = [position, force];

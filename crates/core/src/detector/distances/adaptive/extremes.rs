@@ -1,10 +1,7 @@
-//! Extremes of a signal over the last bins.
-
 use super::{BINS, SHORT, before};
 use crate::lane::Lane;
 
-/// The extremes of a signal over the last two, four and eight bins and over the reference, for each bin. Each is
-/// computed from two shorter extremes.
+/// Over two, four and eight bins and over the reference, each from two shorter ones.
 #[derive(Debug, Clone)]
 pub(super) struct Extremes<L> {
     pub(super) twos: [L; BINS],
@@ -18,7 +15,7 @@ impl<L: Lane> Extremes<L> {
         Self { twos: [value; BINS], fours: [value; SHORT], eights: [value; SHORT], whole: [value; BINS] }
     }
 
-    /// Adds the newest value; `more` is the minimum or the maximum of two.
+    /// `more` is the minimum or the maximum of two.
     #[inline(always)]
     pub(super) fn update(&mut self, values: &[L; BINS], newest: usize, reference: usize, more: impl Fn(L, L) -> L) {
         let one = values[newest];
@@ -37,7 +34,7 @@ impl<L: Lane> Extremes<L> {
         };
     }
 
-    /// Resets the lanes of the mask, as if every bin so far had had this value.
+    /// As if every bin had had this value.
     #[inline(always)]
     pub(super) fn forget(&mut self, mask: L::Mask, value: L) {
         let Self { twos, fours, eights, whole } = self;

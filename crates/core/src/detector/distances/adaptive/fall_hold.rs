@@ -1,15 +1,13 @@
-//! The rest of the fall that raised an alarm.
-
 use super::tare::Tare;
 use super::times::Times;
 use super::{LEAST_SHARE, NEW_LOAD, NEW_LOAD_BINS};
 use crate::lane::{Lane, Mask};
 
-/// The fall after an alarm. It raises no further alarm.
+/// The rest of the fall after an alarm, which raises no further alarm.
 #[derive(Debug, Clone)]
 pub(super) struct FallHold<L> {
     pub(super) lowest: L,
-    /// Bins since the lowest force; negative if no fall is held.
+    /// Negative if no fall is held.
     pub(super) since_lowest: L,
     pub(super) bins: L,
 }
@@ -27,8 +25,7 @@ impl<L: Lane> FallHold<L> {
         self.bins = L::select(mask, L::zero(), self.bins);
     }
 
-    /// Processes the force of a bin (N) with the scale of its changes. The fall ends after two references in which the
-    /// force has not fallen further, or with a new load.
+    /// Ends after two references in which the force has not fallen further, with a new load, or after `times.hold`.
     #[inline(always)]
     pub(super) fn update(&mut self, force: L, scale: L, tare: &Tare<L>, times: &Times) -> FallState<L> {
         let one = L::splat(1.0);

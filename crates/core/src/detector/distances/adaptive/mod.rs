@@ -1,5 +1,3 @@
-//! The fall of the force relative to its usual changes: a detector that needs no configuration.
-
 mod aftermath;
 mod bin;
 mod extremes;
@@ -19,122 +17,111 @@ use fall_hold::FallHold;
 use tare::Tare;
 use times::Times;
 
-/// Threshold, in multiples of the usual change.
+/// In multiples of the usual change.
 const THRESHOLD: f64 = 7.0;
 
-/// Smallest length of a bin in s. The samples of a bin are averaged.
+/// Smallest bin; its samples are averaged.
 const BIN_S: f64 = 1e-3;
 
-/// Number of stored bins: at least the longest window plus the reference before it.
+/// At least the longest window plus the reference before it.
 const BINS: usize = 64;
 
-/// Number of bins for which shorter extremes are stored. A longer extreme needs the shorter ones of at most seven bins
-/// ago. Divides [`BINS`].
+/// A longer extreme needs shorter ones of at most seven bins ago. Divides [`BINS`].
 const SHORT: usize = 8;
 
 const MEDIAN_BINS: usize = 3;
 
-/// Windows over which the force may fall, in s.
 const WINDOWS_S: [f64; 5] = [2e-3, 4e-3, 8e-3, 16e-3, 32e-3];
 
-/// Length of the reference before a window in s. Longer than the spike of an impact.
+/// Before a window; longer than the spike of an impact.
 const REFERENCE_S: f64 = 15e-3;
 
-/// Interval over which the present velocity is measured, in s.
+/// Interval of the present velocity.
 const INSTANT_S: f64 = 4e-3;
 
-/// Velocities below this count as rest, in m/s.
+/// Slower is rest.
 const SLOW_M_PER_S: f64 = 2e-3;
 
 /// Share of the force that viscosity can release when the needle stops.
 const VISCOUS_SHARE: f64 = 0.7;
 
-/// A needle moves on if it has lost less than this share of its velocity and is faster than [`MOVES_ON_M_PER_S`].
+/// A needle moves on above [`MOVES_ON_M_PER_S`], with less than this share of its velocity lost.
 const EVEN_SHARE: f64 = 0.1;
 const MOVES_ON_M_PER_S: f64 = 5e-3;
 
-/// Smallest fall that counts, as a share of the load before it.
+/// Smallest fall that counts, relative to the load.
 const LEAST_SHARE: f64 = 0.1;
 
-/// Smallest fall that counts, as a share of the largest recent load.
+/// Smallest fall that counts, relative to the largest recent load.
 const LEAST_RECENT_SHARE: f64 = 0.05;
 
 const LOAD_MEMORY_S: f64 = 0.3;
 
 const SCALE_MEMORY_S: f64 = 1.0;
 
-/// Changes are clipped at this multiple of their scale before they update it.
+/// Changes are clipped at this multiple of their scale.
 const CLIP: f64 = 3.0;
 
-/// Smallest scale, as a share of the force sensor's step.
+/// Smallest scale, relative to the sensor's step.
 const STEP_SHARE: f64 = 0.5;
 
 const LEAST_SCALE_N: f64 = 1e-9;
 
-/// Number of bins after which the scales are valid.
+/// After which the scales are valid.
 const KNOWN_BINS: f64 = 50.0;
 
 const STIFFNESS_MEMORY_S: f64 = 0.3;
 
 const STIFFNESS_INTERVAL_S: f64 = 8e-3;
 
-/// Forces and rises above this multiple of their scale count as a load.
+/// Smallest load, in multiples of the scale.
 const LOAD: f64 = 6.0;
 
 const STIFFEST_MEMORY_S: f64 = 5.0;
 
-/// Largest step of an encoder, in m.
 const MAX_RESOLUTION_M: f64 = 1e-4;
 
-/// Changes below these are rounding errors, in m and N.
+/// In m and N.
 const ROUNDING: [f64; 2] = [1e-9, 1e-6];
 
-/// A force that has been constant for this time is stuck, in s.
+/// A force constant for longer is stuck.
 const STUCK_S: f64 = 0.2;
 
-/// Longest time after an alarm that belongs to the same fall, in s.
+/// Longest fall after an alarm.
 const HOLD_S: f64 = 0.15;
 
-/// Shortest time after an alarm that belongs to the same fall, in s.
+/// Shortest fall after an alarm.
 const MERGE_S: f64 = 0.03;
 
-/// A rise above the lowest force by this multiple of the scale ends the fall: a new load.
+/// Rise that ends the fall, in multiples of the scale.
 const NEW_LOAD: f64 = 10.0;
 
-/// Number of bins for which the new load must last.
+/// For which the new load must last.
 const NEW_LOAD_BINS: f64 = 2.0;
 
-/// The fall of the force, in multiples of its usual change.
+/// The fall of the force in multiples of its usual change, without configuration.
 ///
-/// Samples are averaged in bins of at least 1 ms, and a median of three bins removes single outliers. Let `f` be the
-/// force, `x` the position and `K` the stiffness, from a regression of changes of `f` on changes of `x` under load. The
-/// surplus `r` is the force that the motion does not explain: `Δr = Δf - K Δx`. The *load* is the force above the mean
-/// of the first 50 bins, or above 0 if that mean is noise; the sensor need not be tared. For each window `w`
+/// Samples are averaged in bins; a median of three removes outliers. `K` is the stiffness from a regression of changes
+/// of the force `f` on changes of the position `x` under load, `r` the force that the motion does not explain
+/// (`Δr = Δf - K Δx`), and the *load* the force above the mean of the first 50 bins, or above 0 if that mean is noise.
+/// For each window `w`
 ///
 /// ```text
 /// fall_w = min(min r before the window - r - continued, max f before the window - f - released)
 /// s_k    = max over w of min(fall_w, load) / c_w
 /// ```
 ///
-/// - *before the window*: the 15 ms before it. `min r` covers only the last two bins if a tenth of the load
-///   arrived in these 15 ms and the needle moves on through the fall: an impact stops a needle, a rupture
-///   lets it through.
-/// - `c_w`: the running mean, over 1 s, of the changes over `w`, each clipped at three means; at least half of the
-///   sensor's step.
-/// - *released*: the force that the retreat so far, plus one encoder step, can release at the stiffest load seen so
-///   far. A hand that lets go of a rigid stop is not a rupture.
-/// - *continued*: the amount that an earlier fall adds if it continues at its rate (relaxation).
+/// - *before the window*: in 15 ms, for `min r` in two bins if a tenth of the load arrived in the 15 ms and the needle
+///   moves on: an impact stops a needle, a rupture lets it through.
+/// - `c_w`: the mean, over 1 s, of the clipped changes over `w`; at least half of the sensor's step.
+/// - *released*: what the retreat so far, plus one encoder step, can release at the stiffest load so far.
+/// - *continued*: what an earlier fall adds at its rate (relaxation).
 ///
-/// A fall counts as 0 if it is
+/// A fall counts as 0 below a tenth of the load, a twentieth of the largest load of the last 0.3 s, or 0.7 of the load
+/// times the lost share of the velocity (viscosity); during a retreat or after 64 bins of rest; and as part of an
+/// alarm's fall or ring-down.
 ///
-/// - less than a tenth of the load, or less than a twentieth of the largest load of the last 0.3 s,
-/// - less than 0.7 of the load, times the share of its velocity that the needle has lost (viscosity),
-/// - during a retreat of the needle, or after 64 bins of rest,
-/// - part of the fall after an alarm, which lasts at least 30 ms, until no further tenth of the load is lost within 30
-///   ms or a new load has risen,
-/// - part of the ring-down of the machine after that (see `aftermath.rs`).
-///
-/// The constants were chosen on synthetic recordings (`trocar roc --trials`), with other seeds than the reported ones.
+/// The constants were chosen on synthetic recordings with other seeds than the reported ones.
 #[derive(Debug, Clone)]
 pub struct Adaptive<L> {
     bin: Bin<L>,
@@ -142,25 +129,24 @@ pub struct Adaptive<L> {
     bins: f64,
     newest: usize,
     force: [L; BINS],
-    /// The force that the motion does not explain, in N.
+    /// What the motion does not explain, in N.
     surplus: [L; BINS],
     position: [L; BINS],
-    /// Maximum force, minimum surplus and maximum position over the reference that ends at each bin.
+    /// Over the reference: maximum force, minimum surplus and maximum position.
     peak: Extremes<L>,
     low: Extremes<L>,
     high: Extremes<L>,
-    /// Velocity over the reference that ends at each bin in m/s: the larger of the mean and the last velocity.
+    /// Over the reference, in m/s: the larger of mean and last velocity.
     speed: [L; BINS],
     scales: [L; WINDOWS_S.len()],
     /// Running means of `Δx²` and `Δx Δf`.
     moments: [L; 2],
     stiffest: L,
-    /// The largest recent load, which decays, in N.
+    /// Decays; in N.
     recent_load: L,
     tare: Tare<L>,
     hold: FallHold<L>,
     aftermath: Aftermath<L>,
-    /// The tail of the values, for a wanted rate of false alarms.
     tail: Option<Tail<L>>,
     value: L,
 }
@@ -204,7 +190,7 @@ impl<L: Lane> BuiltIn for Adaptive<L> {
     }
 
     fn restarted(&self, settings: &DistanceSettings, tick_s: f64) -> Self {
-        // The samples after the gap may be under load, and would be taken for the offset of the sensor.
+        // Samples after the gap may be under load and would be taken for the sensor's offset.
         Self { tare: self.tare.clone(), ..<Self as BuiltIn>::new(settings, tick_s) }
     }
 }
@@ -298,7 +284,7 @@ impl<L: Lane> Adaptive<L> {
         };
     }
 
-    /// The stiffness in N/m, from a regression of force changes on position changes under load.
+    /// In N/m.
     #[inline(always)]
     fn stiffness(&mut self) -> L {
         let zero = L::zero();
@@ -313,7 +299,6 @@ impl<L: Lane> Adaptive<L> {
         L::select(squares.gt(zero), (products / squares).max(zero), zero)
     }
 
-    /// The entry of `speed` for the newest bin.
     #[inline(always)]
     fn speed(&self) -> L {
         let (reference, instant) = (self.times.reference, self.times.instant);
@@ -326,17 +311,15 @@ impl<L: Lane> Adaptive<L> {
     #[inline(always)]
     fn largest_fall(&self, stiffness: L) -> L {
         let zero = L::zero();
-        // Fast path: most forces have not fallen by the smallest share below any earlier force, over any window.
+        // Fast path: most forces have not fallen by the smallest share.
         let (force, peak) = (self.force[self.newest], self.maximum(&self.peak));
         let may_count = (peak - force).gt(self.tare.smallest_size(peak) * L::splat(LEAST_SHARE));
         if !may_count.any() {
             return zero;
         }
-        // The force that a retreat from the deepest position can release.
         let retreat = self.maximum(&self.high) - self.position[self.newest] + self.bin.steps[0];
         let released = stiffness.max(self.stiffest) * retreat;
-        // The force is a median and lags by one bin. The velocity uses the next position, because the force falls with
-        // the velocity.
+        // The force is a median and lags by one bin, so the velocity uses the next position.
         let since = self.ago(&self.position, self.times.instant - 1);
         let velocity = (self.bin.position - since) * L::splat(self.times.per_instant);
         let ring = self.aftermath.limits(force);
@@ -344,31 +327,30 @@ impl<L: Lane> Adaptive<L> {
         for index in 0..WINDOWS_S.len() {
             largest = largest.max(self.relative_fall(index, velocity, released, &ring));
         }
-        // A position that has never changed, or only by coarse steps, does not show that the needle is at rest.
+        // A position that never changed, or only by coarse steps, does not show rest.
         let is_at_rest = self.bin.steps[0].lt(L::splat(MAX_RESOLUTION_M))
             & !self.change(&self.position, BINS - 1).gt(L::splat(ROUNDING[0]));
         L::select(is_at_rest, zero, largest)
     }
 
-    /// The maximum over the longest window and the reference before it.
     #[inline(always)]
     fn maximum(&self, maxima: &Extremes<L>) -> L {
         let reference = self.times.reference;
         let longest = BINS - 1 - reference;
         let mut maximum = maxima.whole[self.newest];
-        // The maxima of four adjacent references cover both.
+        // Four adjacent references cover both.
         for part in 1..4 {
             maximum = maximum.max(self.ago(&maxima.whole, (part * reference).min(longest)));
         }
         maximum
     }
 
-    /// The fall over a window at a velocity (m/s) relative to its scale, within the limits of a ring-down.
+    /// Within the limits of a ring-down.
     #[inline(always)]
     fn relative_fall(&self, index: usize, velocity: L, released: L, ring: &FallLimits<L>) -> L {
         let zero = L::zero();
         let window = self.times.windows[index];
-        // Skip the computation while the needle retreats, because no fall counts then.
+        // No fall counts while the needle retreats.
         let advances = self.change(&self.position, window).ge(zero);
         if !advances.any() {
             return zero;
@@ -394,17 +376,16 @@ impl<L: Lane> Adaptive<L> {
             .max(ring.least);
         let counts = fall.gt(least) & advances;
         let scale = self.scales[index].max(self.bin.steps[1] * L::splat(STEP_SHARE)).max(L::splat(LEAST_SCALE_N));
-        // A fall is at most the load before it: noise without load is not a fall.
+        // At most the load before it: noise without load is not a fall.
         L::select(counts, fall.min(size), zero) / scale
     }
 
     #[inline(always)]
     fn learn(&mut self, stiffness: L) {
         let share = L::splat((1.0 / self.bins).max(self.times.scale_share));
-        // Medians of three bins share bins with the next two medians, so their change over fewer than three bins is too
-        // small.
+        // Medians of three bins share bins: their change over fewer bins is too small.
         let windows = by_index!(WINDOWS_S.len(), 0, |i| self.times.windows[i].max(MEDIAN_BINS));
-        // The loops run array by array, because the compiler vectorises them; it does not vectorise loops over windows.
+        // Array by array: the compiler does not vectorise loops over windows.
         let rises = by_index!(WINDOWS_S.len(), |i| self.change(&self.force, windows[i]));
         let advances = by_index!(WINDOWS_S.len(), |i| self.change(&self.position, windows[i]));
         let unexplained =

@@ -1,29 +1,24 @@
-//! The force without load: what the sensor shows before contact.
-
 use super::KNOWN_BINS;
 use crate::lane::Lane;
 
-/// Time constant with which the force without load follows a lower force, in s.
+/// Towards a lower force.
 const SINKING_S: f64 = 5.0;
 
-/// A load below this share of the force without load may be no load at all: the recording may begin under load.
+/// A load below this share of the force without load may be none.
 const LEAST_SHARE: f64 = 0.05;
 
 /// A load below this multiple of the usual change may be noise.
 const LEAST_SCALES: f64 = 6.0;
 
-/// A mean of the first forces below this multiple of the usual change is noise: the sensor is tared.
+/// A mean below this multiple of the usual change is noise: the sensor is tared.
 const TARED_SCALES: f64 = 20.0;
 
-/// The force without load. Falls are compared with the load above it, so a constant offset of the sensor does not hide
-/// ruptures.
-///
-/// It is the mean of the first forces, or 0 if this is noise. Later it follows lower forces down to 0, because a
-/// recording may begin under load.
+/// The force without load: the mean of the first forces, or 0 if it is noise. It follows lower forces down to 0,
+/// because a recording may begin under load.
 #[derive(Debug, Clone)]
 pub(super) struct Tare<L> {
     unloaded_n: L,
-    /// Number of averaged bins, up to [`KNOWN_BINS`].
+    /// Averaged bins, up to [`KNOWN_BINS`].
     bins: f64,
 }
 
@@ -32,7 +27,7 @@ impl<L: Lane> Tare<L> {
         Self { unloaded_n: L::zero(), bins: 0.0 }
     }
 
-    /// Averages the forces (N) of the first bins, and then follows a lower force by a share per bin.
+    /// Averages the first bins, then follows a lower force.
     #[inline(always)]
     pub(super) fn update(&mut self, force: L, share: f64) {
         let zero = L::zero();
@@ -45,26 +40,22 @@ impl<L: Lane> Tare<L> {
         }
     }
 
-    /// Drops a mean that is noise. `scale` is the usual change in N.
     #[inline(always)]
     pub(super) fn settle(&mut self, scale: L) {
         let is_tared = self.unloaded_n.abs().lt(scale * L::splat(TARED_SCALES));
         self.unloaded_n = L::select(is_tared, L::zero(), self.unloaded_n);
     }
 
-    /// The share by which the force without load sinks per bin of `bin_s`.
     pub(super) fn share(bin_s: f64) -> f64 {
         (bin_s / SINKING_S).min(1.0)
     }
 
-    /// The load at a force in N.
     #[inline(always)]
     pub(super) fn load(&self, force: L) -> L {
         force - self.unloaded_n
     }
 
-    /// The size of a force in N with which its fall is compared: the load, or the force itself unless the load is clear
-    /// now and was `before` (N) the fall. `scale` is the usual change in N.
+    /// What a fall is compared with: the load, or the force unless the load is clear now and `before`.
     #[inline(always)]
     pub(super) fn size(&self, force: L, before: L, scale: L) -> L {
         let clear = (self.unloaded_n.abs() * L::splat(LEAST_SHARE)).max(scale * L::splat(LEAST_SCALES));
@@ -72,7 +63,7 @@ impl<L: Lane> Tare<L> {
         L::select(is_clear, self.load(force), force.abs())
     }
 
-    /// The smallest size that a force in N can have.
+    /// Lower bound of [`Tare::size`].
     #[inline(always)]
     pub(super) fn smallest_size(&self, force: L) -> L {
         self.load(force).min(force.abs())

@@ -1,5 +1,3 @@
-//! The times of the adaptive distance, in bins.
-
 use super::aftermath::AftermathTimes;
 use super::tare::Tare;
 use super::*;
@@ -7,7 +5,7 @@ use super::*;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Times {
     pub(super) windows: [usize; WINDOWS_S.len()],
-    /// Ratio of the window to the reference: the continuation of a fall, in multiples of the fall over the reference.
+    /// Window over reference: an earlier fall continues by this multiple.
     pub(super) trends: [f64; WINDOWS_S.len()],
     pub(super) reference: usize,
     pub(super) stiffness: usize,
@@ -15,7 +13,7 @@ pub(super) struct Times {
     pub(super) hold: f64,
     pub(super) merge: f64,
     pub(super) stuck: f64,
-    /// Inverse of the reference and of the interval of the present velocity, in 1/s.
+    /// In 1/s.
     pub(super) per_reference: f64,
     pub(super) per_instant: f64,
     pub(super) scale_share: f64,
@@ -28,7 +26,7 @@ pub(super) struct Times {
 
 impl Times {
     pub(super) fn of(bin_s: f64) -> Self {
-        // A bin is at least 1 ms long, so the longest window and the reference before it are at most 47 of the 64 bins.
+        // At most 47 of the 64 bins are used, because a bin is at least 1 ms long.
         let bins = |time_s: f64| (libm::round(time_s / bin_s) as usize).max(1);
         let per = |time_s: f64| 1.0 / (bins(time_s) as f64 * bin_s);
         let (windows, reference) = (WINDOWS_S.map(bins), bins(REFERENCE_S));
@@ -53,7 +51,7 @@ impl Times {
     }
 }
 
-/// Stores nothing, because all values follow from the settings.
+/// All values follow from the settings.
 impl crate::lane::Stored for Times {
     fn numbers(&mut self, _with: &mut dyn FnMut(&mut u64)) {}
 }
