@@ -112,3 +112,31 @@ fn every_shipped_scenario_runs_as_its_verdict_says() {
     }
     assert!(unknown <= 14, "{unknown}");
 }
+
+#[test]
+fn a_slave_with_all_states_has_a_verdict() {
+    let lags_per_s: [f64; 6] = std::array::from_fn(|k| 400.0 + 50.0 * k as f64);
+    let (mut a, mut b) = ([[0.0; 8]; 8], [[0.0; 2]; 8]);
+    (a[0][1], a[1][1], a[1][2]) = (1.0, -8.0, 6.3);
+    for (k, rate) in lags_per_s.into_iter().enumerate() {
+        a[k + 2][k + 2] = -rate;
+        if k < 5 {
+            a[k + 2][k + 3] = rate;
+        }
+    }
+    (b[7][0], b[1][1]) = (lags_per_s[5], 6.3);
+    let settings = [
+        "simulation.control=sampled",
+        "slave.model=state-space",
+        &format!("slave.a={:?}", a.as_flattened()),
+        &format!("slave.b={:?}", b.as_flattened()),
+        "slave.c=[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]",
+        "slave.controller=pid",
+        "slave.integral_gain=1",
+        "slave.derivative_gain=1",
+        "sensor.force_bandwidth_hz=50",
+        "tissue.kind=tearing",
+    ];
+    let verdict = verdict(&scenario("augmented", &settings));
+    assert!(verdict.is_stable().is_some(), "{}", verdict.sentence());
+}

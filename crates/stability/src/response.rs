@@ -1,10 +1,7 @@
 use nalgebra::{DMatrix, DVector, Hessenberg};
 
-use super::side::Side;
+use super::side::{MAX_STATES, Side};
 use trocar_lti::Complex64;
-
-/// Includes the last sample if one arrives within a tick.
-const MAX_STATES: usize = 12;
 
 /// Relative; smaller subdiagonal entries are rounding errors.
 const ROUNDING: f64 = 1e-15;

@@ -63,8 +63,8 @@ impl States {
 }
 
 /// Ten of the machine with the arm, two of motor or controller, two of acceleration or force reading, one of
-/// relaxation, and [`EXTERNAL`].
-const MAX_STATES: usize = 16;
+/// relaxation, and [`EXTERNAL`], or the last sample if one arrives within a tick.
+pub(super) const MAX_STATES: usize = 16;
 
 /// The additional tissue force while a slave is built.
 const EXTERNAL: usize = MAX_STATES - 1;
