@@ -92,8 +92,6 @@ pub struct SideSummary {
     pub restarts: u64,
     /// First tick with messages: above 0 if this side was started anew and joined the other side.
     pub first_tick: u64,
-    /// Number of messages that a proxy in this process dropped, from the master and from the slave.
-    pub proxy_lost: Option<[u64; 2]>,
 }
 
 impl SideSummary {

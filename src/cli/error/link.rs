@@ -19,13 +19,11 @@ pub(in crate::cli) enum LinkError {
     KeyFile { path: String, source: std::io::Error },
     #[error("{path}: {source}")]
     Key { path: String, source: KeyError },
-    #[error("--proxy is between two sides on this machine, and {address} is not on it: leave out --proxy")]
-    ProxyElsewhere { address: String },
     #[error(
-        "the delays, jitter, loss and outages of [channel] act with --proxy only: add --proxy, or set them to 0 for \
-         the delays of the network"
+        "the delays, jitter, loss and outages of [channel] act in simulations only: set them to 0, and delay the packets \
+         with tc netem"
     )]
-    ChannelWithoutProxy,
+    Channel,
     #[error(
         "the tissue replays a recorded force, which does not react to --pointer: choose a scenario whose tissue.kind \
          is a model, such as layers/skin-augmented"

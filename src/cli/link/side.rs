@@ -8,7 +8,6 @@ use super::end::{End, either};
 use super::pace::{Clock, send, take_all};
 use super::peer::Peer;
 use super::pointer::Pointer;
-use super::proxy::Running;
 use super::{MasterArgs, SideArgs, SlaveArgs, address, priority};
 use crate::cli::error::{CliError, LinkError};
 use crate::cli::{interrupt, terminal};
@@ -46,11 +45,8 @@ pub(super) fn master(args: &MasterArgs) -> Result<(), CliError> {
     let scenario = load(&args.side)?;
     let slave = address::resolved(&args.to)?;
     let key = address::key(args.side.key_file.as_deref(), slave)?;
-    if args.proxy && !slave.ip().is_loopback() {
-        return Err(LinkError::ProxyElsewhere { address: args.to.clone() }.into());
-    }
-    if !args.proxy && has_channel(&scenario) {
-        return Err(LinkError::ChannelWithoutProxy.into());
+    if has_channel(&scenario) {
+        return Err(LinkError::Channel.into());
     }
     // Refuse an invalid scenario before anything is sent.
     scenario.master_side()?;
@@ -66,8 +62,6 @@ pub(super) fn master(args: &MasterArgs) -> Result<(), CliError> {
     if let Some(pointer) = &pointer {
         pointer.wait(stop)?;
     }
-    let proxy = if args.proxy { Some(Running::start(&scenario, slave, args.side.realtime)?) } else { None };
-    let to = proxy.as_ref().map_or(slave, |proxy| proxy.address);
     let side = Side {
         args: &args.side,
         role: Role::Master,
@@ -79,8 +73,8 @@ pub(super) fn master(args: &MasterArgs) -> Result<(), CliError> {
         pointer,
         folder,
     };
-    let greeted = side.call(to, args)?;
-    side.run(&greeted, to, proxy)
+    let greeted = side.call(slave, args)?;
+    side.run(&greeted, slave)
 }
 
 pub(super) fn slave(args: &SlaveArgs) -> Result<(), CliError> {
@@ -106,7 +100,7 @@ pub(super) fn slave(args: &SlaveArgs) -> Result<(), CliError> {
         folder,
     };
     let (greeted, master) = side.wait()?;
-    side.run(&greeted, master, None)
+    side.run(&greeted, master)
 }
 
 fn load(args: &SideArgs) -> Result<Scenario, CliError> {
@@ -228,7 +222,7 @@ impl Side<'_> {
         if self.stop.load(Ordering::Relaxed) { Err(interrupted()) } else { Ok(()) }
     }
 
-    fn run(mut self, begins: &(Greeted, i64), to: SocketAddr, proxy: Option<Running>) -> Result<(), CliError> {
+    fn run(mut self, begins: &(Greeted, i64), to: SocketAddr) -> Result<(), CliError> {
         let (greeted, first_ns) = begins;
         let led = self.pointer.as_ref().map(|pointer| pointer.lead(&self.scenario));
         let mut end = End::new(self.role, led.as_ref().unwrap_or(&self.scenario), greeted)?;
@@ -310,7 +304,6 @@ impl Side<'_> {
             silent_since_s: silence.since_ns().map(|ns| 1e-9 * ns as f64),
             restarts,
             first_tick,
-            proxy_lost: proxy.and_then(Running::end),
         };
         let files = self.write(&end, &summary)?;
         if let Some(pointer) = &self.pointer {

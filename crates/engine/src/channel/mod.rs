@@ -4,7 +4,7 @@
 mod irregular;
 mod schedule;
 
-pub use irregular::{Irregularity, SampleDelays};
+pub use irregular::Irregularity;
 pub use schedule::Schedule;
 
 use irregular::Irregular;
