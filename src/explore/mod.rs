@@ -7,7 +7,6 @@
 mod assets;
 mod connections;
 mod controls;
-mod field;
 mod frame;
 mod guard;
 pub mod limits;
@@ -20,8 +19,7 @@ mod session;
 mod state;
 mod worker;
 
-pub use field::Field;
-pub use server::{ExploreError, Options, serve, serve_field};
+pub use server::{ExploreError, Options, serve};
 pub use state::Catalogue;
 
 /// Reads a message of a page as the server does, and makes the scenarios of its state, for `fuzz/`.

@@ -30,7 +30,7 @@ use trocar_studies::compare::verdict_of_schemes;
 use trocar_studies::run::{Run, RunError, event_shade, observe, run};
 
 /// Interval of messages to the page.
-pub(super) const FRAME: Duration = Duration::from_micros(16_667);
+const FRAME: Duration = Duration::from_micros(16_667);
 
 /// Maximum lag of the engine behind real time. The engine does not catch up on a larger lag.
 const MAX_LAG: Duration = Duration::from_millis(100);
@@ -107,10 +107,10 @@ impl Drop for Push {
 }
 
 #[derive(Debug)]
-pub(super) struct Opening(serde_json::Value);
+struct Opening(serde_json::Value);
 
 impl Opening {
-    pub(super) fn new(scenario: &Scenario, augmented: bool, range_m: (f64, f64)) -> Self {
+    fn new(scenario: &Scenario, augmented: bool, range_m: (f64, f64)) -> Self {
         let (grid, tissue) = (scenario.grid, DrawnTissue::of_scenario(scenario));
         let mut drawing = LiveDrawing::new(scenario, range_m);
         Self(json!({
@@ -128,7 +128,7 @@ impl Opening {
         }))
     }
 
-    pub(super) fn message(&self, id: u32) -> ServerMessage {
+    fn message(&self, id: u32) -> ServerMessage {
         let mut message = self.0.clone();
         message["id"] = id.into();
         ServerMessage::json(&message)
@@ -137,7 +137,7 @@ impl Opening {
 
 /// A message with the rows and events since the last message, and the drawing of the last row. `tops_mm` are the tops
 /// of the layers; `torn` is true for ruptured layers.
-pub(super) fn moved(
+fn moved(
     id: u32,
     (rows, events): (&[Row], &[(f64, &'static str)]),
     (tops_mm, torn): (&[f64], &[bool]),
@@ -206,7 +206,7 @@ fn by_hand(state: &State, augmented: bool, maker: &mut PairMaker) -> Result<Scen
 }
 
 /// Range of the hand in m: from the first position of the scenario's operator to a little beyond the deepest.
-pub(super) fn range_m(scenario: &Scenario) -> (f64, f64) {
+fn range_m(scenario: &Scenario) -> (f64, f64) {
     let (from_m, to_m) = travel(scenario);
     (from_m, to_m + EXTRA_TRAVEL * (to_m - from_m))
 }
@@ -241,7 +241,7 @@ struct Pacer {
 }
 
 /// A row of a message; see [`COLUMNS`].
-pub type Row = [f32; COLUMNS.len()];
+type Row = [f32; COLUMNS.len()];
 
 const COLUMNS: [&str; 8] = [
     "time_s",

@@ -13,9 +13,8 @@ use thiserror::Error;
 use tokio::net::{TcpListener, TcpSocket};
 use tokio::sync::Semaphore;
 
-use super::assets::{ASSETS, FIELD_ASSETS};
+use super::assets::ASSETS;
 use super::connections::{accept, has_one_host, header, host, text};
-use super::field::{self, Field};
 use super::guard::Guard;
 use super::limits::{MAX_MESSAGE_BYTES, MAX_SESSIONS, MAX_UNACCEPTED};
 use super::session;
@@ -41,23 +40,12 @@ pub enum ExploreError {
 }
 
 #[derive(Debug)]
-enum Site {
-    /// The page of `trocar explore`, with its scenarios and the name of the first one.
-    Explore(Catalogue, String),
-    Field(Arc<Field>),
-}
-
-#[derive(Debug)]
 struct ServerState {
     guard: Guard,
-    site: Site,
+    catalogue: Catalogue,
+    /// The name of the first scenario.
+    first: String,
     sessions: Arc<Semaphore>,
-}
-
-impl ServerState {
-    fn new(guard: Guard, site: Site) -> Arc<Self> {
-        Arc::new(Self { guard, site, sessions: Arc::new(Semaphore::new(MAX_SESSIONS)) })
-    }
 }
 
 fn bind(address: SocketAddr) -> Result<(TcpListener, SocketAddr), ExploreError> {
@@ -80,20 +68,6 @@ async fn answer_all(listener: TcpListener, state: Arc<ServerState>) -> std::conv
     accept(listener, Router::new().fallback(move |request: Request<Body>| answer(state.clone(), request))).await
 }
 
-/// Serves the page of a link on this machine until the process ends. Returns the address of the server.
-///
-/// # Errors
-/// [`ExploreError`].
-pub fn serve_field(field: Arc<Field>, port: u16) -> Result<SocketAddr, ExploreError> {
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(ExploreError::System)?;
-    let address = SocketAddr::from((std::net::Ipv4Addr::LOCALHOST, port));
-    let (listener, bound) = runtime.block_on(async { bind(address) })?;
-    let state = ServerState::new(Guard::new(bound), Site::Field(field));
-    let serve = move || match runtime.block_on(answer_all(listener, state)) {};
-    std::thread::Builder::new().name("trocar field".into()).spawn(serve).map_err(ExploreError::System)?;
-    Ok(bound)
-}
-
 /// Serves the page until Ctrl-C or SIGTERM. Calls `ready` with the server's address and the query of the page's
 /// address, which contains a token if other machines can reach the server.
 ///
@@ -107,11 +81,12 @@ pub fn serve(options: Options, ready: impl FnOnce(SocketAddr, &str)) -> Result<(
         let guard = Guard::new(bound);
         let guard = if bound.ip().is_loopback() { guard } else { guard.with_token().map_err(ExploreError::System)? };
         let query = guard.query();
-        let state = ServerState::new(guard, Site::Explore(options.catalogue, options.first));
+        let sessions = Arc::new(Semaphore::new(MAX_SESSIONS));
+        let state = ServerState { guard, catalogue: options.catalogue, first: options.first, sessions };
         let stopped = stopped().map_err(ExploreError::System)?;
         ready(bound, &query);
         tokio::select! {
-            never = answer_all(listener, state) => match never {},
+            never = answer_all(listener, Arc::new(state)) => match never {},
             () = stopped => Ok(()),
         }
     });
@@ -162,11 +137,7 @@ async fn answer(state: Arc<ServerState>, request: Request<Body>) -> Response<Bod
     if path == "/link" {
         return link(&state, request).await;
     }
-    let of_site = match state.site {
-        Site::Explore(..) => &[],
-        Site::Field(_) => FIELD_ASSETS,
-    };
-    match of_site.iter().chain(ASSETS).find(|asset| asset.path == path) {
+    match ASSETS.iter().find(|asset| asset.path == path) {
         Some(asset) => text(200, asset.media, asset.content),
         None => refusal(404, "Not found.\n"),
     }
@@ -185,14 +156,6 @@ async fn link(state: &ServerState, request: Request<Body>) -> Response<Body> {
         return refusal(503, "Too many pages are open; close one.\n");
     };
     let upgrade = upgrade.max_message_size(MAX_MESSAGE_BYTES).max_frame_size(MAX_MESSAGE_BYTES);
-    match &state.site {
-        Site::Explore(catalogue, first) => {
-            let (catalogue, first) = (catalogue.clone(), first.clone());
-            upgrade.on_upgrade(move |socket| session::serve(socket, catalogue, first, permit))
-        }
-        Site::Field(field) => {
-            let field = field.clone();
-            upgrade.on_upgrade(move |socket| field::serve(socket, field, permit))
-        }
-    }
+    let (catalogue, first) = (state.catalogue.clone(), state.first.clone());
+    upgrade.on_upgrade(move |socket| session::serve(socket, catalogue, first, permit))
 }

@@ -19,17 +19,17 @@ use super::worker::{Job, Mailbox, WorkerContext, start};
 const MAX_ANSWERS: usize = 4;
 
 /// A token bucket: allows a burst of messages and limits their rate.
-pub(super) struct Allowance {
+struct Allowance {
     left: f64,
     updated: Instant,
 }
 
 impl Allowance {
-    pub(super) fn new(now: Instant) -> Self {
+    fn new(now: Instant) -> Self {
         Self { left: MESSAGES.0, updated: now }
     }
 
-    pub(super) fn take(&mut self, now: Instant) -> bool {
+    fn take(&mut self, now: Instant) -> bool {
         let (burst, per_s) = MESSAGES;
         self.left = (self.left + per_s * now.duration_since(self.updated).as_secs_f64()).min(burst);
         self.updated = now;
@@ -155,14 +155,14 @@ impl Session {
     }
 }
 
-pub(super) fn message(answer: ServerMessage) -> Message {
+fn message(answer: ServerMessage) -> Message {
     match answer {
         ServerMessage::Text(text) => Message::Text(text.into()),
         ServerMessage::Frame(bytes) => Message::Binary(bytes.into()),
     }
 }
 
-pub(super) async fn sent(socket: &mut WebSocket, message: Message) -> bool {
+async fn sent(socket: &mut WebSocket, message: Message) -> bool {
     matches!(timeout(SEND_TIMEOUT, socket.send(message)).await, Ok(Ok(())))
 }
 

@@ -6,9 +6,7 @@ use std::process::{Child, Command, Stdio};
 
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
-use tungstenite::Message;
 
-use crate::support::server::{Socket, open};
 use crate::support::test_folder::TestFolder;
 use trocar::channel::{Delay, Schedule};
 use trocar::run::{run, trace_table};
@@ -245,65 +243,6 @@ fn started(mut side: Child) -> (Running, String) {
 }
 
 #[test]
-fn an_operator_leads_a_link_with_the_pointer_and_the_log_repeats_the_motion() {
-    let folder = TestFolder::new();
-    folder.file("x.toml", BASE);
-    let start = |arguments: &[&str]| {
-        let mut command = Command::new(assert_cmd::cargo::cargo_bin("trocar"));
-        command.current_dir(folder.path("")).args(["link"]).args(arguments).arg("x.toml");
-        command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("starts")
-    };
-    let (mut slave, address) = started(start(&["slave", "--listen", "127.0.0.1:0"]));
-    let (mut master, page) =
-        started(start(&["master", "--pointer", "--port", "0", "--no-open", "--to", &address, "--wait-s", "60"]));
-    let host = page.trim_start_matches("http://").trim_end_matches('/');
-    let mut page = open(host);
-    let tell = |page: &mut Socket, message: &str| page.send(Message::text(message)).expect("sent");
-    let hear = |page: &mut Socket| -> serde_json::Value {
-        loop {
-            if let Message::Text(text) = page.read().expect("received") {
-                return serde_json::from_str(&text).expect("JSON");
-            }
-        }
-    };
-    // Before the operator begins, aims have no effect and the slave is not called.
-    tell(&mut page, r#"{"type":"aim","m":0.01}"#);
-    tell(&mut page, r#"{"type":"push","id":7,"state":null,"augmented":false}"#);
-    let opening = hear(&mut page);
-    assert_eq!((opening["type"].as_str(), opening["id"].as_u64()), (Some("pushing"), Some(7)));
-    let range = [0, 1].map(|k| opening["range_mm"][k].as_f64().expect("a number"));
-    let mut second = open(host);
-    tell(&mut second, r#"{"type":"push","id":1}"#);
-    assert_eq!(hear(&mut second)["type"], "refused");
-    let (mut rows, mut alarms) = (0, 0);
-    let end = loop {
-        let message = hear(&mut page);
-        if message["type"] != "moved" {
-            break message;
-        }
-        let new = message["rows"].as_array().expect("rows");
-        rows += new.len();
-        alarms += message["events"].as_array().expect("events").len();
-        // Move the hand steadily to the end of its travel.
-        let time_s = new.last().and_then(|row| row[0].as_f64()).expect("a row");
-        let aim_mm = range[0] + (range[1] - range[0]) * (time_s / 2.0).min(1.0);
-        tell(&mut page, &format!(r#"{{"type":"aim","m":{}}}"#, aim_mm / 1e3));
-    };
-    assert_eq!(end["type"], "pushed", "{end}");
-    assert!(end["text"].as_str().is_some_and(|text| text.starts_with("2500 ticks")), "{end}");
-    assert_eq!(rows, 2500, "every tick is shown");
-    assert!(master.0.wait().expect("ends").success() && slave.0.wait().expect("ends").success());
-    let of_slave: serde_json::Value = serde_json::from_str(&folder.text("out/x/slave/summary.json")).expect("JSON");
-    let count = |name: &str| of_slave[name].as_array().expect("times").len();
-    assert!(count("ruptures_s") >= 1 && count("alarms_s") >= alarms && alarms >= 1, "{of_slave}");
-    let printed = folder.good(&["link", "replay", "out/x"]);
-    assert_eq!(printed.matches("2500 ticks, the replay is the same bit for bit").count(), 2, "{printed}");
-    let moved = |line: &str| line.split(',').nth(1).and_then(|cell| cell.parse::<f64>().ok()).expect("a number");
-    let trace = folder.text("out/x/master/trace.csv");
-    assert!(1e3 * moved(trace.lines().last().expect("rows")) > range[0] + 0.8 * (range[1] - range[0]));
-}
-
-#[test]
 fn the_log_of_a_link_in_real_time_can_be_simulated() {
     let folder = TestFolder::new();
     folder.file("x.toml", BASE.replace("duration_s = 2.5", "duration_s = 1.0"));
@@ -349,9 +288,8 @@ fn invalid_links_are_refused() {
     folder.file("x.toml", format!("{BASE}{CHANNEL}")).file("short", "secret");
     folder.file("dry.toml", BASE);
     let dop853 = ["slave", "x.toml", "--listen", "127.0.0.1:0", "--set", "simulation.engine=dop853"];
-    let refusals: [(&[&str], &[&str]); 9] = [
+    let refusals: [(&[&str], &[&str]); 8] = [
         (&["master", "x.toml"], &["act in simulations only", "tc netem"]),
-        (&["master", "paper/augmented", "--pointer", "--no-open"], &["replays a recorded force"]),
         (&["slave", "x.toml", "--listen", "0.0.0.0:0"], &["--key-file"]),
         (&["slave", "x.toml", "--key-file", "short"], &["short: the key has 6 bytes"]),
         (&["slave", "x.toml", "--key-file", "none"], &["none: "]),

@@ -34,7 +34,6 @@ pub struct MasterEnd {
     trace: Trace,
     meter: Meter,
     safety: SafetySettings,
-    received: [f64; 5],
 }
 
 impl MasterEnd {
@@ -58,8 +57,7 @@ impl MasterEnd {
         let side = scenario.master_side()?;
         let endpoint = Endpoint::new(Role::Master, session, scenario.grid.ticks(), side.initial());
         let meter = Meter { generated_j: 0.0, promised_j: side.promised_j() };
-        let received = side.initial();
-        Ok(Self { side, endpoint, trace: empty_trace(scenario), meter, safety: scenario.safety, received })
+        Ok(Self { side, endpoint, trace: empty_trace(scenario), meter, safety: scenario.safety })
     }
 
     /// Runs the first half of a tick. Returns the packet for the slave at a time (ns since tick 0).
@@ -89,15 +87,7 @@ impl MasterEnd {
     pub fn step(&mut self) -> Result<(), EngineError> {
         self.meter.add(self.endpoint.other_energy_j(), self.side.energy_j());
         let received = self.endpoint.at_next_tick();
-        self.received = received.sample;
         self.side.step(&received, &mut self.trace)
-    }
-
-    /// Returns the slave's sample at the last tick: force scaled to the master (N), position (m), velocity (m/s),
-    /// acceleration (m/s²), mode.
-    #[must_use]
-    pub fn received(&self) -> [f64; 5] {
-        self.received
     }
 
     /// Returns true if all ticks are completed.

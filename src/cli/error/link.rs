@@ -24,11 +24,6 @@ pub(in crate::cli) enum LinkError {
          with tc netem"
     )]
     Channel,
-    #[error(
-        "the tissue replays a recorded force, which does not react to --pointer: choose a scenario whose tissue.kind \
-         is a model, such as layers/skin-augmented"
-    )]
-    PointerOnRecording,
     #[error("no slave replied at {address} within {wait_s} s: start it, with the same --key-file if there is one")]
     NoReply {
         address: String,

@@ -4,7 +4,6 @@ mod address;
 mod end;
 mod pace;
 mod peer;
-mod pointer;
 mod priority;
 mod replay;
 mod side;
@@ -28,8 +27,6 @@ Examples:
 const MASTER_EXAMPLES: &str = "\
 Examples:
   trocar link master layers/skin-augmented
-  trocar link master layers/skin-augmented --pointer
-      a person leads, with the pointer of a page
   trocar link master my.toml --to robot.lan:7711 --key-file key";
 
 const SLAVE_EXAMPLES: &str = "\
@@ -71,15 +68,6 @@ struct MasterArgs {
     /// Address of the slave
     #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:7711")]
     to: String,
-    /// Move the master with the pointer on a page in the browser, instead of with the scenario's operator
-    #[arg(long)]
-    pointer: bool,
-    /// Port of the page for --pointer; 0 for any free port
-    #[arg(long, value_name = "PORT", default_value_t = 8418, requires = "pointer")]
-    port: u16,
-    /// Do not open the browser
-    #[arg(long, requires = "pointer")]
-    no_open: bool,
     /// Time to wait for the slave, in s
     #[arg(long, value_name = "S", default_value = "10", value_parser = clap::value_parser!(u32).range(1..=3600))]
     wait_s: u32,

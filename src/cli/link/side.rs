@@ -1,13 +1,11 @@
 //! One side of a link, in real time.
 
 use std::net::{SocketAddr, UdpSocket};
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::end::{End, either};
 use super::pace::{Clock, send, take_all};
 use super::peer::Peer;
-use super::pointer::Pointer;
 use super::{MasterArgs, SideArgs, SlaveArgs, address, priority};
 use crate::cli::error::{CliError, LinkError};
 use crate::cli::{interrupt, terminal};
@@ -36,8 +34,6 @@ struct Side<'a> {
     socket: UdpSocket,
     clock: Clock,
     stop: &'static AtomicBool,
-    /// The operator at the page, if the pointer leads the master.
-    pointer: Option<Pointer>,
     folder: Folder,
 }
 
@@ -58,21 +54,7 @@ pub(super) fn master(args: &MasterArgs) -> Result<(), CliError> {
     let folder = folder(&args.side, &scenario, Role::Master)?;
     let socket = address::bound(address::resolved(any_port)?)?;
     let stop = interrupt::stop_flag();
-    let pointer = if args.pointer { Some(Pointer::open(&scenario, args)?) } else { None };
-    if let Some(pointer) = &pointer {
-        pointer.wait(stop)?;
-    }
-    let side = Side {
-        args: &args.side,
-        role: Role::Master,
-        key,
-        scenario,
-        socket,
-        clock: Clock::new(),
-        stop,
-        pointer,
-        folder,
-    };
+    let side = Side { args: &args.side, role: Role::Master, key, scenario, socket, clock: Clock::new(), stop, folder };
     let greeted = side.call(slave, args)?;
     side.run(&greeted, slave)
 }
@@ -96,7 +78,6 @@ pub(super) fn slave(args: &SlaveArgs) -> Result<(), CliError> {
         socket,
         clock: Clock::new(),
         stop: interrupt::stop_flag(),
-        pointer: None,
         folder,
     };
     let (greeted, master) = side.wait()?;
@@ -222,10 +203,9 @@ impl Side<'_> {
         if self.stop.load(Ordering::Relaxed) { Err(interrupted()) } else { Ok(()) }
     }
 
-    fn run(mut self, begins: &(Greeted, i64), to: SocketAddr) -> Result<(), CliError> {
+    fn run(self, begins: &(Greeted, i64), to: SocketAddr) -> Result<(), CliError> {
         let (greeted, first_ns) = begins;
-        let led = self.pointer.as_ref().map(|pointer| pointer.lead(&self.scenario));
-        let mut end = End::new(self.role, led.as_ref().unwrap_or(&self.scenario), greeted)?;
+        let mut end = End::new(self.role, &self.scenario, greeted)?;
         let grid = self.scenario.grid;
         let tick_ns = grid.tick_s() * 1e9;
         let failed = |source| RunError::Engine { name: self.scenario.name.clone(), source };
@@ -254,7 +234,7 @@ impl Side<'_> {
             restarts: 0,
         };
         for tick in first_tick..grid.ticks() {
-            if self.has_stopped() {
+            if self.stop.load(Ordering::Relaxed) {
                 break;
             }
             let due_ns = greeted.start_ns + (offset_ns + tick as f64 * tick_ns).round() as i64;
@@ -265,14 +245,8 @@ impl Side<'_> {
             }
             peer.take(&mut end);
             peer.check()?;
-            if let Some(pointer) = &self.pointer {
-                pointer.step();
-            }
             if let Some(packet) = end.step(peer.now_ns()).map_err(failed)? {
                 peer.send(&packet);
-            }
-            if let (Some(pointer), End::Master(end)) = (&mut self.pointer, &end) {
-                pointer.show(end);
             }
         }
         let outcome = peer.outcome(first_tick);
@@ -305,22 +279,14 @@ impl Side<'_> {
             restarts,
             first_tick,
         };
-        let files = self.write(&end, &summary)?;
-        if let Some(pointer) = &self.pointer {
-            pointer.end(&summary, &files);
-        }
+        self.write(&end, &summary)?;
         if self.stop.load(Ordering::Relaxed) {
             return Err(CliError::Interrupted { kept: Some("the ticks so far were written".into()) });
         }
         outcome
     }
 
-    /// Returns true if Ctrl-C or the operator at the page has ended the link.
-    fn has_stopped(&self) -> bool {
-        self.stop.load(Ordering::Relaxed) || self.pointer.as_ref().is_some_and(Pointer::has_ended)
-    }
-
-    fn write(&self, end: &End, summary: &SideSummary) -> Result<PathBuf, CliError> {
+    fn write(&self, end: &End, summary: &SideSummary) -> Result<(), CliError> {
         let (columns, direction) = match self.role {
             Role::Master => (MasterEnd::COLUMNS, Direction::Backward),
             Role::Slave => (SlaveEnd::COLUMNS, Direction::Forward),
@@ -332,21 +298,15 @@ impl Side<'_> {
         document.data.push(trace.topic(self.role.word()));
         let mut file = |name: &'static str, text: String| document.files.push(TextFile { name: name.into(), text });
         file("delays.csv", delays_csv(&[(direction, either!(end, one => one.delays()))], &self.scenario.grid));
-        match &self.pointer {
-            None => file("scenario.toml", self.scenario.echo()),
-            Some(_) => {
-                file("link.toml", self.scenario.echo());
-                file("scenario.toml", Pointer::logged(&self.scenario.name));
-            }
-        }
+        file("scenario.toml", self.scenario.echo());
         write_document(&self.folder.with_samples(samples), &document)?;
         self.folder.commit()?;
-        let files = self.folder.path.clone();
         if self.args.json {
             terminal::print(&to_json(&document.json))?;
         } else if !self.args.quiet {
-            terminal::print(&format!("{}files: {}\n", document_text(&document, false), files.display()))?;
+            let files = self.folder.path.display();
+            terminal::print(&format!("{}files: {files}\n", document_text(&document, false)))?;
         }
-        Ok(files)
+        Ok(())
     }
 }

@@ -120,9 +120,8 @@ const trocarPush = (() => {
     resultCharts[0].zoom({ low, high });
   }
 
-  /** Shows the field ("live") or the result, if the page has both. */
+  /** Shows the field ("live") or the result. */
   function show(which) {
-    if (!parts.result) return;
     parts.live.hidden = which === "result";
     parts.result.hidden = which !== "result";
   }
@@ -136,7 +135,7 @@ const trocarPush = (() => {
     state = newState(id, parts.scheme.value === "1");
     show("live");
     // This is a user gesture, after which a browser allows sound.
-    trocarListen.start(Number(parts.volume?.value ?? 0.3));
+    trocarListen.start(Number(parts.volume.value));
     parts.button.textContent = "End";
     parts.text.textContent = "";
     parts.field.focus();
@@ -165,7 +164,7 @@ const trocarPush = (() => {
         // Keep a drag from selecting text.
         event.preventDefault();
         field.focus();
-        trocarListen.start(Number(parts.volume?.value ?? 0.3));
+        trocarListen.start(Number(parts.volume.value));
         state.pressed = true;
         field.setPointerCapture(event.pointerId);
         at(event);
@@ -213,8 +212,6 @@ const trocarPush = (() => {
         [state.drawing, state.full] = [message.drawing, message.drawing.full_n];
         sound();
         redraw();
-      } else if (message.type === "pushed" && message.text !== undefined) {
-        end(message.text);
       } else if (message.type === "pushed") result(message);
     },
     /** Begins an insertion unless one is running. */
