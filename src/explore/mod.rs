@@ -21,19 +21,3 @@ mod worker;
 
 pub use server::{ExploreError, Options, serve};
 pub use state::Catalogue;
-
-/// Reads a message of a page as the server does, and makes the scenarios of its state, for `fuzz/`.
-#[cfg(feature = "fuzzing")]
-pub fn read_message(text: &str) {
-    use protocol::{Export, MapRequest, Request, Show};
-    let state = match serde_json::from_str(text) {
-        Ok(
-            Request::Show(Show { state, .. })
-            | Request::Map(MapRequest { state, .. })
-            | Request::Export(Export { state, .. })
-            | Request::Push { state, .. },
-        ) => state,
-        _ => return,
-    };
-    let _ = pair::PairMaker::new(Catalogue::new(None)).scenarios(&state);
-}
