@@ -244,7 +244,7 @@ impl Scenario {
             {
                 Some(Replay(positions.clone()))
             }
-            OperatorSpec::Recording(_) | OperatorSpec::Ramp { .. } | OperatorSpec::Hand(_) => None,
+            OperatorSpec::Recording(_) | OperatorSpec::Ramp { .. } => None,
         }
     }
 
@@ -287,7 +287,6 @@ impl Scenario {
                 let ramp = Ramp::new(*start_m, *end_m, *speed_m_per_s, tick_s);
                 Motion::Ramp(ramp.map_err(|error| self.values().out_of_range(&error))?)
             }
-            OperatorSpec::Hand(hand) => Motion::Hand(hand.clone()),
         };
         let mut operator = HumanOperator::new(motion);
         if self.tremor.amplitude_m > 0.0 {

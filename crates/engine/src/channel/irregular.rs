@@ -4,8 +4,8 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-use super::schedule::{Running, Schedule};
 use super::Arrival;
+use super::schedule::{Running, Schedule};
 use trocar_core::error::{InvalidValue, require};
 use trocar_core::lane::Lane;
 use trocar_core::time::nearest_ticks;

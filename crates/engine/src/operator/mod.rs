@@ -1,6 +1,5 @@
 //! The operator: the desired position towards which the arm pulls the master.
 
-mod hand;
 mod kind;
 mod motion;
 mod perception;
@@ -10,7 +9,6 @@ mod stretch;
 mod traits;
 mod tremor;
 
-pub use hand::Hand;
 pub use kind::{
     EndSettings, InsertionExtractionSettings, MinimumJerkSettings, MotionSettings, MovementSettings, RampSettings,
     SineSettings, StartSettings,
@@ -42,8 +40,6 @@ pub enum Motion<L> {
     Recording(Arc<[f64]>),
     /// A constant speed from a start to an end.
     Ramp(Ramp<L>),
-    /// The motion of a live hand.
-    Hand(Arc<Hand>),
 }
 
 /// Gives the operator's desired position of the master.
@@ -178,7 +174,6 @@ impl<L: Lane> Motion<L> {
         match self {
             Self::Recording(positions) => L::from_lanes(|lane| recorded(positions, ticks.lane(lane) as u64)),
             Self::Ramp(ramp) => (ramp.start + ramp.step * ticks).clamp(ramp.low, ramp.high),
-            Self::Hand(hand) => L::splat(hand.position_m()),
         }
     }
 }
@@ -321,8 +316,6 @@ impl trocar_core::lane::Gather for Motion<f64> {
                 });
                 trocar_core::lane::Gather::gather(ramps).map(Motion::Ramp)
             }
-            // Live hands cannot be combined.
-            Self::Hand(_) => None,
         }
     }
 }
