@@ -43,7 +43,6 @@ impl Study for SideSummary {
     }
 }
 
-/// Warns of a side that was started anew, and of another side that is silent at the end, or was.
 fn warnings(summary: &SideSummary) -> Vec<Warning> {
     let (this, other) = (summary.role.word(), summary.role.other().word());
     let mut warnings = vec![];

@@ -25,11 +25,7 @@ pub(in crate::cli) enum LinkError {
     )]
     Channel,
     #[error("no slave replied at {address} within {wait_s} s: start it, with the same --key-file if there is one")]
-    NoReply {
-        address: String,
-        /// The waiting time, in s.
-        wait_s: u32,
-    },
+    NoReply { address: String, wait_s: u32 },
     #[error("the slave has another scenario, other settings or another version of trocar: give both sides the same")]
     Differs,
     #[error("the slave does not answer any more: start both sides again")]
@@ -47,11 +43,7 @@ pub(in crate::cli) enum LinkError {
         times: String,
     },
     #[error("joined the {peer} at tick {tick} of its run: the ticks before had no messages")]
-    Joined {
-        peer: &'static str,
-        /// The first tick with messages.
-        tick: u64,
-    },
+    Joined { peer: &'static str, tick: u64 },
     #[error("the run of the {peer} ends too soon to join it: start both sides again")]
     TooLate { peer: &'static str },
     #[error(

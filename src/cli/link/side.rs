@@ -93,7 +93,6 @@ fn folder(args: &SideArgs, scenario: &Scenario, role: Role) -> Result<Folder, Cl
     Ok(Destination::new(&args.out).open("link", &[&name])?.folder(&name))
 }
 
-/// Returns true if the channel of a scenario has any effect.
 fn has_channel(scenario: &Scenario) -> bool {
     let delays = [scenario.forward, scenario.backward];
     delays.iter().any(|delay| delay.whole > 0 || delay.share > 0.0)
@@ -121,7 +120,6 @@ fn interrupted() -> CliError {
 }
 
 impl Side<'_> {
-    /// Performs the master's greeting. Returns its result and the time of the first tick (ns).
     fn call(&self, to: SocketAddr, args: &MasterArgs) -> Result<(Greeted, i64), CliError> {
         let mut calling = Calling::new(self.key.clone(), nonce()?, fingerprint(&self.scenario));
         let give_up_ns = self.clock.now_ns() + i64::from(args.wait_s) * SECOND_NS;
