@@ -157,9 +157,6 @@ pub use studies::*;
 mod cli;
 #[cfg(feature = "cli")]
 mod explore;
-#[cfg(feature = "fuzzing")]
-#[doc(hidden)]
-pub use explore::read_message;
 
 #[cfg(feature = "cli")]
 #[doc(hidden)]

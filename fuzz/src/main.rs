@@ -5,7 +5,6 @@
 mod controller;
 mod files;
 mod link;
-mod page;
 mod recordings;
 
 use std::sync::LazyLock;
@@ -16,13 +15,12 @@ use libfuzzer_sys::fuzz_target;
 type Target = fn(&[u8]);
 
 /// The targets by name. Any other name is the extension of a recording.
-const TARGETS: [(&str, Target); 6] = [
+const TARGETS: [(&str, Target); 5] = [
     ("scenario", files::scenario),
     ("sweep", files::sweep),
     ("tables", files::tables),
     ("link", link::packets),
     ("c", controller::calls),
-    ("page", page::message),
 ];
 
 static TARGET: LazyLock<Target> = LazyLock::new(|| {

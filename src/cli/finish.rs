@@ -9,14 +9,12 @@ use trocar_report::{Folder, document_text, write_document};
 pub(super) struct Finish<'a> {
     pub(super) output: &'a OutputArgs,
     pub(super) folder: Folder,
-    /// True to print all tables.
     pub(super) all: bool,
     /// The instructions to repeat the work, for the report; `None` if no report is requested.
     pub(super) report: Option<Again>,
 }
 
 impl Finish<'_> {
-    /// Adds the files to the folder.
     pub(super) fn write(&self, document: &Document<'_>) -> Result<(), CliError> {
         write_document(&self.folder, document)?;
         if let Some(again) = &self.report {
@@ -25,7 +23,6 @@ impl Finish<'_> {
         Ok(())
     }
 
-    /// Stores the files and prints the document.
     pub(super) fn document(&self, document: &Document<'_>) -> Result<(), CliError> {
         self.write(document)?;
         self.folder.commit()?;

@@ -18,7 +18,6 @@ Examples:
   trocar run my.toml
   trocar run layers/skin-augmented --set scaling.force=2 --report";
 
-/// The command that writes the folder of a run, also within a comparison.
 const WRITER: &str = "run";
 
 /// Run scenarios.

@@ -17,7 +17,6 @@ Examples:
 /// Levels of subfolders that are searched for manifests.
 const DEPTH: usize = 4;
 
-/// A folder and its manifest.
 type Found = (PathBuf, Result<Manifest, ManifestError>);
 
 /// Check folders against their manifests.
@@ -85,7 +84,6 @@ fn find(folder: &Path, depth: usize, found: &mut Vec<Found>, unknown: &mut Vec<(
     }
 }
 
-/// Returns the number of files directly in a folder.
 fn files_of(folder: &Path) -> u64 {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file())).count() as u64

@@ -5,7 +5,6 @@
 //! its number of points.
 
 use std::ops::Range;
-use std::time::Instant;
 
 use serde::Serialize;
 use serde_json::{Value as Json, json};
@@ -44,8 +43,13 @@ struct Shown {
     server_ms: f64,
 }
 
-/// The frame of a pair, with the noise checks if they are available.
-pub(super) fn frame(pair: &Pair, noise: &[NoiseCheck], show: &Show, began: Instant) -> Result<Vec<u8>, StateError> {
+/// The frame of a pair, with the noise checks if they are available. `server_s` returns the time since the request.
+pub(super) fn frame(
+    pair: &Pair,
+    noise: &[NoiseCheck],
+    show: &Show,
+    server_s: &dyn Fn() -> f64,
+) -> Result<Vec<u8>, StateError> {
     let [classical, augmented] = &pair.runs;
     let grid = classical.scenario.grid;
     let length = pair.runs.iter().map(|run| run.trace.len()).max().unwrap_or(0);
@@ -65,7 +69,7 @@ pub(super) fn frame(pair: &Pair, noise: &[NoiseCheck], show: &Show, began: Insta
         animation,
         runs: pair.runs.iter().map(description).collect(),
         table: table(&pair.runs, noise),
-        server_ms: 1e3 * began.elapsed().as_secs_f64(),
+        server_ms: 1e3 * server_s(),
     };
     packed(&header, &points)
 }

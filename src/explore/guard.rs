@@ -8,6 +8,9 @@
 
 use std::net::{IpAddr, SocketAddr};
 
+use axum::http::Request;
+use axum::http::uri::Authority;
+
 /// Checks that a request comes from a page of this server.
 #[derive(Debug, Clone)]
 pub struct Guard {
@@ -22,9 +25,6 @@ impl Guard {
     }
 
     /// The same guard with a random token of 128 bits.
-    ///
-    /// # Errors
-    /// An error if the system has no random numbers.
     pub fn with_token(self) -> std::io::Result<Self> {
         let mut bytes = [0_u8; 16];
         getrandom::fill(&mut bytes).map_err(std::io::Error::other)?;
@@ -78,6 +78,21 @@ impl Guard {
         let site = origin.and_then(|origin| origin.strip_prefix("http://"));
         self.admits_host(host) && site.is_some_and(|site| site.eq_ignore_ascii_case(host))
     }
+}
+
+/// True if the request has one `Host`, and its address, if that names a host, names the same one. HTTP refuses others,
+/// because programs between browser and server can take either.
+pub(super) fn has_one_host<T>(request: &Request<T>) -> bool {
+    let is_same = |authority: &Authority| authority.as_str().eq_ignore_ascii_case(host(request));
+    request.headers().get_all("host").iter().count() < 2 && request.uri().authority().is_none_or(is_same)
+}
+
+pub(super) fn host<T>(request: &Request<T>) -> &str {
+    header(request, "host").unwrap_or_default()
+}
+
+pub(super) fn header<'a, T>(request: &'a Request<T>, name: &str) -> Option<&'a str> {
+    request.headers().get(name).and_then(|value| value.to_str().ok())
 }
 
 #[cfg(test)]

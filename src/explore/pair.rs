@@ -17,9 +17,6 @@ pub struct Pair {
 
 impl Pair {
     /// Computes the noise checks of both runs, which `compare` adds to its table.
-    ///
-    /// # Errors
-    /// [`RunError`].
     pub fn in_noise(&self) -> Result<Vec<NoiseCheck>, RunError> {
         self.runs.iter().map(|run| check_in_noise(&run.scenario)).collect()
     }
@@ -48,9 +45,6 @@ impl PairMaker {
     }
 
     /// The two scenarios of a state. Their [`Scenario::values`] are those of the first cached state.
-    ///
-    /// # Errors
-    /// [`StateError`].
     pub fn scenarios(&mut self, state: &State) -> Result<[Scenario; 2], StateError> {
         let (template, values, seed) = self.template(state)?;
         let mut factory = template.factory();
@@ -63,18 +57,12 @@ impl PairMaker {
     }
 
     /// A scenario of a state with its own values, to be written to a file.
-    ///
-    /// # Errors
-    /// [`StateError`].
     pub fn written(&mut self, state: &State, enabled: bool) -> Result<Scenario, StateError> {
         let (template, values, seed) = self.template(state)?;
         bounded(template.whole(&scheme(&values, enabled), seed)?)
     }
 
     /// The scenario of a state with the augmentation as its file sets it.
-    ///
-    /// # Errors
-    /// [`StateError`].
     pub fn unpaired(&mut self, state: &State) -> Result<Scenario, StateError> {
         self.template(state)?;
         let is_augmented = self.cached.as_ref().is_some_and(|cached| cached.is_augmented);
@@ -82,9 +70,6 @@ impl PairMaker {
     }
 
     /// Runs both scenarios of a state.
-    ///
-    /// # Errors
-    /// [`StateError`].
     pub fn run(&mut self, state: &State) -> Result<Pair, StateError> {
         let [classical, augmented] = self.scenarios(state)?;
         let (classical, augmented) = std::thread::scope(|scope| {

@@ -21,11 +21,31 @@ pub(super) enum Request {
         /// True if the run is augmented.
         augmented: bool,
     },
+    /// Runs an insertion by hand up to now.
     Aim {
+        id: u32,
         /// Desired position in m.
         m: f64,
     },
-    Stop {},
+    Stop {
+        id: u32,
+    },
+    /// Checks the runs of the last state in noise.
+    Noise {
+        id: u32,
+    },
+}
+
+impl Request {
+    pub(super) fn id(&self) -> u32 {
+        match self {
+            Self::Open { id, .. } | Self::Push { id, .. } | Self::Aim { id, .. } => *id,
+            Self::Stop { id } | Self::Noise { id } => *id,
+            Self::Show(show) => show.id,
+            Self::Map(map) => map.id,
+            Self::Export(export) => export.id,
+        }
+    }
 }
 
 #[derive(Debug, Clone, PartialEq, Deserialize)]

@@ -1,42 +1,27 @@
-//! An insertion by hand: the pointer sets the desired position of the master, and the engine runs in real time.
+//! An insertion by hand: the pointer sets the desired position of the master.
 //!
-//! The engine is that of every other run. Its operator is a [`Hand`] that follows the pointer. Its observer waits for
-//! the time of each tick and sends the signals to the page 60 times per second.
-
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+//! The page tells the position of the pointer at each frame of its screen. The run then continues up to the present
+//! time, and its signals are the answer.
 
 use serde_json::{Value as Json, json};
-use tokio::sync::OwnedSemaphorePermit;
-use tokio::sync::mpsc::Sender;
-use tokio::sync::mpsc::error::TrySendError;
 
 use super::frame::signals;
 use super::limits::MAX_TICKS;
 use super::pair::{PairMaker, SCHEMES};
 use super::protocol::ServerMessage;
 use super::state::{State, StateError, bounded};
-use super::worker::or_panicked;
 use trocar_core::time::TickGrid;
 use trocar_document::figure::Shade;
-use trocar_engine::engine::{Observer, Signals};
-use trocar_engine::operator::Hand;
+use trocar_engine::engine::UserDefinedParts;
 use trocar_figures::{self as figures, FigureError, RunView};
 use trocar_metrics::HORIZON_S;
 use trocar_scenario::{OperatorSpec, Scenario};
 use trocar_studies::animation::{DrawnTissue, LiveDrawing, LiveMoment, animation};
 use trocar_studies::compare::verdict_of_schemes;
-use trocar_studies::run::{Run, RunError, event_shade, observe, run};
+use trocar_studies::run::{Run, RunError, SteppedRun, event_shade, run};
 
-/// Interval of messages to the page.
-pub(super) const FRAME: Duration = Duration::from_micros(16_667);
-
-/// Maximum lag of the engine behind real time. The engine does not catch up on a larger lag.
-const MAX_LAG: Duration = Duration::from_millis(100);
-
-/// Maximum sleep between two checks of the stop flag, because a tick can be long.
-const MAX_SLEEP: Duration = Duration::from_millis(50);
+/// Maximum lag of the run behind real time in s. The run does not catch up on a larger lag.
+const MAX_LAG_S: f64 = 0.1;
 
 /// Additional range of the hand, as a fraction of the travel of the scenario's operator.
 const EXTRA_TRAVEL: f64 = 0.15;
@@ -49,107 +34,159 @@ const REST_S: f64 = HORIZON_S + 0.1;
 
 const RESULT_INTERVALS: usize = 1000;
 
+/// Rate at which the hand approaches its aim, in 1/s. Aims are set 60 times a second; the hand must not jump between
+/// them.
+const APPROACH_PER_S: f64 = 60.0;
+
+/// Maximum speed of the hand in m/s, that of a stab. Prevents an impact when the pointer jumps.
+const MAX_SPEED_M_PER_S: f64 = 0.5;
+
+#[derive(Debug)]
+struct Hand {
+    position_m: f64,
+    aim_m: f64,
+}
+
+impl Hand {
+    /// Moves towards the aim by a fraction of the distance, at most at the maximum speed.
+    fn step(&mut self, tick_s: f64) {
+        let way_m = self.aim_m - self.position_m;
+        let max_step_m = MAX_SPEED_M_PER_S * tick_s;
+        self.position_m += ((APPROACH_PER_S * tick_s).min(1.0) * way_m).clamp(-max_step_m, max_step_m);
+    }
+}
+
 #[derive(Debug)]
 pub(super) struct Push {
-    hand: Arc<Hand>,
-    stop: Arc<AtomicBool>,
+    pub(super) id: u32,
+    /// The classical and the augmented scenario.
+    both: [Scenario; 2],
+    run: SteppedRun,
+    hand: Hand,
     range_m: (f64, f64),
+    /// The time of tick 0, in s.
+    began_s: f64,
+    tissue: DrawnTissue,
+    drawing: LiveDrawing,
+    /// Numbers of ticks, ruptures and alarms that the page has received.
+    sent: [usize; 3],
 }
 
 impl Push {
-    /// Starts an insertion by hand.
+    /// Begins an insertion by hand at a time in s. Also returns the message that opens it on the page.
     pub(super) fn begin(
         id: u32,
         (state, augmented): (&State, bool),
         maker: &mut PairMaker,
-        (answers, permit): (Sender<ServerMessage>, Arc<OwnedSemaphorePermit>),
-    ) -> Result<Self, StateError> {
+        now_s: f64,
+    ) -> Result<(Self, ServerMessage), StateError> {
         let [classical, scenario] = [false, true].map(|enabled| by_hand(state, enabled, maker));
         let both = [classical?, scenario?];
         let scenario = both[usize::from(augmented)].clone();
         let range_m = range_m(&scenario);
-        let hand = Arc::new(Hand::new(range_m.0));
-        let stop = Arc::new(AtomicBool::new(false));
-        let pacer = Pacer::new(id, &scenario, hand.clone(), stop.clone(), answers.clone());
-        let opening = Opening::new(&scenario, augmented, range_m).message(id);
-        let thread_hand = hand.clone();
-        let started = std::thread::Builder::new().name("trocar push".into()).spawn(move || {
-            let _permit = permit;
-            if answers.blocking_send(opening).is_err() {
-                return;
-            }
-            let mut pacer = pacer;
-            pacer.start();
-            let scenario = scenario.held_by(thread_hand);
-            let outcome = || match observe(&scenario, &mut pacer).and_then(|_| replayed(both, &pacer.desired_m)) {
-                Ok(runs) => result(id, &runs).unwrap_or_else(|error| ServerMessage::refused(id, &error)),
-                Err(error) => ServerMessage::refused(id, &error),
-            };
-            let _ = answers.blocking_send(or_panicked(id, outcome));
-        });
-        match started {
-            Ok(_) => Ok(Self { hand, stop, range_m }),
-            Err(error) => Err(StateError::Thread(error)),
-        }
+        let tissue = DrawnTissue::of_scenario(&scenario);
+        let mut drawing = LiveDrawing::new(&scenario, range_m);
+        let opening = opening(id, (&scenario, augmented), range_m, (&tissue, &mut drawing));
+        let run = SteppedRun::new(scenario, UserDefinedParts::default())?;
+        let hand = Hand { position_m: range_m.0, aim_m: range_m.0 };
+        Ok((Self { id, both, run, hand, range_m, began_s: now_s, tissue, drawing, sent: [0; 3] }, opening))
     }
 
-    pub(super) fn aim(&self, position_m: f64) {
+    pub(super) fn aim(&mut self, position_m: f64) {
         if position_m.is_finite() {
-            self.hand.aim(position_m.clamp(self.range_m.0, self.range_m.1));
+            self.hand.aim_m = position_m.clamp(self.range_m.0, self.range_m.1);
         }
     }
-}
 
-impl Drop for Push {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
+    /// Runs the ticks up to a time in s.
+    fn advance(&mut self, now_s: f64) -> Result<(), RunError> {
+        let tick_s = self.run.scenario().grid.tick_s();
+        let due_s = |run: &SteppedRun| run.ticks() as f64 * tick_s;
+        self.began_s = self.began_s.max(now_s - due_s(&self.run) - MAX_LAG_S);
+        while !self.run.has_ended() && self.began_s + due_s(&self.run) <= now_s {
+            self.hand.step(tick_s);
+            self.run.step(Some(self.hand.position_m))?;
+        }
+        Ok(())
+    }
+
+    /// Runs the ticks up to a time in s. Returns the message with their signals and events and the drawing of the last
+    /// tick; `None` if the run has ended before.
+    pub(super) fn moved(&mut self, now_s: f64) -> Result<Option<ServerMessage>, StateError> {
+        if self.run.has_ended() {
+            return Ok(None);
+        }
+        self.advance(now_s)?;
+        let [ticks, ruptures, alarms] = self.sent;
+        let (trace, metrics) = (self.run.trace(), self.run.metrics());
+        let ruptures_s: Vec<f64> = metrics.ruptures[ruptures..].iter().map(|one| one.time_s).collect();
+        let alarms_s = metrics.alarms[alarms..].iter().map(|one| one.time_s);
+        for (time_s, position_m) in trace.time_s.iter().zip(&trace.slave_position_m).skip(ticks) {
+            if ruptures_s.contains(time_s) {
+                self.tissue.tear(*time_s);
+            }
+            self.tissue.step(*time_s, 1e3 * position_m);
+        }
+        let drawing = (trace.len() > ticks).then(|| {
+            let last = trace.len() - 1;
+            self.drawing.frame(&LiveMoment {
+                time_s: trace.time_s[last],
+                tip_mm: 1e3 * trace.slave_position_m[last],
+                master_mm: 1e3 * trace.master_position_m[last],
+                felt_n: trace.operator_force_n[last],
+                mode: trace.mode[last],
+                tops_mm: self.tissue.depths_mm(),
+                torn: &self.tissue.torn(),
+                ruptures: !ruptures_s.is_empty(),
+            })
+        });
+        let rows: Vec<Row> = (ticks..trace.len())
+            .map(|tick| {
+                [
+                    trace.time_s[tick] as f32,
+                    (1e3 * trace.desired_position_m[tick]) as f32,
+                    (1e3 * trace.master_position_m[tick]) as f32,
+                    (1e3 * trace.slave_position_m[tick]) as f32,
+                    trace.tissue_force_n[tick] as f32,
+                    trace.feedback_force_n[tick] as f32,
+                    f32::from(trace.mode[tick]),
+                    trace.operator_force_n[tick] as f32,
+                ]
+            })
+            .collect();
+        let ruptures = ruptures_s.iter().map(|time_s| (*time_s, "rupture"));
+        let events: Vec<_> = ruptures.chain(alarms_s.map(|time_s| (time_s, "alarm"))).collect();
+        self.sent = [trace.len(), metrics.ruptures.len(), metrics.alarms.len()];
+        Ok(Some(ServerMessage::json(&json!({
+            "type": "moved", "id": self.id, "columns": COLUMNS, "rows": rows, "events": events, "drawing": drawing,
+        }))))
+    }
+
+    /// Ends the insertion and repeats its motion with both schemes.
+    pub(super) fn result(self) -> Result<ServerMessage, StateError> {
+        Ok(result(self.id, &replayed(self.both, &self.run.trace().desired_position_m)?)?)
     }
 }
 
-#[derive(Debug)]
-pub(super) struct Opening(serde_json::Value);
-
-impl Opening {
-    pub(super) fn new(scenario: &Scenario, augmented: bool, range_m: (f64, f64)) -> Self {
-        let (grid, tissue) = (scenario.grid, DrawnTissue::of_scenario(scenario));
-        let mut drawing = LiveDrawing::new(scenario, range_m);
-        Self(json!({
-            "type": "pushing", "augmented": augmented, "range_mm": [1e3 * range_m.0, 1e3 * range_m.1],
-            "position_scale": scenario.position_scale(),
-            "heights": drawing.heights(), "drawing": drawing.frame(&LiveMoment {
-                tip_mm: 1e3 * scenario.position_scale() * range_m.0,
-                master_mm: 1e3 * range_m.0,
-                tops_mm: tissue.depths_mm(),
-                torn: &tissue.torn(),
-                ..LiveMoment::default()
-            }),
-            "figure": teleoperation_axes(augmented).ok(), "lines": LINES,
-            "shades": [event_shade(scenario.augmentation.hold).css(), Shade::Reengaging.css()], "tick_s": grid.tick_s(), "longest_s": grid.time_s(grid.ticks()),
-        }))
-    }
-
-    pub(super) fn message(&self, id: u32) -> ServerMessage {
-        let mut message = self.0.clone();
-        message["id"] = id.into();
-        ServerMessage::json(&message)
-    }
-}
-
-/// A message with the rows and events since the last message, and the drawing of the last row. `tops_mm` are the tops
-/// of the layers; `torn` is true for ruptured layers.
-pub(super) fn moved(
+fn opening(
     id: u32,
-    (rows, events): (&[Row], &[(f64, &'static str)]),
-    (tops_mm, torn): (&[f64], &[bool]),
-    drawing: &mut LiveDrawing,
+    (scenario, augmented): (&Scenario, bool),
+    range_m: (f64, f64),
+    (tissue, drawing): (&DrawnTissue, &mut LiveDrawing),
 ) -> ServerMessage {
-    let drawing = rows.last().map(|row| {
-        let [time_s, _, master_mm, tip_mm, _, _, mode, felt_n] = row.map(f64::from);
-        let ruptures = events.iter().any(|(_, kind)| *kind == "rupture");
-        drawing.frame(&LiveMoment { time_s, tip_mm, master_mm, felt_n, mode: mode as u8, tops_mm, torn, ruptures })
-    });
+    let grid = scenario.grid;
     ServerMessage::json(&json!({
-        "type": "moved", "id": id, "columns": COLUMNS, "rows": rows, "events": events, "drawing": drawing,
+        "type": "pushing", "id": id, "augmented": augmented, "range_mm": [1e3 * range_m.0, 1e3 * range_m.1],
+        "position_scale": scenario.position_scale(),
+        "heights": drawing.heights(), "drawing": drawing.frame(&LiveMoment {
+            tip_mm: 1e3 * scenario.position_scale() * range_m.0,
+            master_mm: 1e3 * range_m.0,
+            tops_mm: tissue.depths_mm(),
+            torn: &tissue.torn(),
+            ..LiveMoment::default()
+        }),
+        "figure": teleoperation_axes(augmented).ok(), "lines": LINES,
+        "shades": [event_shade(scenario.augmentation.hold).css(), Shade::Reengaging.css()], "tick_s": grid.tick_s(), "longest_s": grid.time_s(grid.ticks()),
     }))
 }
 
@@ -206,42 +243,19 @@ fn by_hand(state: &State, augmented: bool, maker: &mut PairMaker) -> Result<Scen
 }
 
 /// Range of the hand in m: from the first position of the scenario's operator to a little beyond the deepest.
-pub(super) fn range_m(scenario: &Scenario) -> (f64, f64) {
-    let (from_m, to_m) = travel(scenario);
-    (from_m, to_m + EXTRA_TRAVEL * (to_m - from_m))
-}
-
-fn travel(scenario: &Scenario) -> (f64, f64) {
-    match &scenario.operator {
+fn range_m(scenario: &Scenario) -> (f64, f64) {
+    let (from_m, to_m) = match &scenario.operator {
         OperatorSpec::Recording(positions) => {
             let start = positions.first().copied().unwrap_or(0.0);
             (start, positions.iter().copied().fold(start, f64::max))
         }
         OperatorSpec::Ramp { start_m, end_m, .. } => (*start_m, start_m.max(*end_m)),
-        OperatorSpec::Hand(hand) => (hand.position_m(), hand.position_m()),
-    }
-}
-
-struct Pacer {
-    id: u32,
-    hand: Arc<Hand>,
-    stop: Arc<AtomicBool>,
-    answers: Sender<ServerMessage>,
-    tick: Duration,
-    tick_s: f64,
-    began: Instant,
-    last_sent: Instant,
-    rows: Vec<Row>,
-    /// The desired positions of the hand in m, one per tick.
-    desired_m: Vec<f64>,
-    events: Vec<(f64, &'static str)>,
-    tissue: DrawnTissue,
-    drawing: LiveDrawing,
-    is_closed: bool,
+    };
+    (from_m, to_m + EXTRA_TRAVEL * (to_m - from_m))
 }
 
 /// A row of a message; see [`COLUMNS`].
-pub type Row = [f32; COLUMNS.len()];
+type Row = [f32; COLUMNS.len()];
 
 const COLUMNS: [&str; 8] = [
     "time_s",
@@ -256,103 +270,6 @@ const COLUMNS: [&str; 8] = [
 
 /// The columns of the figure's lines by panel: tissue, feedback and felt force; slave and master position.
 const LINES: [&[usize]; 2] = [&[4, 5, 7], &[3, 2]];
-
-impl Pacer {
-    fn new(
-        id: u32,
-        scenario: &Scenario,
-        hand: Arc<Hand>,
-        stop: Arc<AtomicBool>,
-        answers: Sender<ServerMessage>,
-    ) -> Self {
-        let tick_s = scenario.grid.tick_s();
-        let now = Instant::now();
-        let tick = Duration::from_secs_f64(tick_s);
-        let rows = Vec::with_capacity((4.0 * FRAME.as_secs_f64() / tick_s) as usize + 8);
-        Self {
-            id,
-            hand,
-            stop,
-            answers,
-            tick,
-            tick_s,
-            began: now,
-            last_sent: now,
-            rows,
-            desired_m: Vec::with_capacity(scenario.grid.ticks() as usize + 1),
-            events: vec![],
-            tissue: DrawnTissue::of_scenario(scenario),
-            drawing: LiveDrawing::new(scenario, range_m(scenario)),
-            is_closed: false,
-        }
-    }
-
-    fn start(&mut self) {
-        self.began = Instant::now();
-        self.last_sent = self.began;
-    }
-
-    fn send(&mut self) {
-        let tissue = (self.tissue.depths_mm(), &*self.tissue.torn());
-        let message = moved(self.id, (&self.rows, &self.events), tissue, &mut self.drawing);
-        match self.answers.try_send(message) {
-            Ok(()) => {
-                self.rows.clear();
-                self.events.clear();
-            }
-            // A slow page gets these rows with the next message; one that is too slow is closed.
-            Err(TrySendError::Full(_)) if self.rows.len() < 4096 => {}
-            Err(_) => self.is_closed = true,
-        }
-    }
-}
-
-impl Observer<f64> for Pacer {
-    fn observe(&mut self, s: &Signals<f64>) {
-        let time_s = s.tick as f64 * self.tick_s;
-        self.desired_m.push(s.desired_position_m);
-        self.rows.push([
-            time_s as f32,
-            (1e3 * s.desired_position_m) as f32,
-            (1e3 * s.master_position_m) as f32,
-            (1e3 * s.slave_position_m) as f32,
-            s.tissue_force_n as f32,
-            s.feedback_force_n as f32,
-            f32::from(s.mode.lane(0).code()),
-            s.operator_force_n as f32,
-        ]);
-        if s.ruptured {
-            self.tissue.tear(time_s);
-            self.events.push((time_s, "rupture"));
-        }
-        self.tissue.step(time_s, 1e3 * s.slave_position_m);
-        if s.alarm_taken {
-            self.events.push((time_s, "alarm"));
-        }
-        self.hand.step(self.tick_s);
-        let due = self.began + self.tick.mul_f64((s.tick + 1) as f64);
-        let now = Instant::now();
-        if now + self.tick > self.last_sent + FRAME {
-            self.send();
-            self.last_sent = now;
-        }
-        match due.checked_duration_since(now) {
-            Some(mut early) => {
-                while !early.is_zero() && !self.is_done() {
-                    let sleep = early.min(MAX_SLEEP);
-                    std::thread::sleep(sleep);
-                    early -= sleep;
-                }
-            }
-            None if now - due > MAX_LAG => self.began += now - due,
-            None => {}
-        }
-    }
-
-    fn is_done(&self) -> bool {
-        self.is_closed || self.stop.load(Ordering::Relaxed)
-    }
-}
 
 fn teleoperation_axes(is_augmented: bool) -> Result<Json, FigureError> {
     let zero: &[f64] = &[0.0];
@@ -378,42 +295,62 @@ mod tests {
     use super::*;
     use crate::explore::Catalogue;
 
-    /// Moves a hand at 10 mm/s and records its positions.
-    struct Script {
-        hand: Arc<Hand>,
-        tick_s: f64,
-        desired_m: Vec<f64>,
-        rupture_times_s: Vec<f64>,
+    #[test]
+    fn a_hand_moves_to_its_aim_at_no_more_than_the_maximum_speed() {
+        let mut hand = Hand { position_m: 0.0, aim_m: 0.05 };
+        let mut fastest = 0.0_f64;
+        for _ in 0..400 {
+            let before = hand.position_m;
+            hand.step(1e-3);
+            fastest = fastest.max(hand.position_m - before);
+        }
+        assert!((hand.position_m - 0.05).abs() < 1e-6);
+        assert!((fastest - 0.5e-3).abs() < 1e-15);
+        // Near the aim, 60 per s for 1 ms.
+        let mut hand = Hand { position_m: 0.1, aim_m: 0.104 };
+        hand.step(1e-3);
+        assert!((hand.position_m - 0.10024).abs() < 1e-15, "{}", hand.position_m);
+        hand.step(1.0);
+        assert_eq!(hand.position_m, 0.104, "at most all of it");
     }
 
-    impl Observer<f64> for Script {
-        fn observe(&mut self, s: &Signals<f64>) {
-            self.desired_m.push(s.desired_position_m);
-            self.rupture_times_s.extend(s.ruptured.then_some(s.tick as f64 * self.tick_s));
-            self.hand.aim(0.01 * s.tick as f64 * self.tick_s);
-            self.hand.step(self.tick_s);
-        }
+    /// Begins an insertion at 0 s.
+    fn begun(scenario: &str, augmented: bool) -> Push {
+        let state = State { scenario: format!("builtin:{scenario}.toml"), ..State::default() };
+        let mut maker = PairMaker::new(Catalogue::new(None));
+        Push::begin(1, (&state, augmented), &mut maker, 0.0).expect("good").0
+    }
 
-        fn is_done(&self) -> bool {
-            self.desired_m.len() > 6000
+    #[test]
+    fn a_run_follows_the_time_but_does_not_catch_up_on_a_large_lag() {
+        let mut push = begun("layers/skin-augmented", true);
+        for (now_s, ticks) in [(0.0, 1), (0.0, 1), (0.0505, 51), (10.0, 151), (10.0205, 171)] {
+            push.aim(f64::NAN);
+            push.moved(now_s).expect("runs").expect("goes on");
+            assert!(push.run.ticks().abs_diff(ticks) <= 1, "{} at {now_s} s", push.run.ticks());
         }
+        push.aim(f64::MAX);
+        assert_eq!(push.hand.aim_m, push.range_m.1, "the travel is bounded");
     }
 
     #[test]
     fn the_repeated_insertion_has_the_ruptures_of_the_live_one() {
-        let mut maker = PairMaker::new(Catalogue::new(None));
         for scenario in ["paper/augmented", "layers/skin-augmented"] {
-            let state = State { scenario: format!("builtin:{scenario}.toml"), ..State::default() };
-            let both = [false, true].map(|enabled| by_hand(&state, enabled, &mut maker).expect("good"));
             for live in [0, 1] {
-                let hand = Arc::new(Hand::new(range_m(&both[live]).0));
-                let tick_s = both[live].grid.tick_s();
-                let mut script = Script { hand: hand.clone(), tick_s, desired_m: vec![], rupture_times_s: vec![] };
-                observe(&both[live].clone().held_by(hand), &mut script).expect("runs");
-                let runs = replayed(both.clone(), &script.desired_m).expect("runs");
-                let again: Vec<f64> = runs[live].metrics.ruptures.iter().map(|one| one.time_s).collect();
-                assert_eq!(again, script.rupture_times_s, "{scenario}, {live}");
-                assert!(!again.is_empty());
+                let mut push = begun(scenario, live == 1);
+                // At 10 mm/s for 6 s, with 60 frames per second.
+                for frame in 0..360 {
+                    let now_s = f64::from(frame) / 60.0;
+                    push.aim(push.range_m.0 + 0.01 * now_s);
+                    push.advance(now_s).expect("runs");
+                }
+                let times = |ruptures: &[trocar_metrics::Rupture]| -> Vec<f64> {
+                    ruptures.iter().map(|one| one.time_s).collect()
+                };
+                let felt = times(&push.run.metrics().ruptures);
+                let runs = replayed(push.both, &push.run.trace().desired_position_m).expect("runs");
+                assert_eq!(times(&runs[live].metrics.ruptures), felt, "{scenario}, {live}");
+                assert!(!felt.is_empty());
             }
         }
     }

@@ -5,19 +5,17 @@ use std::sync::Arc;
 
 use axum::Router;
 use axum::body::Body;
-use axum::extract::FromRequestParts;
 use axum::extract::ws::WebSocketUpgrade;
-use axum::http::{Method, Request, Response};
+use axum::extract::{FromRequestParts, State};
+use axum::http::{HeaderValue, Method, Request, Response, StatusCode};
 use axum::response::IntoResponse;
+use axum::serve::ListenerExt as _;
 use thiserror::Error;
-use tokio::net::{TcpListener, TcpSocket};
-use tokio::sync::Semaphore;
+use tokio::net::TcpListener;
 
-use super::assets::{ASSETS, FIELD_ASSETS};
-use super::connections::{accept, has_one_host, header, host, text};
-use super::field::{self, Field};
-use super::guard::Guard;
-use super::limits::{MAX_MESSAGE_BYTES, MAX_SESSIONS, MAX_UNACCEPTED};
+use super::assets::ASSETS;
+use super::guard::{Guard, has_one_host, header, host};
+use super::limits::MAX_MESSAGE_BYTES;
 use super::session;
 use super::state::Catalogue;
 
@@ -40,159 +38,96 @@ pub enum ExploreError {
     System(std::io::Error),
 }
 
-#[derive(Debug)]
-enum Site {
-    /// The page of `trocar explore`, with its scenarios and the name of the first one.
-    Explore(Catalogue, String),
-    Field(Arc<Field>),
-}
+/// Headers of every response: only the page's own files, no frames, no caching, and the connection closes.
+const HEADERS: &[(&str, &str)] = &[
+    (
+        "content-security-policy",
+        "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' blob: data:; \
+         connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    ),
+    ("cache-control", "no-store"),
+    ("connection", "close"),
+    ("cross-origin-opener-policy", "same-origin"),
+    ("cross-origin-resource-policy", "same-origin"),
+    ("referrer-policy", "no-referrer"),
+    ("x-content-type-options", "nosniff"),
+    ("x-frame-options", "DENY"),
+];
 
 #[derive(Debug)]
-struct ServerState {
+struct Site {
     guard: Guard,
-    site: Site,
-    sessions: Arc<Semaphore>,
+    catalogue: Catalogue,
+    first: String,
 }
 
-impl ServerState {
-    fn new(guard: Guard, site: Site) -> Arc<Self> {
-        Arc::new(Self { guard, site, sessions: Arc::new(Semaphore::new(MAX_SESSIONS)) })
-    }
-}
-
-fn bind(address: SocketAddr) -> Result<(TcpListener, SocketAddr), ExploreError> {
-    let listener = listen(address).map_err(|source| ExploreError::Bind { address, source })?;
-    let bound = listener.local_addr().map_err(ExploreError::System)?;
-    Ok((listener, bound))
-}
-
-/// Listens like [`TcpListener::bind`], with a longer backlog: a client without room there retries only after a second.
-fn listen(address: SocketAddr) -> std::io::Result<TcpListener> {
-    let socket = if address.is_ipv4() { TcpSocket::new_v4()? } else { TcpSocket::new_v6()? };
-    // On Windows this option has another meaning.
-    #[cfg(not(windows))]
-    socket.set_reuseaddr(true)?;
-    socket.bind(address)?;
-    socket.listen(MAX_UNACCEPTED)
-}
-
-async fn answer_all(listener: TcpListener, state: Arc<ServerState>) -> std::convert::Infallible {
-    accept(listener, Router::new().fallback(move |request: Request<Body>| answer(state.clone(), request))).await
-}
-
-/// Serves the page of a link on this machine until the process ends. Returns the address of the server.
-///
-/// # Errors
-/// [`ExploreError`].
-pub fn serve_field(field: Arc<Field>, port: u16) -> Result<SocketAddr, ExploreError> {
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(ExploreError::System)?;
-    let address = SocketAddr::from((std::net::Ipv4Addr::LOCALHOST, port));
-    let (listener, bound) = runtime.block_on(async { bind(address) })?;
-    let state = ServerState::new(Guard::new(bound), Site::Field(field));
-    let serve = move || match runtime.block_on(answer_all(listener, state)) {};
-    std::thread::Builder::new().name("trocar field".into()).spawn(serve).map_err(ExploreError::System)?;
-    Ok(bound)
-}
-
-/// Serves the page until Ctrl-C or SIGTERM. Calls `ready` with the server's address and the query of the page's
+/// Serves the page until the process ends. Calls `ready` with the server's address and the query of the page's
 /// address, which contains a token if other machines can reach the server.
-///
-/// # Errors
-/// [`ExploreError`].
 pub fn serve(options: Options, ready: impl FnOnce(SocketAddr, &str)) -> Result<(), ExploreError> {
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
-    let runtime = runtime.map_err(ExploreError::System)?;
-    let outcome = runtime.block_on(async {
-        let (listener, bound) = bind(SocketAddr::new(options.address, options.port))?;
+    runtime.map_err(ExploreError::System)?.block_on(async {
+        let address = SocketAddr::new(options.address, options.port);
+        let bind = |source| ExploreError::Bind { address, source };
+        let listener = TcpListener::bind(address).await.map_err(bind)?;
+        let bound = listener.local_addr().map_err(ExploreError::System)?;
         let guard = Guard::new(bound);
         let guard = if bound.ip().is_loopback() { guard } else { guard.with_token().map_err(ExploreError::System)? };
-        let query = guard.query();
-        let state = ServerState::new(guard, Site::Explore(options.catalogue, options.first));
-        let stopped = stopped().map_err(ExploreError::System)?;
-        ready(bound, &query);
-        tokio::select! {
-            never = answer_all(listener, state) => match never {},
-            () = stopped => Ok(()),
-        }
-    });
-    // The threads of the pages end with the process; they have no data to save.
-    runtime.shutdown_background();
-    outcome
-}
-
-fn stopped() -> std::io::Result<impl Future<Output = ()>> {
-    #[cfg(unix)]
-    {
-        use tokio::signal::unix::{SignalKind, signal};
-        let (mut interrupt, mut terminate) = (signal(SignalKind::interrupt())?, signal(SignalKind::terminate())?);
-        Ok(async move {
-            tokio::select! {
-                _ = interrupt.recv() => {}
-                _ = terminate.recv() => {}
-            }
-        })
-    }
-    #[cfg(not(unix))]
-    Ok(async {
-        // Without a handler, Ctrl-C ends the process.
-        if tokio::signal::ctrl_c().await.is_err() {
-            std::future::pending::<()>().await;
-        }
+        ready(bound, &guard.query());
+        let site = Site { guard, catalogue: options.catalogue, first: options.first };
+        let router = Router::new().fallback(answer).with_state(Arc::new(site));
+        // Send each message at once.
+        let listener = listener.tap_io(|stream| drop(stream.set_nodelay(true)));
+        axum::serve(listener, router).await.map_err(ExploreError::System)
     })
 }
 
-fn refusal(status: u16, reason: &'static str) -> Response<Body> {
-    text(status, "text/plain; charset=utf-8", reason)
-}
-
-async fn answer(state: Arc<ServerState>, request: Request<Body>) -> Response<Body> {
+async fn answer(State(site): State<Arc<Site>>, request: Request<Body>) -> Response<Body> {
     if !has_one_host(&request) {
         return refusal(400, "The request names two hosts.\n");
     }
-    if !state.guard.admits_host(host(&request)) {
+    if !site.guard.admits_host(host(&request)) {
         return refusal(421, "Use the address of this server or localhost.\n");
     }
     if request.method() != Method::GET {
         return refusal(405, "GET only.\n");
     }
     let path = request.uri().path();
-    if matches!(path, "/" | "/link") && !state.guard.admits_query(request.uri().query()) {
+    if matches!(path, "/" | "/link") && !site.guard.admits_query(request.uri().query()) {
         return refusal(403, "Open the whole address that trocar printed, with its token.\n");
     }
     if path == "/link" {
-        return link(&state, request).await;
+        return link(&site, request).await;
     }
-    let of_site = match state.site {
-        Site::Explore(..) => &[],
-        Site::Field(_) => FIELD_ASSETS,
-    };
-    match of_site.iter().chain(ASSETS).find(|asset| asset.path == path) {
+    match ASSETS.iter().find(|asset| asset.path == path) {
         Some(asset) => text(200, asset.media, asset.content),
         None => refusal(404, "Not found.\n"),
     }
 }
 
-async fn link(state: &ServerState, request: Request<Body>) -> Response<Body> {
-    if !state.guard.admits_origin(header(&request, "origin"), host(&request)) {
+async fn link(site: &Site, request: Request<Body>) -> Response<Body> {
+    if !site.guard.admits_origin(header(&request, "origin"), host(&request)) {
         return refusal(403, "The server accepts requests from its own pages only.\n");
     }
     let (mut parts, _) = request.into_parts();
     let upgrade = match WebSocketUpgrade::from_request_parts(&mut parts, &()).await {
-        Ok(upgrade) => upgrade,
+        Ok(upgrade) => upgrade.max_message_size(MAX_MESSAGE_BYTES).max_frame_size(MAX_MESSAGE_BYTES),
         Err(refused) => return refused.into_response(),
     };
-    let Ok(permit) = state.sessions.clone().try_acquire_owned() else {
-        return refusal(503, "Too many pages are open; close one.\n");
-    };
-    let upgrade = upgrade.max_message_size(MAX_MESSAGE_BYTES).max_frame_size(MAX_MESSAGE_BYTES);
-    match &state.site {
-        Site::Explore(catalogue, first) => {
-            let (catalogue, first) = (catalogue.clone(), first.clone());
-            upgrade.on_upgrade(move |socket| session::serve(socket, catalogue, first, permit))
-        }
-        Site::Field(field) => {
-            let field = field.clone();
-            upgrade.on_upgrade(move |socket| field::serve(socket, field, permit))
-        }
+    let (catalogue, first) = (site.catalogue.clone(), site.first.clone());
+    upgrade.on_upgrade(move |socket| session::serve(socket, catalogue, first))
+}
+
+fn refusal(status: u16, reason: &'static str) -> Response<Body> {
+    text(status, "text/plain; charset=utf-8", reason)
+}
+
+fn text(status: u16, media: &'static str, body: &'static str) -> Response<Body> {
+    let mut response = Response::new(Body::from(body));
+    *response.status_mut() = StatusCode::from_u16(status).unwrap_or_default();
+    let headers = response.headers_mut();
+    for (name, value) in HEADERS {
+        headers.insert(*name, HeaderValue::from_static(value));
     }
+    headers.insert("content-type", HeaderValue::from_static(media));
+    response
 }

@@ -55,17 +55,12 @@ pub enum StateError {
     Width(String),
     #[error("cannot write the answer: {0}")]
     Message(serde_json::Error),
-    #[error("cannot start the insertion: {0}")]
-    Thread(std::io::Error),
     #[error("there is no map over {0} and {1}; choose two independent parameters")]
     Axes(String, String),
 }
 
 impl State {
     /// The changed keys with their validated values.
-    ///
-    /// # Errors
-    /// [`StateError`].
     pub fn values(&self) -> Result<Vec<(KeyAt, Value)>, StateError> {
         if self.set.len() > MAX_KEYS {
             return Err(StateError::Keys(self.set.len()));
@@ -189,9 +184,6 @@ impl Catalogue {
     }
 
     /// The source of a scenario in the catalogue. A page cannot read any other file.
-    ///
-    /// # Errors
-    /// [`StateError::Scenario`].
     pub fn source(&self, name: &str) -> Result<Source, StateError> {
         let given = self.given.iter().find(|(given, _)| given == name).map(|(_, source)| source.clone());
         let shipped = || {

@@ -31,8 +31,13 @@ fn main() {
             "left out: the tests in a browser, as there is no chromium with a chromedriver (Debian: chromium, chromium-driver)"
         );
     }
+    let driver = ((there || required) && !arguments.list).then(page::driver);
+    let port = driver.as_ref().map_or(0, |(_, port)| *port);
     let trial = |(name, run): (&'static str, page::Body)| {
-        Trial::test(name, move || page::run(run).map_err(Into::into)).with_ignored_flag(!there && !required)
+        Trial::test(name, move || page::run(run, port).map_err(Into::into)).with_ignored_flag(driver.is_none())
     };
-    libtest_mimic::run(&arguments, trials::ALL.into_iter().map(trial).collect()).exit();
+    let conclusion = libtest_mimic::run(&arguments, trials::ALL.into_iter().map(trial).collect());
+    // Exiting runs no destructors.
+    drop(driver);
+    conclusion.exit();
 }

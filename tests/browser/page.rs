@@ -48,12 +48,19 @@ pub struct BrowserPage {
     pub server: u32,
 }
 
-pub fn run(body: Body) -> Result<(), String> {
+/// Starts chromedriver for all trials. Returns it with its port.
+///
+/// It chooses a free port of IPv4 and exits if another process has the same port of IPv6, so it is started again.
+pub fn driver() -> (Running, u16) {
+    let port = |line: &str| line.split("successfully on port ").nth(1)?.trim_end_matches('.').parse::<u16>().ok();
+    let start = |_| Running::start(Command::new("chromedriver").arg("--port=0"), port);
+    (0..5).find_map(start).expect("chromedriver starts")
+}
+
+/// Runs a trial with its own server, in its own session of the driver at this port.
+pub fn run(body: Body, port: u16) -> Result<(), String> {
     let (server, address) = explore(&[]);
     let server_id = server.id();
-    let port = |line: &str| line.split("successfully on port ").nth(1)?.trim_end_matches('.').parse::<u16>().ok();
-    let (_driver, port) =
-        Running::start(Command::new("chromedriver").arg("--port=0"), port).ok_or("no chromedriver")?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(|e| e.to_string())?;
     tokio::task::LocalSet::new().block_on(&runtime, async {
         let options = json!({

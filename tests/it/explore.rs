@@ -234,22 +234,6 @@ fn hostile_clients_do_not_stall_an_honest_page() {
     assert!(get(address, "/", &host).starts_with("HTTP/1.1 200"), "a newcomer is served all the same");
     drop(half_open);
 
-    // Ten thousand connections, one after another, of which a few hundred stay open.
-    let mut kept = std::collections::VecDeque::new();
-    for count in 0..10_000 {
-        if let Ok(stream) = TcpStream::connect_timeout(&address, RESPONSIVE) {
-            kept.push_back(stream);
-        }
-        if kept.len() > 300 {
-            kept.pop_front();
-        }
-        if count % 2500 == 1250 {
-            watch("ten thousand connections", 1.4 + f64::from(count) * 1e-5);
-        }
-    }
-    assert!(get(address, "/", &host).starts_with("HTTP/1.1 200"), "a newcomer is served all the same");
-    drop(kept);
-
     // A page that sends many requests and reads no answer.
     let mut deaf: Vec<Socket> = (0..4).map(|_| link(address, Some(&origin), &host).expect("opens")).collect();
     for socket in &mut deaf {
@@ -266,39 +250,7 @@ fn hostile_clients_do_not_stall_an_honest_page() {
     watch("pages that do not read", 1.6);
     drop(deaf);
 
-    // More messages than a user can cause.
-    let mut hasty = link(address, Some(&origin), &host).expect("opens");
-    let sent = (0..100_000).take_while(|_| hasty.send(Message::text(r#"{"type":"aim","m":0.01}"#)).is_ok()).count();
-    let mut closed = false;
-    while let Ok(message) = hasty.read() {
-        closed |= matches!(message, Message::Close(Some(frame)) if frame.reason.contains("too many"));
-    }
-    assert!(closed || sent < 100_000, "a flood of messages is cut off");
-    watch("a flood of messages", 1.7);
     eprintln!("the honest page waited {slowest:?} at most");
-}
-
-#[test]
-fn the_number_of_pages_is_limited_and_a_closed_page_makes_room() {
-    let (_server, address) = explore(&[]);
-    let origin = format!("http://{address}");
-    let host = address.to_string();
-    let mut open = vec![];
-    let refused = loop {
-        match link(address, Some(&origin), &host) {
-            Ok(socket) => open.push(socket),
-            Err(refused) => break refused,
-        }
-        assert!(open.len() <= 16, "sixteen at most");
-    };
-    assert!(refused.to_string().contains("503"), "{refused}");
-    assert_eq!(open.len(), 16);
-    drop(open);
-    let until = Instant::now() + Duration::from_secs(20);
-    while link(address, Some(&origin), &host).is_err() {
-        assert!(Instant::now() < until, "there is no room again");
-        std::thread::sleep(Duration::from_millis(50));
-    }
 }
 
 #[test]
@@ -315,8 +267,10 @@ fn a_hand_pushes_through_the_skin_in_real_time() {
     let mut frozen = vec![];
     let mut last_s = 0.0;
     for step in 0..1200 {
+        // A page aims at each frame of its screen.
+        std::thread::sleep(Duration::from_millis(16));
         let share = (f64::from(step) / 600.0).min(1.0);
-        page.send(&json!({ "type": "aim", "m": share * deepest_m }));
+        page.send(&json!({ "type": "aim", "id": page.last_id, "m": share * deepest_m }));
         let moved = page.receive("moved");
         events.extend(moved["events"].as_array().expect("a list").iter().map(|event| event[1].clone()));
         for row in moved["rows"].as_array().expect("a list") {
@@ -335,7 +289,7 @@ fn a_hand_pushes_through_the_skin_in_real_time() {
     let moved_mm = frozen.iter().map(|position| (position - frozen[0]).abs()).fold(0.0, f64::max);
     assert!(moved_mm < 0.5, "frozen, and moved by {moved_mm} mm");
     assert!(last_s <= passed_s, "{last_s} s in {passed_s} s: not faster than time");
-    page.send(&json!({ "type": "stop" }));
+    page.send(&json!({ "type": "stop", "id": page.last_id }));
     // The same motion runs with both schemes: the augmented run equals the one above, and the classical needle moves
     // on.
     let result = page.receive("pushed");

@@ -1,20 +1,17 @@
 //! The two sides as two processes. In virtual time they give the signals of a run bit for bit; in real time on this
 //! machine, their logs reproduce their signals.
 
+use std::collections::BTreeMap;
 use std::process::{Child, Command, Stdio};
 
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
-use tungstenite::Message;
 
-use crate::support::server::{Socket, open};
 use crate::support::test_folder::TestFolder;
-use trocar::channel::Schedule;
+use trocar::channel::{Delay, Schedule};
 use trocar::run::{run, trace_table};
 use trocar::scenario::{Scenario, Source};
-use trocar_link::{
-    Calling, Greeted, Key, MasterEnd, PACKET_BYTES, Proxy, Role, SlaveEnd, Waiting, fingerprint, first_difference,
-};
+use trocar_link::{Calling, Greeted, Key, MasterEnd, PACKET_BYTES, SlaveEnd, Waiting, fingerprint, first_difference};
 use trocar_report::ColumnFormat;
 
 /// Layers, a reacting hand, noise and augmentation. The rupture is detected within the simulated time.
@@ -35,35 +32,72 @@ fn greeted(scenario: &Scenario, key: &Key) -> (Greeted, Greeted) {
     (master.greeted(0).expect("ready"), slave.greeted().expect("started").clone())
 }
 
-/// Runs both ends in virtual time, with the scenario's channel between them. `disturb` sees each packet in transit.
+/// For each message of a direction, the number of ticks after which it arrives.
+type Delays = Vec<Option<u64>>;
+
+/// Returns the delays, forward and backward, of the samples that the scenario's channel uses in a simulation. A sample
+/// that arrives after a later one counts as lost.
+fn of_channel(scenario: &Scenario) -> [Delays; 2] {
+    // The random streams of the two directions.
+    let [forward, backward] = [*b"\0forward", *b"backward"].map(u64::from_be_bytes);
+    let directions = [
+        (scenario.forward.whole, &scenario.forward_schedule, forward),
+        (scenario.backward.whole, &scenario.backward_schedule, backward),
+    ];
+    directions.map(|(ticks, schedule, stream)| {
+        let (tick_s, random) = (scenario.grid.tick_s(), (scenario.seed ^ stream, 0));
+        let line = Delay::new(ticks, [-1.0]);
+        let mut line = line.irregular(&scenario.irregularity, schedule, tick_s, [-1.0], random);
+        let mut delays = vec![None; scenario.grid.ticks() as usize];
+        for now in 0..scenario.grid.ticks() {
+            let [sent] = line.exchange([now as f64]).sample;
+            if sent >= 0.0 {
+                delays[sent as usize].get_or_insert(now - sent as u64);
+            }
+        }
+        delays
+    })
+}
+
+/// Runs both ends in virtual time, with these delays between them. `disturb` sees each packet in transit.
 fn in_virtual_time(
     scenario: &Scenario,
     key: &Key,
+    [forward, backward]: &[Delays; 2],
     mut disturb: impl FnMut(u64, &[u8; PACKET_BYTES], &mut MasterEnd, &mut SlaveEnd),
 ) -> (MasterEnd, SlaveEnd) {
     let (of_master, of_slave) = greeted(scenario, key);
     let mut master = MasterEnd::new(scenario, of_master.session).expect("builds");
     let mut slave = SlaveEnd::new(scenario, of_slave.session).expect("builds");
-    let mut proxy = Proxy::new(scenario);
-    let mut deliver = |proxy: &mut Proxy, now_ns, tick, master: &mut MasterEnd, slave: &mut SlaveEnd| {
-        while let Some((to, packet)) = proxy.next_due(now_ns) {
-            disturb(tick, &packet, master, slave);
-            match to {
-                Role::Master => master.take(&packet, now_ns),
-                Role::Slave => slave.take(&packet, now_ns),
-            };
-        }
-    };
+    // The packets in transit to the slave and to the master, by the tick of their arrival and of their sending.
+    let (mut to_slave, mut to_master) = (BTreeMap::new(), BTreeMap::new());
     for tick in 0..scenario.grid.ticks() {
         let now_ns = (tick as f64 * scenario.grid.tick_s() * 1e9).round() as i64;
-        proxy.take(Role::Master, &master.send(now_ns), now_ns);
-        deliver(&mut proxy, now_ns, tick, &mut master, &mut slave);
-        proxy.take(Role::Slave, &slave.step(now_ns).expect("steps"), now_ns);
-        deliver(&mut proxy, now_ns, tick, &mut master, &mut slave);
+        let packet = master.send(now_ns);
+        if let Some(delay) = forward[tick as usize] {
+            to_slave.insert((tick + delay, tick), packet);
+        }
+        while let Some(packet) = next_due(&mut to_slave, tick) {
+            disturb(tick, &packet, &mut master, &mut slave);
+            slave.take(&packet, now_ns);
+        }
+        let packet = slave.step(now_ns).expect("steps");
+        if let Some(delay) = backward[tick as usize] {
+            to_master.insert((tick + delay, tick), packet);
+        }
+        while let Some(packet) = next_due(&mut to_master, tick) {
+            disturb(tick, &packet, &mut master, &mut slave);
+            master.take(&packet, now_ns);
+        }
         master.step().expect("steps");
     }
     assert!(master.has_ended() && slave.has_ended());
     (master, slave)
+}
+
+fn next_due(waiting: &mut BTreeMap<(u64, u64), [u8; PACKET_BYTES]>, tick: u64) -> Option<[u8; PACKET_BYTES]> {
+    let first = waiting.first_entry()?;
+    (first.key().0 <= tick).then(|| first.remove())
 }
 
 fn assert_is_run(scenario: &Scenario, (master, slave): &(MasterEnd, SlaveEnd)) {
@@ -92,7 +126,7 @@ fn both_ends_give_the_signals_of_a_run_for_every_scheme_and_architecture() {
             }
             let parts = format!("{CHANNEL}[passivity]\nscheme = \"{scheme}\"\n[controller]\nkind = \"{kind}\"\n");
             let scenario = scenario(&parts);
-            let ends = in_virtual_time(&scenario, &Key::of_loopback(), |_, _, _, _| ());
+            let ends = in_virtual_time(&scenario, &Key::of_loopback(), &of_channel(&scenario), |_, _, _, _| ());
             assert_is_run(&scenario, &ends);
             let (master, slave) = ends;
             // The meter gets the energies as they arrive; the promise also holds for these.
@@ -118,28 +152,26 @@ fn both_ends_give_the_signals_of_a_run_for_other_links_and_machines() {
         // Motor limits need sampled control.
         let control = if parts.contains("[actuator]") { "control = \"sampled\"\n" } else { "" };
         let scenario = scenario(&parts.replacen("[channel]", &format!("{control}[channel]"), 1));
-        let ends = in_virtual_time(&scenario, &Key::of_loopback(), |_, _, _, _| ());
+        let ends = in_virtual_time(&scenario, &Key::of_loopback(), &of_channel(&scenario), |_, _, _, _| ());
         assert_is_run(&scenario, &ends);
     }
 }
 
 #[test]
-fn a_million_foreign_old_and_mutated_packets_change_nothing() {
+fn foreign_old_and_mutated_packets_change_nothing() {
     let scenario = scenario(CHANNEL);
     let key = Key::new(&[3; 32]).expect("long enough");
     let (other, _) = greeted(&scenario, &Key::new(&[4; 32]).expect("long enough"));
     let mut foreign = MasterEnd::new(&scenario, other.session).expect("builds");
     let mut seen: Vec<[u8; PACKET_BYTES]> = vec![];
     let mut random = ChaCha8Rng::seed_from_u64(1);
-    let mut given = 0;
-    let ends = in_virtual_time(&scenario, &key, |tick, packet, master, slave| {
+    let ends = in_virtual_time(&scenario, &key, &of_channel(&scenario), |tick, packet, master, slave| {
         let of_foreign = foreign.send(0);
         let mut give = |bytes: &[u8]| {
             master.take(bytes, 0);
             slave.take(bytes, 0);
-            given += 2;
         };
-        for round in 0..30 {
+        for round in 0..4 {
             let mut bytes = [0; 2 * PACKET_BYTES];
             random.fill(&mut bytes);
             let length = random.random_range(0..bytes.len());
@@ -165,18 +197,21 @@ fn a_million_foreign_old_and_mutated_packets_change_nothing() {
         }
         seen.push(*packet);
     });
-    assert!(given >= 1_000_000, "{given}");
     assert_is_run(&scenario, &ends);
     for counters in [ends.0.counters(), ends.1.counters()] {
         let dropped = [counters.malformed, counters.foreign, counters.replayed];
-        assert!(dropped.into_iter().all(|count| count > 50_000), "{counters:?}");
+        assert!(dropped.into_iter().all(|count| count > 2_000), "{counters:?}");
     }
 }
 
 #[test]
 fn every_lost_message_is_counted() {
-    let scenario = scenario(CHANNEL);
-    let (master, slave) = in_virtual_time(&scenario, &Key::of_loopback(), |_, _, _, _| ());
+    let scenario = scenario("");
+    // Two messages of seven overtake each other, and one of ten is lost.
+    let delay = |tick: u64| (!tick.is_multiple_of(10)).then_some(5 * u64::from(tick.is_multiple_of(7)));
+    let delays: Delays = (0..scenario.grid.ticks()).map(delay).collect();
+    let both = [delays.clone(), delays];
+    let (master, slave) = in_virtual_time(&scenario, &Key::of_loopback(), &both, |_, _, _, _| ());
     for (from, to) in [
         (master.counters(), (slave.counters(), slave.delays())),
         (slave.counters(), (master.counters(), master.delays())),
@@ -208,68 +243,9 @@ fn started(mut side: Child) -> (Running, String) {
 }
 
 #[test]
-fn an_operator_leads_a_link_with_the_pointer_and_the_log_repeats_the_motion() {
-    let folder = TestFolder::new();
-    folder.file("x.toml", BASE);
-    let start = |arguments: &[&str]| {
-        let mut command = Command::new(assert_cmd::cargo::cargo_bin("trocar"));
-        command.current_dir(folder.path("")).args(["link"]).args(arguments).arg("x.toml");
-        command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("starts")
-    };
-    let (mut slave, address) = started(start(&["slave", "--listen", "127.0.0.1:0"]));
-    let (mut master, page) =
-        started(start(&["master", "--pointer", "--port", "0", "--no-open", "--to", &address, "--wait-s", "60"]));
-    let host = page.trim_start_matches("http://").trim_end_matches('/');
-    let mut page = open(host);
-    let tell = |page: &mut Socket, message: &str| page.send(Message::text(message)).expect("sent");
-    let hear = |page: &mut Socket| -> serde_json::Value {
-        loop {
-            if let Message::Text(text) = page.read().expect("received") {
-                return serde_json::from_str(&text).expect("JSON");
-            }
-        }
-    };
-    // Before the operator begins, aims have no effect and the slave is not called.
-    tell(&mut page, r#"{"type":"aim","m":0.01}"#);
-    tell(&mut page, r#"{"type":"push","id":7,"state":null,"augmented":false}"#);
-    let opening = hear(&mut page);
-    assert_eq!((opening["type"].as_str(), opening["id"].as_u64()), (Some("pushing"), Some(7)));
-    let range = [0, 1].map(|k| opening["range_mm"][k].as_f64().expect("a number"));
-    let mut second = open(host);
-    tell(&mut second, r#"{"type":"push","id":1}"#);
-    assert_eq!(hear(&mut second)["type"], "refused");
-    let (mut rows, mut alarms) = (0, 0);
-    let end = loop {
-        let message = hear(&mut page);
-        if message["type"] != "moved" {
-            break message;
-        }
-        let new = message["rows"].as_array().expect("rows");
-        rows += new.len();
-        alarms += message["events"].as_array().expect("events").len();
-        // Move the hand steadily to the end of its travel.
-        let time_s = new.last().and_then(|row| row[0].as_f64()).expect("a row");
-        let aim_mm = range[0] + (range[1] - range[0]) * (time_s / 2.0).min(1.0);
-        tell(&mut page, &format!(r#"{{"type":"aim","m":{}}}"#, aim_mm / 1e3));
-    };
-    assert_eq!(end["type"], "pushed", "{end}");
-    assert!(end["text"].as_str().is_some_and(|text| text.starts_with("2500 ticks")), "{end}");
-    assert_eq!(rows, 2500, "every tick is shown");
-    assert!(master.0.wait().expect("ends").success() && slave.0.wait().expect("ends").success());
-    let of_slave: serde_json::Value = serde_json::from_str(&folder.text("out/x/slave/summary.json")).expect("JSON");
-    let count = |name: &str| of_slave[name].as_array().expect("times").len();
-    assert!(count("ruptures_s") >= 1 && count("alarms_s") >= alarms && alarms >= 1, "{of_slave}");
-    let printed = folder.good(&["link", "replay", "out/x"]);
-    assert_eq!(printed.matches("2500 ticks, the replay is the same bit for bit").count(), 2, "{printed}");
-    let moved = |line: &str| line.split(',').nth(1).and_then(|cell| cell.parse::<f64>().ok()).expect("a number");
-    let trace = folder.text("out/x/master/trace.csv");
-    assert!(1e3 * moved(trace.lines().last().expect("rows")) > range[0] + 0.8 * (range[1] - range[0]));
-}
-
-#[test]
 fn the_log_of_a_link_in_real_time_can_be_simulated() {
     let folder = TestFolder::new();
-    folder.file("x.toml", format!("{BASE}{CHANNEL}").replace("duration_s = 2.5", "duration_s = 1.0"));
+    folder.file("x.toml", BASE.replace("duration_s = 2.5", "duration_s = 1.0"));
     folder.file("key", [7; 32]);
     let start = |arguments: &[&str]| {
         let mut command = Command::new(assert_cmd::cargo::cargo_bin("trocar"));
@@ -277,7 +253,7 @@ fn the_log_of_a_link_in_real_time_can_be_simulated() {
         command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("starts")
     };
     let (mut slave, address) = started(start(&["slave", "--listen", "127.0.0.1:0"]));
-    let mut master = Running(start(&["master", "--proxy", "--to", &address]));
+    let mut master = Running(start(&["master", "--to", &address]));
     assert!(master.0.wait().expect("ends").success() && slave.0.wait().expect("ends").success());
 
     for side in ["master", "slave"] {
@@ -310,20 +286,22 @@ fn the_log_of_a_link_in_real_time_can_be_simulated() {
 fn invalid_links_are_refused() {
     let folder = TestFolder::new();
     folder.file("x.toml", format!("{BASE}{CHANNEL}")).file("short", "secret");
-    folder.refused(&["link", "master", "x.toml"], &["act with --proxy only"]);
-    folder.refused(&["link", "master", "paper/augmented", "--pointer", "--no-open"], &["replays a recorded force"]);
-    folder.refused(&["link", "slave", "x.toml", "--listen", "0.0.0.0:0"], &["--key-file"]);
-    folder.refused(&["link", "slave", "x.toml", "--key-file", "short"], &["short: the key has 6 bytes"]);
-    folder.refused(&["link", "slave", "x.toml", "--key-file", "none"], &["none: "]);
-    folder.refused(&["link", "slave", "x.toml", "--listen", "here"], &["give a host and a port"]);
-    folder.refused(
-        &["link", "master", "x.toml", "--proxy", "--to", "192.0.2.1:7711", "--key-file", "x.toml"],
-        &["on this machine"],
-    );
-    let dop853 = ["link", "slave", "x.toml", "--listen", "127.0.0.1:0", "--set", "simulation.engine=dop853"];
-    folder.refused(&dop853, &["integrates both machines together", "\"exact\""]);
-    folder.refused(&["link", "replay", "x"], &["give the folder of a link"]);
-    let alone = folder.trocar(&["link", "master", "x.toml", "--proxy", "--wait-s", "1", "--to", "127.0.0.1:9"]);
+    folder.file("dry.toml", BASE);
+    let dop853 = ["slave", "x.toml", "--listen", "127.0.0.1:0", "--set", "simulation.engine=dop853"];
+    let refusals: [(&[&str], &[&str]); 8] = [
+        (&["master", "x.toml"], &["act in simulations only", "tc netem"]),
+        (&["slave", "x.toml", "--listen", "0.0.0.0:0"], &["--key-file"]),
+        (&["slave", "x.toml", "--key-file", "short"], &["short: the key has 6 bytes"]),
+        (&["slave", "x.toml", "--key-file", "none"], &["none: "]),
+        (&["slave", "x.toml", "--listen", "here"], &["give a host and a port"]),
+        (&["master", "dry.toml", "--to", "192.0.2.1:7711"], &["--key-file"]),
+        (&dop853, &["integrates both machines together", "\"exact\""]),
+        (&["replay", "x"], &["give the folder of a link"]),
+    ];
+    for (arguments, phrases) in refusals {
+        folder.refused(&[&["link"], arguments].concat(), phrases);
+    }
+    let alone = folder.trocar(&["link", "master", "dry.toml", "--wait-s", "1", "--to", "127.0.0.1:9"]);
     assert_eq!(alone.code, 1);
     assert!(alone.err.contains("no slave replied at 127.0.0.1:9 within 1 s"), "{}", alone.err);
 }

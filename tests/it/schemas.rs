@@ -194,7 +194,7 @@ fn the_summary_of_a_link_has_the_keys_of_its_schema() {
     let mut printed = std::io::BufReader::new(slave.stderr.take().expect("a pipe"));
     std::io::BufRead::read_line(&mut printed, &mut line).expect("a line");
     let address = line.split_whitespace().find_map(|word| word.strip_suffix(';')).expect("an address");
-    let master = start(&["master", "--proxy", "--to", address]);
+    let master = start(&["master", "--to", address]);
     for (side, process) in [("master", master), ("slave", slave)] {
         let printed = String::from_utf8(process.wait_with_output().expect("ends").stdout).expect("text");
         assert_eq!(printed, folder.text(&format!("out/x/{side}/summary.json")));

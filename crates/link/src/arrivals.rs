@@ -3,7 +3,6 @@
 use trocar_engine::channel::Schedule;
 use trocar_engine::teleoperation::{Message, PAYLOAD, Received};
 
-/// Maximum number of kept messages of future ticks.
 const MAX_EARLY: usize = 256;
 
 /// The messages of one direction, processed as in the simulated channel: of the messages that have arrived, the one
@@ -15,7 +14,6 @@ const MAX_EARLY: usize = 256;
 pub struct Arrivals<const N: usize> {
     held: Message<f64, N>,
     held_tick: Option<u64>,
-    /// The latest message since the last tick.
     latest: Option<(u64, Message<f64, N>)>,
     early: Vec<(u64, Message<f64, N>)>,
     next: u64,
@@ -26,9 +24,7 @@ pub struct Arrivals<const N: usize> {
 pub(super) enum Fate {
     /// It is used at the next tick, or at its own tick if that is later.
     Taken,
-    /// It arrived after a later one.
     Overtaken,
-    /// A message of this tick has already arrived.
     Repeated,
     /// Its tick is beyond the run, or too far in the future.
     OutOfRange,

@@ -1,11 +1,6 @@
-//! Counters of packets and messages.
-
-/// Numbers of packets and messages of one end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counters {
-    /// Messages sent.
     pub sent: u64,
-    /// Messages received.
     pub received: u64,
     /// Messages received after a later one; they are not used.
     pub overtaken: u64,
@@ -20,7 +15,6 @@ pub struct Counters {
 }
 
 impl Counters {
-    /// Returns the number of dropped packets, which only change a counter.
     #[must_use]
     pub fn dropped(&self) -> u64 {
         self.malformed + self.foreign + self.replayed + self.out_of_range

@@ -21,9 +21,6 @@ impl Study for SideSummary {
             counted(self.lateness.missed, "tick")
         ));
         section.text(format!("clocks of both sides agree to {}", show(Some(self.clock_s), Unit::Second)));
-        if let Some([of_master, of_slave]) = self.proxy_lost {
-            section.text(format!("proxy: dropped {of_master} messages of the master, {of_slave} of the slave"));
-        }
         if self.role == Role::Slave {
             section.text(format!("ruptures: {}", listed(&self.ruptures_s)));
             section.text(format!("alarms: {}", listed(&self.alarms_s)));
@@ -46,7 +43,6 @@ impl Study for SideSummary {
     }
 }
 
-/// Warns of a side that was started anew, and of another side that is silent at the end, or was.
 fn warnings(summary: &SideSummary) -> Vec<Warning> {
     let (this, other) = (summary.role.word(), summary.role.other().word());
     let mut warnings = vec![];
@@ -157,8 +153,6 @@ pub struct LinkFile<'a> {
     tick_s: f64,
     messages: Messages,
     packets: Packets,
-    /// Number of messages that a proxy in this process dropped; `None` without a proxy.
-    proxy_lost: Option<ProxyLost>,
     /// The delay of the messages to this side, in ticks.
     delay_ticks: Spread,
     /// The time from sending to arrival in s, by the clocks of both sides.
@@ -220,15 +214,6 @@ struct Packets {
     replayed: u64,
 }
 
-/// Numbers of messages that a proxy dropped.
-#[derive(Debug, Serialize, JsonSchema)]
-struct ProxyLost {
-    /// Messages of the master.
-    master: u64,
-    /// Messages of the slave.
-    slave: u64,
-}
-
 /// The distribution of the lateness of the ticks in s; undefined without ticks.
 #[derive(Debug, Serialize, JsonSchema)]
 struct Lateness {
@@ -259,7 +244,6 @@ fn json(summary: &SideSummary) -> Json {
             out_of_range: counters.out_of_range,
         },
         packets: Packets { malformed: counters.malformed, foreign: counters.foreign, replayed: counters.replayed },
-        proxy_lost: summary.proxy_lost.map(|[master, slave]| ProxyLost { master, slave }),
         delay_ticks: summary.delay_ticks,
         one_way_s: summary.one_way_s,
         round_s: summary.round_s,

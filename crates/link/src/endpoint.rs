@@ -15,7 +15,6 @@ const VALUES: usize = 16;
 const NUMBERS: usize = (BODY_BYTES - VALUES) / 8;
 const MAX_SAMPLE: usize = NUMBERS - PAYLOAD - 1;
 
-/// The travel times of a message in s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trip {
     /// From sending to arrival, by the clocks of both sides, which agree to half the round trip.
@@ -24,7 +23,6 @@ pub struct Trip {
     pub round_s: Option<f64>,
 }
 
-/// An end that receives samples of `N` numbers.
 #[derive(Debug)]
 pub struct Endpoint<const N: usize> {
     role: Role,
@@ -93,8 +91,6 @@ impl<const N: usize> Endpoint<N> {
         self.arrivals.forget_payload();
     }
 
-    /// Receives a packet at a time (ns since tick 0). A packet that is not a new message of the other side only changes
-    /// a counter.
     pub fn take(&mut self, bytes: &[u8], now_ns: i64) {
         self.last_trip = None;
         let Some(packet) = Packet::read(bytes) else {
@@ -152,31 +148,25 @@ impl<const N: usize> Endpoint<N> {
         self.echo = Some((packet.sent_ns, now_ns));
     }
 
-    /// Returns the message for the next tick.
     pub fn at_next_tick(&mut self) -> Received<f64, N> {
         self.arrivals.at_next_tick()
     }
 
-    /// Returns the counters.
     #[must_use]
     pub fn counters(&self) -> Counters {
         self.counters
     }
 
-    /// Returns the delay in ticks of the message of each tick in the run, or
-    /// [`Schedule::LOST`](trocar_engine::channel::Schedule::LOST).
     #[must_use]
     pub fn delays(&self) -> &[u32] {
         self.arrivals.delays()
     }
 
-    /// Returns the travel times of the last packet; `None` if it had no effect.
     #[must_use]
     pub fn last_trip(&self) -> Option<Trip> {
         self.last_trip
     }
 
-    /// Returns the last reported energy of the other side's port in J.
     #[must_use]
     pub fn other_energy_j(&self) -> f64 {
         self.energy.map_or(0.0, |(_, energy_j)| energy_j)

@@ -26,7 +26,6 @@ impl Meter {
     }
 }
 
-/// The master's end: operator, master, and the connection to the slave.
 #[derive(Debug)]
 pub struct MasterEnd {
     side: MasterSide,
@@ -34,11 +33,9 @@ pub struct MasterEnd {
     trace: Trace,
     meter: Meter,
     safety: SafetySettings,
-    received: [f64; 5],
 }
 
 impl MasterEnd {
-    /// The trace columns of this side.
     pub const COLUMNS: &'static [&'static str] = &[
         "time_s",
         "desired_position_m",
@@ -50,16 +47,11 @@ impl MasterEnd {
         "master_energy_j",
     ];
 
-    /// Creates the end of a scenario at tick 0 in a session.
-    ///
-    /// # Errors
-    /// The errors of [`Scenario::master_side`].
     pub fn new(scenario: &Scenario, session: Session) -> Result<Self, ScenarioError> {
         let side = scenario.master_side()?;
         let endpoint = Endpoint::new(Role::Master, session, scenario.grid.ticks(), side.initial());
         let meter = Meter { generated_j: 0.0, promised_j: side.promised_j() };
-        let received = side.initial();
-        Ok(Self { side, endpoint, trace: empty_trace(scenario), meter, safety: scenario.safety, received })
+        Ok(Self { side, endpoint, trace: empty_trace(scenario), meter, safety: scenario.safety })
     }
 
     /// Runs the first half of a tick. Returns the packet for the slave at a time (ns since tick 0).
@@ -70,9 +62,6 @@ impl MasterEnd {
 
     /// Computes the ticks before `tick` without messages, as after an outage from the start. For a side that joins a
     /// link that runs. Afterwards `safety.*` bounds its commands, unless `safety.acts` is `nowhere`.
-    ///
-    /// # Errors
-    /// [`EngineError`].
     pub fn skip_to(&mut self, tick: u64) -> Result<(), EngineError> {
         while self.side.tick() < tick {
             self.side.send();
@@ -82,32 +71,18 @@ impl MasterEnd {
         Ok(())
     }
 
-    /// Runs the second half of a tick with the received messages.
-    ///
-    /// # Errors
-    /// [`EngineError`].
     pub fn step(&mut self) -> Result<(), EngineError> {
         self.meter.add(self.endpoint.other_energy_j(), self.side.energy_j());
         let received = self.endpoint.at_next_tick();
-        self.received = received.sample;
         self.side.step(&received, &mut self.trace)
     }
 
-    /// Returns the slave's sample at the last tick: force scaled to the master (N), position (m), velocity (m/s),
-    /// acceleration (m/s²), mode.
-    #[must_use]
-    pub fn received(&self) -> [f64; 5] {
-        self.received
-    }
-
-    /// Returns true if all ticks are completed.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.side.has_ended()
     }
 }
 
-/// The slave's end: slave, tissue, detector, and the connection to the master.
 #[derive(Debug)]
 pub struct SlaveEnd {
     side: SlaveSide,
@@ -136,7 +111,6 @@ impl Observer<f64> for Events {
 }
 
 impl SlaveEnd {
-    /// The trace columns of this side.
     pub const COLUMNS: &'static [&'static str] = &[
         "time_s",
         "slave_reference_m",
@@ -154,10 +128,6 @@ impl SlaveEnd {
         "needle_energy_j",
     ];
 
-    /// Creates the end of a scenario at tick 0 in a session.
-    ///
-    /// # Errors
-    /// The errors of [`Scenario::slave_side`].
     pub fn new(scenario: &Scenario, session: Session) -> Result<Self, ScenarioError> {
         let side = scenario.slave_side()?;
         let endpoint = Endpoint::new(Role::Slave, session, scenario.grid.ticks(), side.initial());
@@ -172,11 +142,6 @@ impl SlaveEnd {
         })
     }
 
-    /// Computes the ticks before `tick` without messages, as after an outage from the start. For a side that joins a
-    /// link that runs. Afterwards `safety.*` bounds its commands, unless `safety.acts` is `nowhere`.
-    ///
-    /// # Errors
-    /// [`EngineError`].
     pub fn skip_to(&mut self, tick: u64) -> Result<(), EngineError> {
         while self.side.tick() < tick {
             let received = self.endpoint.at_next_tick();
@@ -187,9 +152,6 @@ impl SlaveEnd {
     }
 
     /// Runs a tick with the received messages. Returns the packet for the master at a time (ns since tick 0).
-    ///
-    /// # Errors
-    /// [`EngineError`].
     pub fn step(&mut self, now_ns: i64) -> Result<[u8; PACKET_BYTES], EngineError> {
         let tick = self.side.tick();
         let received = self.endpoint.at_next_tick();
@@ -198,19 +160,16 @@ impl SlaveEnd {
         Ok(self.endpoint.seal((tick, now_ns), &message, self.side.energy_j()))
     }
 
-    /// Returns true if all ticks are completed.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.side.has_ended()
     }
 
-    /// Returns the ticks of layer ruptures.
     #[must_use]
     pub fn ruptures(&self) -> &[u64] {
         &self.events.ruptures
     }
 
-    /// Returns the ticks of the alarms that the supervisor accepted.
     #[must_use]
     pub fn alarms(&self) -> &[u64] {
         &self.events.alarms
@@ -245,20 +204,16 @@ macro_rules! both {
                 }
             }
 
-            /// Returns the next tick.
             #[must_use]
             pub fn tick(&self) -> u64 {
                 self.side.tick()
             }
 
-            /// Returns the counters.
             #[must_use]
             pub fn counters(&self) -> Counters {
                 self.endpoint.counters()
             }
 
-            /// Returns the delay in ticks of the message of each tick of the other side, or
-            /// [`Schedule::LOST`](trocar_engine::channel::Schedule::LOST).
             #[must_use]
             pub fn delays(&self) -> &[u32] {
                 self.endpoint.delays()
@@ -270,7 +225,6 @@ macro_rules! both {
                 &self.trace
             }
 
-            /// Returns the energies so far.
             #[must_use]
             pub fn meter(&self) -> Meter {
                 self.meter

@@ -18,7 +18,6 @@ use super::packet::{BODY_BYTES, Kind, PACKET_BYTES, Packet, Role, word};
 use super::seal::{Key, NONCE_BYTES, Session};
 use trocar_scenario::Scenario;
 
-/// Offsets in the body of a greeting, in bytes.
 const OF_MASTER: usize = 0;
 const OF_SLAVE: usize = 16;
 const SCENARIO: usize = 32;
@@ -41,10 +40,8 @@ pub fn fingerprint(scenario: &Scenario) -> [u8; 32] {
     hash.finalize().into()
 }
 
-/// The result of a greeting.
 #[derive(Debug, Clone)]
 pub struct Greeted {
-    /// The session of both sides.
     pub session: Session,
     /// The time of tick 0 by this side's clock, in ns.
     pub start_ns: i64,
@@ -75,7 +72,6 @@ fn packet(kind: Kind, from: Role, body: [u8; BODY_BYTES]) -> Packet {
     Packet { kind, from, number: 0, tick: 0, sent_ns: 0, body }
 }
 
-/// The master's side of a greeting.
 #[derive(Debug)]
 pub struct Calling {
     key: Key,
@@ -97,13 +93,11 @@ struct SlaveReply {
 }
 
 impl Calling {
-    /// Creates a call with a random number, for a scenario with this [`fingerprint`].
     #[must_use]
     pub fn new(key: Key, own: [u8; NONCE_BYTES], scenario: [u8; 32]) -> Self {
         Self { key, own, scenario, reply: None, replies: 0, differs: false, is_ready: false }
     }
 
-    /// Returns a Hello, sent at a time (ns).
     #[must_use]
     pub fn hello(&self, now_ns: i64) -> [u8; PACKET_BYTES] {
         let body = body(&self.own, &[0; NONCE_BYTES], &self.scenario, [now_ns, 0]);
@@ -149,13 +143,11 @@ impl Calling {
         }
     }
 
-    /// Returns the number of replies so far.
     #[must_use]
     pub fn replies(&self) -> u32 {
         self.replies
     }
 
-    /// Returns true if a slave with another scenario or version has replied.
     #[must_use]
     pub fn differs(&self) -> bool {
         self.differs
@@ -176,7 +168,6 @@ impl Calling {
         Some(reply.session.0.seal(&packet(Kind::Start, Role::Master, body)))
     }
 
-    /// Returns the result for tick 0 at `start_ns` (ns) once the slave is ready.
     #[must_use]
     pub fn greeted(&self, start_ns: i64) -> Option<Greeted> {
         let SlaveReply { session, round_ns, .. } = self.reply.as_ref().filter(|_| self.is_ready)?;
@@ -184,20 +175,17 @@ impl Calling {
     }
 }
 
-/// The slave's side of a greeting.
 #[derive(Debug)]
 pub struct Waiting {
     key: Key,
     own: [u8; NONCE_BYTES],
     scenario: [u8; 32],
-    /// Tick 0 by this side's clock, if its link runs.
     begun_ns: Option<i64>,
     greeted: Option<([u8; NONCE_BYTES], Greeted)>,
     differs: bool,
 }
 
 impl Waiting {
-    /// Creates a waiting slave with a random number, for a scenario with this [`fingerprint`].
     #[must_use]
     pub fn new(key: Key, own: [u8; NONCE_BYTES], scenario: [u8; 32]) -> Self {
         Self { key, own, scenario, begun_ns: None, greeted: None, differs: false }
@@ -209,7 +197,6 @@ impl Waiting {
         Self { begun_ns: Some(begun_ns), ..Self::new(key, own, scenario) }
     }
 
-    /// Receives a packet at a time (ns). Returns the answer to its sender.
     pub fn take(&mut self, bytes: &[u8], now_ns: i64) -> Option<[u8; PACKET_BYTES]> {
         let Packet { kind, from: Role::Master, body: given, .. } = Packet::read(bytes)? else { return None };
         let of_master = part(&given, OF_MASTER);
@@ -244,13 +231,11 @@ impl Waiting {
         }
     }
 
-    /// Returns true if a master with another scenario or version has called.
     #[must_use]
     pub fn differs(&self) -> bool {
         self.differs
     }
 
-    /// Returns the result once the master has announced the time of tick 0.
     #[must_use]
     pub fn greeted(&self) -> Option<&Greeted> {
         self.greeted.as_ref().map(|(_, greeted)| greeted)

@@ -1,5 +1,3 @@
-//! The lateness of the ticks.
-
 use trocar_base::quantiles::quantile_of;
 
 /// The lateness of each tick: the time from its due time to its beginning.
@@ -8,34 +6,26 @@ pub struct Lateness {
     late_s: Vec<f64>,
 }
 
-/// Quantiles of the lateness in s; `None` without ticks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LatenessSummary {
-    /// Median.
     pub median_s: Option<f64>,
-    /// 99 %.
     pub p99_s: Option<f64>,
-    /// 99.9 %.
     pub p999_s: Option<f64>,
-    /// Maximum.
     pub worst_s: Option<f64>,
     /// Number of ticks that began after the next tick was due.
     pub missed: u64,
 }
 
 impl Lateness {
-    /// Creates an empty record with capacity for a number of ticks.
     #[must_use]
     pub fn new(ticks: u64) -> Self {
         Self { late_s: Vec::with_capacity(ticks as usize) }
     }
 
-    /// Adds the lateness of a tick in s.
     pub fn add(&mut self, late_s: f64) {
         self.late_s.push(late_s);
     }
 
-    /// Returns the quantiles so far, for ticks of `tick_s` (s).
     #[must_use]
     pub fn summary(&self, tick_s: f64) -> LatenessSummary {
         let mut values = self.late_s.clone();

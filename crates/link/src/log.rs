@@ -9,17 +9,13 @@ use trocar_core::time::{TickGrid, nearest_ticks};
 use trocar_engine::channel::Schedule;
 use trocar_engine::engine::{COLUMNS, ColumnValues, Trace};
 
-/// A direction of the link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {
-    /// From the master to the slave.
     Forward,
-    /// From the slave to the master.
     Backward,
 }
 
 impl Direction {
-    /// Returns the column in files of delays.
     #[must_use]
     pub fn column(self) -> &'static str {
         match self {
@@ -29,47 +25,16 @@ impl Direction {
     }
 }
 
-/// An error of reading a log.
 #[derive(Debug, Error)]
 pub enum RemoteLogError {
-    /// The text is not a table.
     #[error("{file}: {source}")]
-    Table {
-        /// The file.
-        file: String,
-        /// The cause.
-        source: csv::Error,
-    },
-    /// A column is missing.
+    Table { file: String, source: csv::Error },
     #[error("{file}: there is no column {column}")]
-    NoColumn {
-        /// The file.
-        file: String,
-        /// The column.
-        column: &'static str,
-    },
-    /// A field is not a number.
+    NoColumn { file: String, column: &'static str },
     #[error("{file} row {row}, column {column}: {field:?} is not a number")]
-    NotANumber {
-        /// The file.
-        file: String,
-        /// The row, from 1.
-        row: usize,
-        /// The column.
-        column: String,
-        /// The field.
-        field: String,
-    },
-    /// The number of ticks differs from the scenario's.
+    NotANumber { file: String, row: usize, column: String, field: String },
     #[error("{file}: {rows} rows, but the scenario has {ticks} ticks: the logs are of another scenario")]
-    Ticks {
-        /// The file.
-        file: String,
-        /// The number of rows.
-        rows: usize,
-        /// The ticks of the scenario.
-        ticks: u64,
-    },
+    Ticks { file: String, rows: usize, ticks: u64 },
 }
 
 /// Returns the delays of both directions (in ticks, by the tick that sent the message) as a file for
@@ -96,10 +61,6 @@ pub fn delays_csv(delays: &[(Direction, &[u32])], grid: &TickGrid) -> String {
     text
 }
 
-/// Reads the delays of a direction in ticks from a file of [`delays_csv`].
-///
-/// # Errors
-/// [`RemoteLogError`].
 pub fn read_direction(
     file: &str,
     text: &str,
@@ -137,23 +98,15 @@ fn number(file: &str, (row, column): (usize, &str), field: &str) -> Result<f64, 
     })
 }
 
-/// The first difference between a log and a simulation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Difference {
-    /// The tick.
     pub tick: u64,
-    /// The column; the first one in the order of the log.
     pub column: String,
-    /// The value in the log.
     pub logged: f64,
-    /// The value in the simulation.
     pub simulated: f64,
 }
 
 /// Returns the number of ticks in a log of signals, and the first tick that differs from a simulation in any bit.
-///
-/// # Errors
-/// [`RemoteLogError`] if the text is not a log of signals.
 pub fn first_difference(file: &str, text: &str, trace: &Trace) -> Result<(u64, Option<Difference>), RemoteLogError> {
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     let table = |source| RemoteLogError::Table { file: file.to_owned(), source };

@@ -14,7 +14,6 @@
 //! ```
 //! Numbers are little-endian. All kinds have the same length, so that no answer is longer than its request.
 
-/// Length of a packet in bytes.
 pub const PACKET_BYTES: usize = SIGNED_BYTES + CODE_BYTES;
 pub(super) const SIGNED_BYTES: usize = 128;
 pub(super) const CODE_BYTES: usize = 16;
@@ -27,17 +26,13 @@ const TICK: usize = 16;
 const SENT: usize = 24;
 const BODY: usize = 32;
 
-/// A side of the link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// The operator's side.
     Master,
-    /// The needle's side.
     Slave,
 }
 
 impl Role {
-    /// Returns the name.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -46,7 +41,6 @@ impl Role {
         }
     }
 
-    /// Returns the other side.
     #[must_use]
     pub fn other(self) -> Self {
         match self {
@@ -58,13 +52,9 @@ impl Role {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// The master's call.
     Hello,
-    /// The slave's reply.
     Reply,
-    /// The master's announcement of tick 0.
     Start,
-    /// The slave's confirmation.
     Ready,
     Message,
 }
@@ -73,7 +63,6 @@ impl Kind {
     const ALL: [Self; 5] = [Self::Hello, Self::Reply, Self::Start, Self::Ready, Self::Message];
 }
 
-/// A packet without its authentication code.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Packet {
     pub(super) kind: Kind,
@@ -85,7 +74,6 @@ pub(super) struct Packet {
 }
 
 impl Packet {
-    /// Returns the bytes, with an empty authentication code.
     pub(super) fn bytes(&self) -> [u8; PACKET_BYTES] {
         let mut bytes = [0; PACKET_BYTES];
         bytes[..4].copy_from_slice(MAGIC);
@@ -99,7 +87,6 @@ impl Packet {
         bytes
     }
 
-    /// Parses a packet without checking its authentication code; `None` if the bytes are no packet.
     pub(super) fn read(bytes: &[u8]) -> Option<Self> {
         let bytes: &[u8; PACKET_BYTES] = bytes.try_into().ok()?;
         if bytes[..4] != *MAGIC || bytes[4] != VERSION || bytes[7] != 0 {

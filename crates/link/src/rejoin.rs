@@ -6,7 +6,6 @@ use super::seal::{Key, NONCE_BYTES, Session};
 
 /// Interval between the packets of a call, in ns.
 const CALL_NS: i64 = 20_000_000;
-/// Number of replies before a Start.
 const REPLIES: u32 = 10;
 /// Time from an agreement to the first message of the other side, in ns. Afterwards the agreement no longer counts.
 const PATIENCE_NS: i64 = 2_000_000_000;
@@ -29,14 +28,10 @@ enum Greeting {
     OfSlave(Waiting),
 }
 
-/// The effect of a packet on a [`Rejoin`].
 #[derive(Debug, Default)]
 pub struct Heard {
-    /// True if the packet is an authentic one of this greeting.
     pub is_known: bool,
-    /// The answer to its sender.
     pub answer: Option<[u8; PACKET_BYTES]>,
-    /// The new session, once.
     pub session: Option<Session>,
 }
 
@@ -52,7 +47,6 @@ impl Rejoin {
         Self { begun_ns, greeting, next_ns: i64::MIN, agreed_ns: None }
     }
 
-    /// Returns the packet that a master sends to the slave at a time (ns), if one is due.
     pub fn call(&mut self, now_ns: i64) -> Option<[u8; PACKET_BYTES]> {
         let Greeting::OfMaster(calling) = &self.greeting else { return None };
         if now_ns < self.next_ns || self.agreed_ns.is_some() {
@@ -64,7 +58,6 @@ impl Rejoin {
         Some(start.unwrap_or_else(|| calling.hello(now_ns)))
     }
 
-    /// Receives a packet at a time (ns).
     pub fn take(&mut self, bytes: &[u8], now_ns: i64) -> Heard {
         let (heard, greeted) = match &mut self.greeting {
             Greeting::OfMaster(calling) => {
@@ -83,7 +76,6 @@ impl Rejoin {
         Heard { session, ..heard }
     }
 
-    /// Returns true if both sides have agreed on a new session.
     #[must_use]
     pub fn has_agreed(&self) -> bool {
         self.agreed_ns.is_some()

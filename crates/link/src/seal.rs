@@ -1,25 +1,19 @@
-//! Authentication of packets.
-
 use hmac::{Hmac, Mac};
 use sha2::Sha256;
 use thiserror::Error;
 
 use super::packet::{CODE_BYTES, PACKET_BYTES, Packet, SIGNED_BYTES};
 
-/// Minimum length of a key in bytes.
 pub const MIN_KEY_BYTES: usize = 16;
 
-/// Length of the random number of each side in a session, in bytes.
 pub(super) const NONCE_BYTES: usize = 16;
 
 /// Separates session keys from packet codes that use the same key.
 const SESSION: &[u8] = b"trocar link, key of a session";
 
-/// The error for a key that is too short.
 #[derive(Debug, Error)]
 #[error("the key has {given} bytes, must have at least {MIN_KEY_BYTES}: make one with head -c 32 /dev/urandom")]
 pub struct KeyError {
-    /// The length in bytes.
     pub given: usize,
 }
 
@@ -28,10 +22,6 @@ pub struct KeyError {
 pub struct Key(Hmac<Sha256>);
 
 impl Key {
-    /// Creates a key from bytes that both sides share.
-    ///
-    /// # Errors
-    /// [`KeyError`] for fewer than 16 bytes.
     pub fn new(bytes: &[u8]) -> Result<Self, KeyError> {
         if bytes.len() < MIN_KEY_BYTES { Err(KeyError { given: bytes.len() }) } else { Ok(Self::of(bytes)) }
     }
@@ -57,7 +47,6 @@ impl Key {
         Self(Hmac::new(&block.into()))
     }
 
-    /// Each pair of random numbers gives a different key.
     pub(super) fn session(&self, of_master: &[u8; NONCE_BYTES], of_slave: &[u8; NONCE_BYTES]) -> Session {
         let mut code = self.0.clone();
         code.update(SESSION);
@@ -93,7 +82,6 @@ impl std::fmt::Debug for Key {
     }
 }
 
-/// The key of one session.
 #[derive(Debug, Clone)]
 pub struct Session(pub(super) Key);
 

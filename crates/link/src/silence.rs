@@ -8,12 +8,9 @@ const OUTAGES: f64 = 3.0;
 /// Shortest outage in s that counts. An operating system without real time delays a process by milliseconds.
 const MIN_OUTAGE_S: f64 = 0.02;
 
-/// A change of the other side's silence.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SilenceChange {
-    /// Nothing has come for this time in s.
     Silent(f64),
-    /// A message has come after this time in s.
     Back(f64),
 }
 
@@ -59,13 +56,11 @@ impl Silence {
         Some(SilenceChange::Silent(seconds(silent_ns)))
     }
 
-    /// The number of silences so far.
     #[must_use]
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// The time of the last message if the other side is silent, in ns.
     #[must_use]
     pub fn since_ns(&self) -> Option<i64> {
         self.is_silent.then_some(self.last_ns)

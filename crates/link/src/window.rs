@@ -1,5 +1,3 @@
-//! The received packet numbers.
-
 const LENGTH: u64 = 1024;
 const WORDS: usize = (LENGTH / u64::BITS as u64) as usize;
 
@@ -13,7 +11,6 @@ pub struct Window {
 }
 
 impl Window {
-    /// Returns true if the number is new, and marks it as received.
     pub fn accept(&mut self, number: u64) -> bool {
         if number == u64::MAX || number.saturating_add(LENGTH) < self.next {
             return false;

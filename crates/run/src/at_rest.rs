@@ -4,9 +4,9 @@ use std::ops::ControlFlow;
 
 use super::RunError;
 use trocar_base::interrupt;
-use trocar_engine::engine::{BuiltInOr, Observer, Signals, Trace, UserDefinedEngine, UserDefinedParts, Wiring};
+use trocar_engine::engine::{BuiltInOr, Observer, Signals, UserDefinedEngine, UserDefinedParts, Wiring};
 use trocar_metrics::DIVERGED_M;
-use trocar_scenario::{OperatorSpec, Scenario};
+use trocar_scenario::Scenario;
 
 /// A run that is repeated up to a tick and then rests: the hand stays at its last desired position, the organs at
 /// theirs, and the force sensor has no noise. A force replayed over time keeps its last value.
@@ -37,19 +37,9 @@ impl Observer<f64> for Positions<'_> {
 }
 
 impl AtRest {
-    /// Repeats the run of `trace` up to tick `rest`. For `ticks` ticks, logged delays repeat from tick `repeat` on.
-    pub(super) fn new(
-        scenario: &Scenario,
-        trace: &Trace,
-        rest: u64,
-        repeat: u64,
-        ticks: u64,
-    ) -> Result<Self, RunError> {
+    /// Repeats a run up to tick `rest`. For `ticks` ticks, logged delays repeat from tick `repeat` on.
+    pub(super) fn new(scenario: &Scenario, rest: u64, repeat: u64, ticks: u64) -> Result<Self, RunError> {
         let mut scenario = scenario.clone();
-        if matches!(scenario.operator, OperatorSpec::Hand(_)) {
-            // Only the trace contains the motion of a live hand.
-            scenario.operator = OperatorSpec::Recording(trace.desired_position_m.as_slice().into());
-        }
         let end = scenario.grid.ticks();
         for schedule in [&mut scenario.forward_schedule, &mut scenario.backward_schedule] {
             *schedule = schedule.repeating(repeat, end, rest + ticks);

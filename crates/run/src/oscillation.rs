@@ -176,7 +176,7 @@ fn sustained_swing(scenario: &Scenario, trace: &Trace) -> Result<Option<Swing>, 
 
 fn swing_at_rest(scenario: &Scenario, trace: &Trace, rest: usize, tail: &Tail) -> Result<Option<Swing>, RunError> {
     let length = RestLength::of(scenario);
-    let mut run = AtRest::new(scenario, trace, rest as u64, tail_begin(trace.len()) as u64, length.max)?;
+    let mut run = AtRest::new(scenario, rest as u64, tail_begin(trace.len()) as u64, length.max)?;
     let mut ticks = length.min;
     loop {
         run.extend_to(ticks);

@@ -9,7 +9,7 @@ use super::{Run, RunError, checked_outcome, empty_trace_with, metrics_observer, 
 use trocar_core::augmentation::Mode;
 use trocar_engine::engine::{BuiltInOr, Trace, UserDefinedEngine, UserDefinedParts, Wiring};
 use trocar_engine::operator::{HumanOperator, Operator};
-use trocar_metrics::MetricsObserver;
+use trocar_metrics::{Metrics, MetricsObserver};
 use trocar_scenario::{Scenario, ScenarioError, TissueRange};
 
 /// A run that the caller advances tick by tick, optionally with the person's position from another program or a person.
@@ -215,6 +215,12 @@ impl SteppedRun {
     #[must_use]
     pub fn trace(&self) -> &Trace {
         &self.observers.1.1
+    }
+
+    /// The metrics of the ticks so far.
+    #[must_use]
+    pub fn metrics(&self) -> Metrics {
+        self.observers.1.0.metrics(0)
     }
 
     /// The result of the ticks so far.

@@ -17,7 +17,6 @@ use trocar_engine::engine::{
     GeneralSlave, IntegratedPlants, LimitedPlants, MasterPlants, MasterSide, Observer, Plants, SideEngine, SlaveSide,
     UserDefinedEngine, UserDefinedParts, Wired, Wiring,
 };
-use trocar_engine::operator::{Hand, Perception, Reflex, StiffeningSettings, StretchSettings};
 use trocar_engine::plant::{GeneralMaster, MasterStep, PlantError, SlaveParameters, SlaveStep};
 use trocar_engine::sensor::AnySensor;
 use trocar_engine::teleoperation::LinkReport;
@@ -371,19 +370,6 @@ impl Scenario {
         match &self.operator {
             OperatorSpec::Recording(positions) => positions.first().copied().unwrap_or(0.0),
             OperatorSpec::Ramp { start_m, .. } => *start_m,
-            OperatorSpec::Hand(hand) => hand.position_m(),
         }
-    }
-
-    /// Replaces the operator by a live hand. The scenario starts at the hand's position, without simulated tremor or
-    /// reflexes.
-    #[must_use]
-    pub fn held_by(mut self, hand: Arc<Hand>) -> Self {
-        self.operator = OperatorSpec::Hand(hand);
-        self.tremor.amplitude_m = 0.0;
-        (self.stretch, self.stiffening) = (StretchSettings::default(), StiffeningSettings::default());
-        self.reflex.reflex = Reflex::None;
-        self.perception = Perception::None;
-        self
     }
 }

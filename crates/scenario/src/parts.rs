@@ -13,7 +13,7 @@ use trocar_core::error::InvalidValue;
 use trocar_core::estimation::{AnyEstimator, Rls};
 use trocar_core::lane::Lane;
 use trocar_core::safety::CommandLimits;
-use trocar_engine::channel::{Delay, Irregularity, SampleDelays, Schedule};
+use trocar_engine::channel::{Delay, Irregularity, Schedule};
 use trocar_engine::engine::BuiltInOr::{BuiltIn, UserDefined};
 use trocar_engine::engine::{
     Any, AnyDetector, Engine, Parts, ScheduledAlarms, UserDefinedParts, UserDefinedWiring, Wired,
@@ -244,24 +244,12 @@ impl Scenario {
             {
                 Some(Replay(positions.clone()))
             }
-            OperatorSpec::Recording(_) | OperatorSpec::Ramp { .. } | OperatorSpec::Hand(_) => None,
+            OperatorSpec::Recording(_) | OperatorSpec::Ramp { .. } => None,
         }
     }
 
     pub(super) fn initial_samples(&self) -> ([f64; 4], [f64; 5]) {
         ([self.start_m(), 0.0, 0.0, 0.0], [0.0, self.slave_start_m(), 0.0, 0.0, 0.0])
-    }
-
-    /// The delays of a run's samples, forward and backward, rounded up to whole ticks.
-    #[must_use]
-    pub fn sample_delays(&self) -> [SampleDelays; 2] {
-        let directions =
-            [(&self.forward, &self.forward_schedule, FORWARD), (&self.backward, &self.backward_schedule, BACKWARD)];
-        directions.map(|(delay, schedule, direction)| {
-            let ticks = delay.whole + u64::from(delay.share > 0.0);
-            let line = (&self.irregularity, schedule);
-            SampleDelays::new(line, (ticks, self.grid.tick_s()), (self.seed ^ direction, 0))
-        })
     }
 
     /// The longest delays of samples that arrive, forward and backward, in ticks.
@@ -299,7 +287,6 @@ impl Scenario {
                 let ramp = Ramp::new(*start_m, *end_m, *speed_m_per_s, tick_s);
                 Motion::Ramp(ramp.map_err(|error| self.values().out_of_range(&error))?)
             }
-            OperatorSpec::Hand(hand) => Motion::Hand(hand.clone()),
         };
         let mut operator = HumanOperator::new(motion);
         if self.tremor.amplitude_m > 0.0 {

@@ -204,10 +204,10 @@ impl Scenario {
         layers.into_iter().filter(|layer| layer.ruptures).map(|layer| layer.name).collect()
     }
 
-    /// The operator's properties for the metrics. The intention of a recorded or live hand is unknown.
+    /// The operator's properties for the metrics. The intention of a recorded hand is unknown.
     #[must_use]
     pub fn operator_traits(&self) -> OperatorTraits {
-        let is_planned = !replays_position(&self.values) && !matches!(self.operator, OperatorSpec::Hand(_));
+        let is_planned = !replays_position(&self.values);
         OperatorTraits {
             intended_scale: is_planned.then(|| self.position_scale()),
             notices: self.reflex.reacts() || self.perception.settings().is_some(),
@@ -249,7 +249,6 @@ impl Scenario {
             }
             OperatorSpec::Ramp { start_m, .. } if beyond(start_m) => ("operator.start_m", Some(*start_m)),
             OperatorSpec::Ramp { end_m, .. } => ("operator.end_m", Some(*end_m).filter(beyond)),
-            OperatorSpec::Hand(_) => return Ok(()),
         };
         let Some(position) = position else { return Ok(()) };
         let message = format!("the operator moves to {position} m, must stay within {max_m} m of 0, on either side");

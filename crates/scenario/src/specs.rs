@@ -11,7 +11,7 @@ use super::value::Value;
 use super::values::{STATED, Values};
 use trocar_core::error::non_negative;
 use trocar_core::time::TickGrid;
-use trocar_engine::operator::{Hand, MotionSettings};
+use trocar_engine::operator::MotionSettings;
 use trocar_engine::tissue::{
     DepthCurves, FmuSettings, ReplayIndex, ReplaySettings, TissueSettings, UnfitUnit, UnitProblem, UnitTissue,
 };
@@ -31,8 +31,6 @@ pub enum OperatorSpec {
         /// Speed in m/s.
         speed_m_per_s: f64,
     },
-    /// The motion of a live hand.
-    Hand(Arc<Hand>),
 }
 
 /// The tissue.

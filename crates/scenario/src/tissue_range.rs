@@ -121,8 +121,8 @@ impl TissueRange {
 #[derive(Debug, Clone, PartialEq)]
 pub struct TissueByDepth {
     tissue: Scaled,
-    /// The smallest and the largest position of the hand in m; `None` for a live hand.
-    hand_m: Option<(f64, f64)>,
+    /// The smallest and the largest position of the hand in m.
+    hand_m: (f64, f64),
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -141,30 +141,30 @@ impl TissueByDepth {
             TissueSpec::Depth { curves, presliding_m, .. } => Scaled::Recording(curves.clone(), *presliding_m),
             TissueSpec::Recording { .. } | TissueSpec::Unit(_) => return None,
         };
-        let desired_m = match &scenario.operator {
+        let (low_m, high_m) = match &scenario.operator {
             OperatorSpec::Recording(positions) => {
                 let bounds = (f64::INFINITY, f64::NEG_INFINITY);
-                Some(positions.iter().fold(bounds, |(low, high), &x| (x.min(low), x.max(high))))
+                positions.iter().fold(bounds, |(low, high), &x| (x.min(low), x.max(high)))
             }
-            OperatorSpec::Ramp { start_m, end_m, .. } => Some((start_m.min(*end_m), start_m.max(*end_m))),
-            OperatorSpec::Hand(_) => None,
+            OperatorSpec::Ramp { start_m, end_m, .. } => (start_m.min(*end_m), start_m.max(*end_m)),
         };
         let [tremor_m, _] = scenario.tremor.largest();
-        Some(Self { tissue, hand_m: desired_m.map(|(low, high)| (low - tremor_m, high + tremor_m)) })
+        Some(Self { tissue, hand_m: (low_m - tremor_m, high_m + tremor_m) })
     }
 
-    /// The range at a position scale; `None` if it depends on the depth and the hand is live.
+    /// The range at a position scale; `None` for a tissue without springs.
     #[must_use]
     pub fn range(&self, position_scale: f64) -> Option<TissueRange> {
+        let (low_m, high_m) = self.hand_m;
         match &self.tissue {
             Scaled::Model(settings) => {
                 let surface_m = settings.surface_m().unwrap_or(0.0);
-                let depth_m = |(_, high): (f64, f64)| (OVERSHOOT * (high * position_scale - surface_m)).max(0.0);
-                TissueRange::of_model(settings, self.hand_m.map(depth_m))
+                let depth_m = (OVERSHOOT * (high_m * position_scale - surface_m)).max(0.0);
+                TissueRange::of_model(settings, Some(depth_m))
             }
             Scaled::Recording(curves, presliding_m) => {
-                let until_m = |(low, high): (f64, f64)| (low + OVERSHOOT * (high - low)) * position_scale;
-                let springs = curves.springs(*presliding_m, self.hand_m.map_or(f64::INFINITY, until_m));
+                let until_m = (low_m + OVERSHOOT * (high_m - low_m)) * position_scale;
+                let springs = curves.springs(*presliding_m, until_m);
                 Some(TissueRange { source: TissueSource::RecordedDepth, springs })
             }
         }

@@ -35,7 +35,7 @@ impl Bounds {
         }
         let settings = LinearLoop::of(scenario, tissue).ok()?;
         let surface_m = scenario.values().optional_number("tissue.contact_m")? / settings.link.machines.position_scale;
-        let reach = Reach::of(scenario, surface_m)?;
+        let reach = Reach::of(scenario, surface_m);
         let free = LinearLoop { stiffness_n_per_m: 0.0, damping_n_s_per_m: 0.0, ..settings.clone() };
         let of = |settings: &LinearLoop| sums(settings).ok().flatten();
         let (in_contact, out_of_contact) = (of(&settings)?, of(&free)?);
@@ -51,7 +51,7 @@ struct Reach {
 }
 
 impl Reach {
-    fn of(scenario: &Scenario, surface_m: f64) -> Option<Self> {
+    fn of(scenario: &Scenario, surface_m: f64) -> Self {
         let tick_s = scenario.grid.tick_s();
         let from_surface = |position_m: &f64| (position_m - surface_m).abs();
         let reach = match &scenario.operator {
@@ -62,10 +62,9 @@ impl Reach {
             OperatorSpec::Ramp { start_m, end_m, speed_m_per_s } => {
                 Self { distance_m: from_surface(start_m).max(from_surface(end_m)), speed_m_per_s: speed_m_per_s.abs() }
             }
-            OperatorSpec::Hand(_) => return None,
         };
         let [tremor_m, tremor_m_per_s] = scenario.tremor.largest();
-        Some(Self { distance_m: reach.distance_m + tremor_m, speed_m_per_s: reach.speed_m_per_s + tremor_m_per_s })
+        Self { distance_m: reach.distance_m + tremor_m, speed_m_per_s: reach.speed_m_per_s + tremor_m_per_s }
     }
 }
 

@@ -12,7 +12,6 @@ use trocar_studies::design::{Follower, Stage, State};
 pub(super) struct Bars<'a> {
     folder: &'a Folder,
     quiet: bool,
-    /// The bar of the present stage.
     bar: Mutex<ProgressBar>,
 }
 

@@ -20,7 +20,6 @@ use trocar_report::html::Again;
 use trocar_report::{ColumnFormat, Destination, Folder};
 use trocar_scenario::{DetectionSpec, Reader, Values};
 
-/// The command in the manifest.
 const WRITER: &str = "detect";
 
 /// The sections of a scenario that affect a detection.
@@ -130,7 +129,6 @@ fn again(args: &DetectArgs, files: Vec<(String, String)>, recordings: &[String])
     Again { command: "trocar detect", files, line: args.line(recordings), note }
 }
 
-/// Returns the final output of the detection in one recording.
 fn finish<'a>(args: &'a DetectArgs, folder: Folder, study: &DetectionStudy) -> Finish<'a> {
     let folder = folder.with_samples(args.format.of_rows(study.report.samples).to_vec());
     let name = study.values.name();
@@ -139,7 +137,6 @@ fn finish<'a>(args: &'a DetectArgs, folder: Folder, study: &DetectionStudy) -> F
     Finish { output: &args.output, folder, all: false, report }
 }
 
-/// Returns the path within the output folder.
 fn folder_of(input: &Input) -> String {
     // A separate folder keeps the summary and the figures of a run of the same scenario.
     if input.is_scenario() { format!("{}/detection", input.folder) } else { input.folder.clone() }

@@ -69,12 +69,10 @@ impl<W: Write> RowWriter<W> {
         self.end()
     }
 
-    /// Returns true for JSON, where the summary is a row too.
     pub(super) fn is_json(&self) -> bool {
         self.format == Format::Json
     }
 
-    /// Writes the summary as a JSON row; does nothing for CSV.
     pub(super) fn summary(&mut self, summary: &LiveSummary, rows: u64, skipped: u64, ended: &str) -> io::Result<()> {
         if self.format == Format::Csv {
             return Ok(());

@@ -49,21 +49,9 @@ pub(in crate::cli) enum LabelProblem {
     #[error(
         "the rupture at {time_s} s is outside the recording, which lasts from {from_s} to {to_s} s in its own time"
     )]
-    Outside {
-        /// Time of the rupture, in s.
-        time_s: f64,
-        /// Time of the first sample, in s.
-        from_s: f64,
-        /// Time of the last sample, in s.
-        to_s: f64,
-    },
+    Outside { time_s: f64, from_s: f64, to_s: f64 },
     #[error("the rupture at {time_s} s is already on line {first_line}; remove one")]
-    Twice {
-        /// Time of the rupture, in s.
-        time_s: f64,
-        /// Line of the first label.
-        first_line: u64,
-    },
+    Twice { time_s: f64, first_line: u64 },
     #[error(
         "an empty time means that the recording has no rupture, but line {other_line} labels one; remove one of the two"
     )]

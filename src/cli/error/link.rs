@@ -19,24 +19,13 @@ pub(in crate::cli) enum LinkError {
     KeyFile { path: String, source: std::io::Error },
     #[error("{path}: {source}")]
     Key { path: String, source: KeyError },
-    #[error("--proxy is between two sides on this machine, and {address} is not on it: leave out --proxy")]
-    ProxyElsewhere { address: String },
     #[error(
-        "the delays, jitter, loss and outages of [channel] act with --proxy only: add --proxy, or set them to 0 for \
-         the delays of the network"
+        "the delays, jitter, loss and outages of [channel] act in simulations only: set them to 0, and delay the packets \
+         with tc netem"
     )]
-    ChannelWithoutProxy,
-    #[error(
-        "the tissue replays a recorded force, which does not react to --pointer: choose a scenario whose tissue.kind \
-         is a model, such as layers/skin-augmented"
-    )]
-    PointerOnRecording,
+    Channel,
     #[error("no slave replied at {address} within {wait_s} s: start it, with the same --key-file if there is one")]
-    NoReply {
-        address: String,
-        /// The waiting time, in s.
-        wait_s: u32,
-    },
+    NoReply { address: String, wait_s: u32 },
     #[error("the slave has another scenario, other settings or another version of trocar: give both sides the same")]
     Differs,
     #[error("the slave does not answer any more: start both sides again")]
@@ -54,11 +43,7 @@ pub(in crate::cli) enum LinkError {
         times: String,
     },
     #[error("joined the {peer} at tick {tick} of its run: the ticks before had no messages")]
-    Joined {
-        peer: &'static str,
-        /// The first tick with messages.
-        tick: u64,
-    },
+    Joined { peer: &'static str, tick: u64 },
     #[error("the run of the {peer} ends too soon to join it: start both sides again")]
     TooLate { peer: &'static str },
     #[error(

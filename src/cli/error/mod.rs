@@ -38,7 +38,6 @@ pub(super) enum CliError {
     SameName { name: String, first: String, second: String },
     #[error("{flag} of `trocar {command}` is gone; use `{now}`")]
     Moved {
-        /// The command that had the flag.
         command: &'static str,
         flag: &'static str,
         /// The new flag, or the new command with its flag.

@@ -5,7 +5,6 @@ use trocar_engine::engine::EngineError;
 use trocar_link::{Greeted, MasterEnd, PACKET_BYTES, Role, SlaveEnd};
 use trocar_scenario::Scenario;
 
-/// The end of the link on either side.
 pub(super) enum End {
     Master(Box<MasterEnd>),
     Slave(Box<SlaveEnd>),

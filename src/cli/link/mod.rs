@@ -4,9 +4,7 @@ mod address;
 mod end;
 mod pace;
 mod peer;
-mod pointer;
 mod priority;
-mod proxy;
 mod replay;
 mod side;
 
@@ -23,19 +21,12 @@ Examples:
   trocar link master layers/skin-augmented
   trocar link replay out/skin-augmented
 
-  trocar link slave passivity/late-wall-tank &
-  trocar link master passivity/late-wall-tank --proxy
-      with the delays of the scenario between them
-
   trocar link slave my.toml --listen 0.0.0.0:7711 --key-file key
   trocar link master my.toml --to robot.lan:7711 --key-file key";
 
 const MASTER_EXAMPLES: &str = "\
 Examples:
   trocar link master layers/skin-augmented
-  trocar link master passivity/late-wall-tank --proxy
-  trocar link master layers/skin-augmented --pointer
-      a person leads, with the pointer of a page
   trocar link master my.toml --to robot.lan:7711 --key-file key";
 
 const SLAVE_EXAMPLES: &str = "\
@@ -77,19 +68,6 @@ struct MasterArgs {
     /// Address of the slave
     #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:7711")]
     to: String,
-    /// Apply the channel of the scenario between two sides on this machine: delay, jitter, loss, outages and logged
-    /// delays, with the random numbers of a run
-    #[arg(long)]
-    proxy: bool,
-    /// Move the master with the pointer on a page in the browser, instead of with the scenario's operator
-    #[arg(long)]
-    pointer: bool,
-    /// Port of the page for --pointer; 0 for any free port
-    #[arg(long, value_name = "PORT", default_value_t = 8418, requires = "pointer")]
-    port: u16,
-    /// Do not open the browser
-    #[arg(long, requires = "pointer")]
-    no_open: bool,
     /// Time to wait for the slave, in s
     #[arg(long, value_name = "S", default_value = "10", value_parser = clap::value_parser!(u32).range(1..=3600))]
     wait_s: u32,

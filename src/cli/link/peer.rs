@@ -15,11 +15,9 @@ pub(super) struct Peer<'a> {
     pub(super) key: &'a Key,
     pub(super) scenario: [u8; 32],
     pub(super) recovery: RecoverySettings,
-    /// The role of this side.
     pub(super) role: Role,
     /// Tick 0 by this side's clock, in ns.
     pub(super) start_ns: i64,
-    /// The other side's address.
     pub(super) to: SocketAddr,
     pub(super) trips: Trips,
     pub(super) silence: Silence,
@@ -30,7 +28,6 @@ pub(super) struct Peer<'a> {
 }
 
 impl Peer<'_> {
-    /// The time since tick 0 in ns.
     pub(super) fn now_ns(&self) -> i64 {
         self.clock.now_ns() - self.start_ns
     }
@@ -39,7 +36,6 @@ impl Peer<'_> {
         send(self.socket, packet, self.to);
     }
 
-    /// Takes all packets that have come.
     pub(super) fn take(&mut self, end: &mut End) {
         take_all(self.socket, |bytes, from| self.take_one(end, bytes, from));
     }

@@ -1,14 +1,11 @@
 //! One side of a link, in real time.
 
 use std::net::{SocketAddr, UdpSocket};
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::end::{End, either};
 use super::pace::{Clock, send, take_all};
 use super::peer::Peer;
-use super::pointer::Pointer;
-use super::proxy::Running;
 use super::{MasterArgs, SideArgs, SlaveArgs, address, priority};
 use crate::cli::error::{CliError, LinkError};
 use crate::cli::{interrupt, terminal};
@@ -37,8 +34,6 @@ struct Side<'a> {
     socket: UdpSocket,
     clock: Clock,
     stop: &'static AtomicBool,
-    /// The operator at the page, if the pointer leads the master.
-    pointer: Option<Pointer>,
     folder: Folder,
 }
 
@@ -46,11 +41,8 @@ pub(super) fn master(args: &MasterArgs) -> Result<(), CliError> {
     let scenario = load(&args.side)?;
     let slave = address::resolved(&args.to)?;
     let key = address::key(args.side.key_file.as_deref(), slave)?;
-    if args.proxy && !slave.ip().is_loopback() {
-        return Err(LinkError::ProxyElsewhere { address: args.to.clone() }.into());
-    }
-    if !args.proxy && has_channel(&scenario) {
-        return Err(LinkError::ChannelWithoutProxy.into());
+    if has_channel(&scenario) {
+        return Err(LinkError::Channel.into());
     }
     // Refuse an invalid scenario before anything is sent.
     scenario.master_side()?;
@@ -62,25 +54,9 @@ pub(super) fn master(args: &MasterArgs) -> Result<(), CliError> {
     let folder = folder(&args.side, &scenario, Role::Master)?;
     let socket = address::bound(address::resolved(any_port)?)?;
     let stop = interrupt::stop_flag();
-    let pointer = if args.pointer { Some(Pointer::open(&scenario, args)?) } else { None };
-    if let Some(pointer) = &pointer {
-        pointer.wait(stop)?;
-    }
-    let proxy = if args.proxy { Some(Running::start(&scenario, slave, args.side.realtime)?) } else { None };
-    let to = proxy.as_ref().map_or(slave, |proxy| proxy.address);
-    let side = Side {
-        args: &args.side,
-        role: Role::Master,
-        key,
-        scenario,
-        socket,
-        clock: Clock::new(),
-        stop,
-        pointer,
-        folder,
-    };
-    let greeted = side.call(to, args)?;
-    side.run(&greeted, to, proxy)
+    let side = Side { args: &args.side, role: Role::Master, key, scenario, socket, clock: Clock::new(), stop, folder };
+    let greeted = side.call(slave, args)?;
+    side.run(&greeted, slave)
 }
 
 pub(super) fn slave(args: &SlaveArgs) -> Result<(), CliError> {
@@ -102,11 +78,10 @@ pub(super) fn slave(args: &SlaveArgs) -> Result<(), CliError> {
         socket,
         clock: Clock::new(),
         stop: interrupt::stop_flag(),
-        pointer: None,
         folder,
     };
     let (greeted, master) = side.wait()?;
-    side.run(&greeted, master, None)
+    side.run(&greeted, master)
 }
 
 fn load(args: &SideArgs) -> Result<Scenario, CliError> {
@@ -118,7 +93,6 @@ fn folder(args: &SideArgs, scenario: &Scenario, role: Role) -> Result<Folder, Cl
     Ok(Destination::new(&args.out).open("link", &[&name])?.folder(&name))
 }
 
-/// Returns true if the channel of a scenario has any effect.
 fn has_channel(scenario: &Scenario) -> bool {
     let delays = [scenario.forward, scenario.backward];
     delays.iter().any(|delay| delay.whole > 0 || delay.share > 0.0)
@@ -146,7 +120,6 @@ fn interrupted() -> CliError {
 }
 
 impl Side<'_> {
-    /// Performs the master's greeting. Returns its result and the time of the first tick (ns).
     fn call(&self, to: SocketAddr, args: &MasterArgs) -> Result<(Greeted, i64), CliError> {
         let mut calling = Calling::new(self.key.clone(), nonce()?, fingerprint(&self.scenario));
         let give_up_ns = self.clock.now_ns() + i64::from(args.wait_s) * SECOND_NS;
@@ -228,10 +201,9 @@ impl Side<'_> {
         if self.stop.load(Ordering::Relaxed) { Err(interrupted()) } else { Ok(()) }
     }
 
-    fn run(mut self, begins: &(Greeted, i64), to: SocketAddr, proxy: Option<Running>) -> Result<(), CliError> {
+    fn run(self, begins: &(Greeted, i64), to: SocketAddr) -> Result<(), CliError> {
         let (greeted, first_ns) = begins;
-        let led = self.pointer.as_ref().map(|pointer| pointer.lead(&self.scenario));
-        let mut end = End::new(self.role, led.as_ref().unwrap_or(&self.scenario), greeted)?;
+        let mut end = End::new(self.role, &self.scenario, greeted)?;
         let grid = self.scenario.grid;
         let tick_ns = grid.tick_s() * 1e9;
         let failed = |source| RunError::Engine { name: self.scenario.name.clone(), source };
@@ -260,7 +232,7 @@ impl Side<'_> {
             restarts: 0,
         };
         for tick in first_tick..grid.ticks() {
-            if self.has_stopped() {
+            if self.stop.load(Ordering::Relaxed) {
                 break;
             }
             let due_ns = greeted.start_ns + (offset_ns + tick as f64 * tick_ns).round() as i64;
@@ -271,14 +243,8 @@ impl Side<'_> {
             }
             peer.take(&mut end);
             peer.check()?;
-            if let Some(pointer) = &self.pointer {
-                pointer.step();
-            }
             if let Some(packet) = end.step(peer.now_ns()).map_err(failed)? {
                 peer.send(&packet);
-            }
-            if let (Some(pointer), End::Master(end)) = (&mut self.pointer, &end) {
-                pointer.show(end);
             }
         }
         let outcome = peer.outcome(first_tick);
@@ -310,24 +276,15 @@ impl Side<'_> {
             silent_since_s: silence.since_ns().map(|ns| 1e-9 * ns as f64),
             restarts,
             first_tick,
-            proxy_lost: proxy.and_then(Running::end),
         };
-        let files = self.write(&end, &summary)?;
-        if let Some(pointer) = &self.pointer {
-            pointer.end(&summary, &files);
-        }
+        self.write(&end, &summary)?;
         if self.stop.load(Ordering::Relaxed) {
             return Err(CliError::Interrupted { kept: Some("the ticks so far were written".into()) });
         }
         outcome
     }
 
-    /// Returns true if Ctrl-C or the operator at the page has ended the link.
-    fn has_stopped(&self) -> bool {
-        self.stop.load(Ordering::Relaxed) || self.pointer.as_ref().is_some_and(Pointer::has_ended)
-    }
-
-    fn write(&self, end: &End, summary: &SideSummary) -> Result<PathBuf, CliError> {
+    fn write(&self, end: &End, summary: &SideSummary) -> Result<(), CliError> {
         let (columns, direction) = match self.role {
             Role::Master => (MasterEnd::COLUMNS, Direction::Backward),
             Role::Slave => (SlaveEnd::COLUMNS, Direction::Forward),
@@ -339,21 +296,15 @@ impl Side<'_> {
         document.data.push(trace.topic(self.role.word()));
         let mut file = |name: &'static str, text: String| document.files.push(TextFile { name: name.into(), text });
         file("delays.csv", delays_csv(&[(direction, either!(end, one => one.delays()))], &self.scenario.grid));
-        match &self.pointer {
-            None => file("scenario.toml", self.scenario.echo()),
-            Some(_) => {
-                file("link.toml", self.scenario.echo());
-                file("scenario.toml", Pointer::logged(&self.scenario.name));
-            }
-        }
+        file("scenario.toml", self.scenario.echo());
         write_document(&self.folder.with_samples(samples), &document)?;
         self.folder.commit()?;
-        let files = self.folder.path.clone();
         if self.args.json {
             terminal::print(&to_json(&document.json))?;
         } else if !self.args.quiet {
-            terminal::print(&format!("{}files: {}\n", document_text(&document, false), files.display()))?;
+            let files = self.folder.path.display();
+            terminal::print(&format!("{}files: {files}\n", document_text(&document, false)))?;
         }
-        Ok(files)
+        Ok(())
     }
 }

@@ -18,15 +18,12 @@ use trocar_studies::sweep::{Design, DrawnCases, Rows, SweepError, SweepReport, c
 pub(super) struct Whole<'a> {
     pub(super) design: &'a Design,
     pub(super) canonical: &'a str,
-    /// The manifest of the whole sweep, not yet marked as complete.
     pub(super) manifest: Manifest,
     pub(super) rows: Rows,
     pub(super) report: Option<String>,
-    /// Warnings printed before the sweep ran.
     pub(super) printed: Vec<Warning>,
 }
 
-/// Writes the tables, the findings and the figures, and prints the summary.
 pub(super) fn finish(
     folder: &Folder,
     whole: Whole<'_>,

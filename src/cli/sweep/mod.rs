@@ -24,7 +24,6 @@ use trocar_studies::sweep::{
     CASES, Execution, LoopOfCase, Manifest, Part, Plan, Progress, Rows, SWEEP, Shard, execute,
 };
 
-/// The command in the manifest.
 const WRITER: &str = "sweep";
 
 /// Estimated time, in s, above which a sweep requires `--yes`.

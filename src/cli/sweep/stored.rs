@@ -12,7 +12,6 @@ use trocar_document::json_of;
 use trocar_report::{MANIFEST, ManifestError, OutputError, StoredFile, write_file};
 use trocar_studies::sweep::{Manifest, SweepError, difference};
 
-/// A folder of a sweep.
 pub(super) struct Stored {
     manifest: trocar_report::Manifest,
     /// The fields of the sweep; `None` if the folder has no intact manifest of this sweep.
@@ -83,7 +82,6 @@ impl Stored {
     }
 }
 
-/// The fields of a sweep in the manifest.
 pub(super) fn details(sweep: &Manifest) -> Map<String, Json> {
     match json_of(sweep) {
         Json::Object(fields) => fields,

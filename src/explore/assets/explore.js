@@ -19,6 +19,9 @@ const trocar = (() => {
   let shownTime = "rupture";
   let animation = null;
   let request = { id: 0, at: null, busy: false, again: false };
+  /** The timer of the checks in noise, which begin after this time without changes, in ms. */
+  let noiseTimer = 0;
+  const IDLE_MS = 600;
   let opened = 0;
   /** True until the values of the opened scenario arrive. */
   let isOpening = false;
@@ -286,6 +289,8 @@ const trocar = (() => {
       }
       pending = { frame, at: pending?.at ?? request.at };
       next();
+      clearTimeout(noiseTimer);
+      noiseTimer = setTimeout(() => trocarLink.tell({ type: "noise", id: request.id }), IDLE_MS);
       draw();
     },
     table(message) {
@@ -472,8 +477,7 @@ const trocar = (() => {
         part("offline").hidden = !isLost;
         part("main").classList.toggle("offline", isLost === true);
         part("controls").inert = isLost === true;
-        const again = text.startsWith("no connection") ? "The server has ended, so nothing on this page changes any more. Start trocar explore again with the same --port; the page then goes on by itself." : text;
-        part("offline").textContent = isLost ? again : "";
+        part("offline").textContent = isLost ? "The server has ended, so nothing on this page changes any more. Start trocar explore again with the same --port; the page then goes on by itself." : "";
         if (isLost) animation?.pause();
       },
     );

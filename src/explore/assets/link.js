@@ -25,24 +25,15 @@ const trocarLink = (() => {
   }
 
   function connect() {
-    let opened = false;
     socket = new WebSocket(`ws://${location.host}/link${location.search}`);
     socket.binaryType = "arraybuffer";
-    socket.addEventListener("open", () => {
-      opened = true;
-      changed("connected");
-    });
+    socket.addEventListener("open", () => changed("connected"));
     socket.addEventListener("message", (event) => {
       const message = typeof event.data === "string" ? JSON.parse(event.data) : unpacked(event.data);
       if (message) receive(message);
     });
-    socket.addEventListener("close", (event) => {
-      changed(event.reason ? `ended: ${event.reason}` : "no connection to the server; reconnecting", true);
-      if (!opened) {
-        // The server answers, so the maximum number of pages is open.
-        const full = (answer) => answer.ok && changed("too many pages are open: close another one; reconnecting", true);
-        fetch("/icon.svg").then(full, () => {});
-      }
+    socket.addEventListener("close", () => {
+      changed("no connection to the server; reconnecting", true);
       setTimeout(connect, 1500);
     });
   }
@@ -61,7 +52,7 @@ const trocarLink = (() => {
       socket.send(JSON.stringify({ ...request, id }));
       return id;
     },
-    /** Sends a message without an answer. */
+    /** Sends a message with the id of an earlier request. */
     tell(message) {
       if (socket && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
     },

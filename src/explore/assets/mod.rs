@@ -14,12 +14,6 @@ const CSS: &str = "text/css; charset=utf-8";
 const JAVASCRIPT: &str = "text/javascript; charset=utf-8";
 const SVG: &str = "image/svg+xml";
 
-/// The page of a link and its script; it shares the other files of [`ASSETS`].
-pub(super) const FIELD_ASSETS: &[Asset] = &[
-    Asset { path: "/", media: HTML, content: include_str!("field.html") },
-    Asset { path: "/field.js", media: JAVASCRIPT, content: include_str!("field.js") },
-];
-
 /// All files of the page of `trocar explore`.
 pub(super) const ASSETS: &[Asset] = &[
     Asset { path: "/", media: HTML, content: include_str!("index.html") },

@@ -17,7 +17,7 @@ const trocarPush = (() => {
   const mm = (value) => `${value.toFixed(1)} mm`;
 
   function newState(id, augmented) {
-    return { id, augmented, range: null, aim: null, rows: [], events: [], full: null, pressed: false, sent: 0, isUnsent: false, drawing: null, ended: false };
+    return { id, augmented, range: null, aim: null, rows: [], events: [], full: null, pressed: false, drawing: null, ended: false };
   }
 
   /** Converts a height in the drawing to a position of the hand. */
@@ -31,19 +31,14 @@ const trocarPush = (() => {
     state.aim = Math.min(to, Math.max(from, value));
     parts.field.setAttribute("aria-valuenow", state.aim.toFixed(1));
     parts.field.setAttribute("aria-valuetext", mm(state.aim));
-    if (performance.now() - state.sent > 8) send();
-    else state.isUnsent = true;
   }
 
-  function send() {
-    [state.sent, state.isUnsent] = [performance.now(), false];
-    trocarLink.tell({ type: "aim", m: state.aim / 1000 });
-  }
-
-  /** Draws the field and the strips once per frame of the screen: a slow page skips drawings, not messages. */
+  /** Asks for the next ticks and draws the last ones, once per frame of the screen. */
   function redraw() {
     frame ||= requestAnimationFrame(() => {
       frame = 0;
+      if (!state.range || state.ended) return;
+      trocarLink.tell({ type: "aim", id: state.id, m: state.aim / 1000 });
       if (!state.drawing) return;
       parts.panel.setDrawings([state.drawing]);
       parts.panel.tell(state.drawing.state);
@@ -120,9 +115,8 @@ const trocarPush = (() => {
     resultCharts[0].zoom({ low, high });
   }
 
-  /** Shows the field ("live") or the result, if the page has both. */
+  /** Shows the field ("live") or the result. */
   function show(which) {
-    if (!parts.result) return;
     parts.live.hidden = which === "result";
     parts.result.hidden = which !== "result";
   }
@@ -136,7 +130,7 @@ const trocarPush = (() => {
     state = newState(id, parts.scheme.value === "1");
     show("live");
     // This is a user gesture, after which a browser allows sound.
-    trocarListen.start(Number(parts.volume?.value ?? 0.3));
+    trocarListen.start(Number(parts.volume.value));
     parts.button.textContent = "End";
     parts.text.textContent = "";
     parts.field.focus();
@@ -149,10 +143,12 @@ const trocarPush = (() => {
       parts.panel = new trocarAnimation.Panel(field, "", "augmented");
       parts.panel.state.setAttribute("role", "status");
       parts.panel.describe("Needle, tissue and hand");
+      // A hidden page draws no frames, so the insertion pauses.
+      document.addEventListener("visibilitychange", () => trocarListen.quiet());
       button.addEventListener("click", () => {
         if (state && !state.ended) {
           // The result follows.
-          trocarLink.tell({ type: "stop" });
+          trocarLink.tell({ type: "stop", id: state.id });
           end("ended");
         } else begin();
       });
@@ -165,7 +161,7 @@ const trocarPush = (() => {
         // Keep a drag from selecting text.
         event.preventDefault();
         field.focus();
-        trocarListen.start(Number(parts.volume?.value ?? 0.3));
+        trocarListen.start(Number(parts.volume.value));
         state.pressed = true;
         field.setPointerCapture(event.pointerId);
         at(event);
@@ -174,7 +170,6 @@ const trocarPush = (() => {
       const up = () => {
         if (!ready()) return;
         state.pressed = false;
-        send();
       };
       field.addEventListener("pointerup", up);
       field.addEventListener("pointercancel", up);
@@ -201,20 +196,18 @@ const trocarPush = (() => {
         parts.panel.setDrawings([message.drawing]);
         parts.field.setAttribute("aria-valuemin", message.range_mm[0].toFixed(1));
         parts.field.setAttribute("aria-valuemax", message.range_mm[1].toFixed(1));
+        redraw();
       } else if (message.type === "moved" && !state.ended && state.range) {
-        if (state.pressed || state.isUnsent) send();
         state.rows.push(...message.rows);
         for (const [at, kind] of message.events) {
           state.events.push([at, kind]);
           feel(kind);
         }
+        redraw();
         if (!message.drawing) return;
         // The force axis and the tone reach their maximum at the end of the drawn bar, in N.
         [state.drawing, state.full] = [message.drawing, message.drawing.full_n];
         sound();
-        redraw();
-      } else if (message.type === "pushed" && message.text !== undefined) {
-        end(message.text);
       } else if (message.type === "pushed") result(message);
     },
     /** Begins an insertion unless one is running. */
@@ -222,7 +215,7 @@ const trocarPush = (() => {
     /** Ends the insertion because the scenario changed or the connection was lost. */
     leave(text) {
       if (!state || state.ended) return;
-      trocarLink.tell({ type: "stop" });
+      trocarLink.tell({ type: "stop", id: state.id });
       end(text);
     },
     refused: (id) => state && state.id === id && end(""),

@@ -2,8 +2,8 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
+use super::Arrival;
 use super::schedule::{Running, Schedule};
-use super::{Arrival, MAX_DELAY_TICKS};
 use trocar_core::error::{InvalidValue, require};
 use trocar_core::lane::Lane;
 use trocar_core::time::nearest_ticks;
@@ -73,45 +73,6 @@ impl Draws {
         // Both are always drawn, so each setting leaves the other's random numbers unchanged.
         let (loss_draw, jitter_draw) = (rng.random::<f64>(), rng.random::<f64>());
         (loss_draw >= self.loss).then_some((jitter_draw * self.jitter_choices) as u64)
-    }
-}
-
-/// Draws the same delays as the first lane of a [`Delay`](super::Delay) with the same settings.
-#[derive(Debug, Clone)]
-pub struct SampleDelays {
-    tick: u64,
-    delay_ticks: u64,
-    schedule: Running,
-    draws: Draws,
-    stream: ChaCha8Rng,
-}
-
-impl SampleDelays {
-    #[must_use]
-    pub fn new(
-        (irregularity, schedule): (&Irregularity, &Schedule),
-        (delay_ticks, tick_s): (u64, f64),
-        (seed, stream): (u64, u64),
-    ) -> Self {
-        Self {
-            tick: 0,
-            delay_ticks: delay_ticks.min(MAX_DELAY_TICKS),
-            schedule: Running::new(schedule.clone()),
-            draws: Draws::new(irregularity, irregularity.jitter_ticks(tick_s)),
-            stream: random_stream(seed, stream),
-        }
-    }
-
-    #[must_use]
-    pub fn tick(&self) -> u64 {
-        self.tick
-    }
-
-    pub fn next_ticks(&mut self) -> Option<u64> {
-        let delay = self.schedule.delay(self.tick, self.delay_ticks);
-        let extra = self.draws.extra_ticks(&mut self.stream);
-        self.tick += 1;
-        Some(delay? + extra?)
     }
 }
 
@@ -246,35 +207,6 @@ mod tests {
         }
         let ages: Vec<f64> = held.iter().zip(0..).map(|(&sent, tick)| f64::from(tick) - sent).skip(20).collect();
         assert!(ages.contains(&2.0) && ages.iter().any(|&age| age >= 5.0));
-    }
-
-    #[test]
-    fn delays_without_samples_equal_the_delays_of_samples() {
-        let uneven = Irregularity { jitter_s: 5e-3, loss: 0.2 };
-        let logged = Schedule::new(Arc::from([6, 2, Schedule::LOST, 4]), std::iter::once(300..350).collect());
-        for schedule in [Schedule::default(), dead(10..15), logged] {
-            let held = scheduled(uneven, &schedule, 2, 1);
-            let mut delays = SampleDelays::new((&uneven, &schedule), (2, 1e-3), (1, 0));
-            let mut latest = vec![-7; held.len() + 2000];
-            for sent in 0..20_000 {
-                if let Some(ticks) = delays.next_ticks() {
-                    latest[sent as usize + ticks as usize] = sent;
-                }
-            }
-            let mut last = -7;
-            for (tick, held) in held.iter().enumerate() {
-                last = last.max(latest[tick]);
-                assert_eq!(f64::from(last), *held, "at {tick}");
-            }
-        }
-    }
-
-    #[test]
-    fn samples_are_numbered_from_0() {
-        let mut delays = SampleDelays::new((&Irregularity::default(), &Schedule::default()), (2, 1e-3), (1, 0));
-        for number in 0..4 {
-            assert_eq!((delays.tick(), delays.next_ticks()), (number, Some(2)));
-        }
     }
 
     fn dead(ticks: Range<u64>) -> Schedule {

@@ -1,7 +1,7 @@
 mod irregular;
 mod schedule;
 
-pub use irregular::{Irregularity, SampleDelays};
+pub use irregular::Irregularity;
 pub use schedule::Schedule;
 
 use irregular::Irregular;

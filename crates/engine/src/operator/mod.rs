@@ -1,4 +1,3 @@
-mod hand;
 mod kind;
 mod motion;
 mod perception;
@@ -8,7 +7,6 @@ mod stretch;
 mod traits;
 mod tremor;
 
-pub use hand::Hand;
 pub use kind::{
     EndSettings, InsertionExtractionSettings, MinimumJerkSettings, MotionSettings, MovementSettings, RampSettings,
     SineSettings, StartSettings,
@@ -37,7 +35,6 @@ pub const MAX_POSITION_M: f64 = 1.0;
 pub enum Motion<L> {
     Recording(Arc<[f64]>),
     Ramp(Ramp<L>),
-    Hand(Arc<Hand>),
 }
 
 /// A user-defined operator implements this trait for `f64`.
@@ -155,7 +152,6 @@ impl<L: Lane> Motion<L> {
         match self {
             Self::Recording(positions) => L::from_lanes(|lane| recorded(positions, ticks.lane(lane) as u64)),
             Self::Ramp(ramp) => (ramp.start + ramp.step * ticks).clamp(ramp.low, ramp.high),
-            Self::Hand(hand) => L::splat(hand.position_m()),
         }
     }
 }
@@ -292,7 +288,6 @@ impl trocar_core::lane::Gather for Motion<f64> {
                 });
                 trocar_core::lane::Gather::gather(ramps).map(Motion::Ramp)
             }
-            Self::Hand(_) => None,
         }
     }
 }

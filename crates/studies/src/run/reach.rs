@@ -186,7 +186,6 @@ pub(super) fn motion_beyond_run(scenario: &Scenario) -> Option<Warning> {
     let reached_m = match &scenario.operator {
         OperatorSpec::Recording(positions) => *positions.get(scenario.grid.ticks() as usize)?,
         OperatorSpec::Ramp { speed_m_per_s, .. } => start_m + (end_m - start_m).signum() * speed_m_per_s * run_s,
-        OperatorSpec::Hand(_) => return None,
     };
     ((end_m - reached_m).abs() > MAX_LEFT_SHARE * (end_m - start_m).abs()).then(|| {
         let message = format!(
