@@ -1,6 +1,3 @@
-//! Values without their mean: moments and the correlation in time.
-
-/// Values minus their mean.
 #[derive(Debug, Clone)]
 pub struct Centred {
     values: Vec<f64>,
@@ -8,7 +5,7 @@ pub struct Centred {
 }
 
 impl Centred {
-    /// Centres values; `None` if they are constant.
+    /// `None` if the values are constant.
     #[must_use]
     pub fn of(values: &[f64]) -> Option<Self> {
         let count = values.len() as f64;
@@ -19,13 +16,12 @@ impl Centred {
         (variance > (1e-12 * mean).powi(2)).then_some(Self { values, variance })
     }
 
-    /// The central moment of a power: the second one is the variance.
     #[must_use]
     pub fn moment(&self, power: i32) -> f64 {
         moment(&self.values, power)
     }
 
-    /// The correlation of each value with the one `lag` values later, -1 to 1. `lag` is below the number of values.
+    /// `lag` is below the number of values.
     #[must_use]
     pub fn correlation(&self, lag: usize) -> f64 {
         let products = self.values.iter().zip(&self.values[lag..]).map(|(a, b)| a * b);

@@ -1,7 +1,7 @@
 //! Cooperative cancellation of long computations.
 //!
-//! Long computations call [`check`] every few milliseconds. Once the flag of a thread ([`watch`]) is set, [`check`]
-//! unwinds to [`catch`], so the functions between need no early return. Without a flag it does nothing.
+//! Long computations call [`check`] every few milliseconds. Once the flag of a thread is set, it unwinds to [`catch`],
+//! so the functions between need no early return.
 
 use std::any::Any;
 use std::cell::RefCell;
@@ -17,15 +17,14 @@ thread_local! {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Interrupted;
 
-/// Number of steps of a fast loop between two checks.
 const STEPS: u64 = 4096;
 
-/// Cancels work on this thread once the flag is set.
+/// Sets the flag of this thread.
 pub fn watch(stop: Arc<AtomicBool>) {
     STOP.set(Some(stop));
 }
 
-/// Calls [`check`] at regular steps of a fast loop.
+/// Calls [`check`] every 4096 steps of a fast loop.
 #[inline(always)]
 pub fn check_at(step: u64) {
     if step.is_multiple_of(STEPS) {
@@ -33,7 +32,7 @@ pub fn check_at(step: u64) {
     }
 }
 
-/// Cancels the work if the flag of this thread is set.
+/// Unwinds to [`catch`] if the flag of this thread is set.
 #[inline(never)]
 pub fn check() {
     if is_requested() {
@@ -46,10 +45,10 @@ pub(crate) fn is_requested() -> bool {
     STOP.with_borrow(|stop| stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed)))
 }
 
-/// Runs work that can be cancelled. Propagates a panic of the work.
+/// Runs work that can be cancelled.
 ///
 /// # Errors
-/// [`Interrupted`] if the work was cancelled.
+/// [`Interrupted`].
 pub fn catch<T>(work: impl FnOnce() -> T) -> Result<T, Interrupted> {
     catch_unwind(AssertUnwindSafe(work)).map_err(|payload: Box<dyn Any + Send>| {
         match payload.downcast::<Interrupted>() {

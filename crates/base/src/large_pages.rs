@@ -1,11 +1,8 @@
-//! Long columns in large pages.
+//! Long columns in large pages, because mapping pages of 4 KB takes longer than most computations on a column.
 
-/// Minimum size in bytes for requesting large pages, as in numpy.
+/// In bytes, as in numpy.
 const LARGE: usize = 4 << 20;
 
-/// An empty vector with capacity for `count` values, in large pages where the system provides them on request.
-///
-/// Mapping a long column in pages of 4 KB takes longer than most computations on it.
 #[must_use]
 pub fn with_capacity<T>(count: usize) -> Vec<T> {
     let column = Vec::with_capacity(count);
@@ -13,7 +10,6 @@ pub fn with_capacity<T>(count: usize) -> Vec<T> {
     column
 }
 
-/// Copies values into a vector from [`with_capacity`].
 #[must_use]
 pub fn copy_of<T: Copy>(values: &[T]) -> Vec<T> {
     let mut copy = with_capacity(values.len());
@@ -24,13 +20,11 @@ pub fn copy_of<T: Copy>(values: &[T]) -> Vec<T> {
 #[cfg(target_os = "linux")]
 #[allow(unsafe_code, reason = "a system call")]
 fn request_large_pages<T>(column: &Vec<T>) {
-    /// A multiple of the page size on every machine.
     const PAGE: usize = 1 << 16;
     let length = column.capacity() * size_of::<T>();
     let skipped = column.as_ptr().align_offset(PAGE).saturating_mul(size_of::<T>());
     if length >= LARGE && skipped < length {
-        // SAFETY: the range lies within the vector's memory. The advice changes neither its content nor its owner; a
-        // system without large pages returns an error, which has no effect.
+        // SAFETY: the range lies within the vector's memory. The advice changes neither its content nor its owner.
         unsafe {
             let begin = column.as_ptr().cast_mut().cast::<u8>().add(skipped);
             libc::madvise(begin.cast(), length - skipped, libc::MADV_HUGEPAGE);

@@ -1,7 +1,4 @@
-//! Common tools of all packages: quantiles, moments, warnings, rows of long columns, and parallel work that can be
-//! cancelled.
-//!
-//! The crate uses no other package of trocar. The crate `trocar` re-exports its public items.
+//! Common tools, independent of the other packages of trocar.
 
 #[doc(hidden)]
 pub mod centred;

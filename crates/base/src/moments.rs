@@ -1,18 +1,14 @@
-//! Mean and variance, updated one value at a time.
-
-/// Count, mean and sum of squared deviations (Welford, *Technometrics* 4, 1962).
+/// Welford, *Technometrics* 4, 1962.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Moments {
-    /// Number of values.
     pub count: u64,
-    /// Mean of the values.
     pub mean: f64,
     /// `Σ (x - mean)²`.
     pub squares: f64,
 }
 
 impl Moments {
-    /// Adds a value; ignores NaN and infinity.
+    /// Ignores NaN and infinity.
     pub fn add_finite(&mut self, value: f64) {
         if value.is_finite() {
             self.add(value);
@@ -27,12 +23,10 @@ impl Moments {
         self.squares += before * (value - self.mean);
     }
 
-    /// The variance; 0 for fewer than two values.
     pub fn variance(&self) -> f64 {
         if self.count > 1 { self.squares / (self.count - 1) as f64 } else { 0.0 }
     }
 
-    /// The standard error of the mean.
     pub fn standard_error(&self) -> f64 {
         if self.count > 0 { (self.variance() / self.count as f64).sqrt() } else { 0.0 }
     }

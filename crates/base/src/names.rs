@@ -1,10 +1,7 @@
-//! Names of files, folders and keys: unique ones, similar ones, and their beginnings for messages.
-
 use std::borrow::Cow;
 use std::collections::HashSet;
 
-/// Returns unique names, ignoring case: the second `x` becomes `x-2`, and so on. None of them is one of the `reserved`
-/// names, which are in lower case.
+/// Makes names unique, ignoring case: the second `x` becomes `x-2`. The `reserved` names are in lower case.
 #[must_use]
 pub fn distinct(names: &[String], reserved: &[&str]) -> Vec<String> {
     let given: HashSet<String> = names.iter().map(|name| name.to_lowercase()).collect();
@@ -23,23 +20,19 @@ pub fn distinct(names: &[String], reserved: &[&str]) -> Vec<String> {
     names.iter().map(&mut unique).collect()
 }
 
-/// Maximum number of characters of an input in a message.
 const MAX_CHARACTERS: usize = 80;
 
-/// Maximum number of characters of a path, which is recognised by its `/` or `\\`.
+/// Paths are recognised by their `/` or `\\`.
 const MAX_PATH_CHARACTERS: usize = 240;
 
-/// Maximum number of characters of a message.
 const MAX_MESSAGE_CHARACTERS: usize = 4000;
 
-/// The similarity of two names by Jaro and Winkler, from 0 to 1; 0 for names that are longer than 80 bytes, because the
-/// time grows with the product of their lengths.
+/// From 0 to 1, by Jaro and Winkler; 0 for long names, because the time grows with the product of their lengths.
 #[must_use]
 pub fn similarity(a: &str, b: &str) -> f64 {
     if a.len().max(b.len()) > MAX_CHARACTERS { 0.0 } else { strsim::jaro_winkler(a, b) }
 }
 
-/// The first 80 characters of a text.
 #[must_use]
 pub fn shortened(text: &str) -> Cow<'_, str> {
     cut(text, MAX_CHARACTERS)
@@ -52,8 +45,6 @@ fn cut(text: &str, characters: usize) -> Cow<'_, str> {
     }
 }
 
-/// A message whose words have at most 80 characters each, and paths at most 240, so that it does not repeat a long
-/// input.
 #[must_use]
 pub fn with_short_words(message: &str) -> Cow<'_, str> {
     if message.len() <= MAX_CHARACTERS {

@@ -1,6 +1,4 @@
-//! Parallel work on the threads of the pool.
-//!
-//! The iteration is compiled here once, not again for every type of work.
+//! The iteration is compiled once, not for every type of work.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -9,7 +7,7 @@ use crate::interrupt;
 use crate::threads::for_each;
 pub use crate::threads::join_in_pool;
 
-/// The results of `count` pieces of work in the order of their indices, from 0.
+/// Keeps the order of the indices.
 pub fn map<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let results: Vec<Mutex<Option<T>>> = (0..count).map(|_| Mutex::new(None)).collect();
     each(count, &|index| {
@@ -19,15 +17,13 @@ pub fn map<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     results.into_iter().filter_map(|result| result.into_inner().unwrap_or_else(PoisonError::into_inner)).collect()
 }
 
-/// Like [`map`], until `stop` is set: `None` if work was skipped.
+/// `None` if work was skipped because `stop` is set.
 pub fn map_unless<T: Send>(stop: &AtomicBool, count: usize, work: impl Fn(usize) -> T + Sync) -> Option<Vec<T>> {
     map(count, |index| (!stop.load(Ordering::Relaxed)).then(|| work(index))).into_iter().collect()
 }
 
-/// Like [`map`], for work that can fail.
-///
 /// # Errors
-/// The first error in the order of the indices. Later work may be skipped.
+/// The first one in the order of the indices. Later work may be skipped.
 pub fn try_map<T: Send, E: Send>(count: usize, work: impl Fn(usize) -> Result<T, E> + Sync) -> Result<Vec<T>, E> {
     let failed = AtomicUsize::new(usize::MAX);
     let results = map(count, |index| {
@@ -39,7 +35,6 @@ pub fn try_map<T: Send, E: Send>(count: usize, work: impl Fn(usize) -> Result<T,
             result
         })
     });
-    // No work before the first error is skipped.
     results.into_iter().flatten().collect()
 }
 

@@ -1,13 +1,8 @@
-//! Quantiles from order statistics, the confidence interval of a median, a robust standard deviation, ranks, and the
-//! standard normal distribution.
-
 use crate::interrupt;
 
-/// Ratio of a Gaussian's standard deviation to its median absolute deviation.
 const GAUSSIAN_MAD: f64 = 1.4826;
 
-/// The quantile at `share` (0 to 1) of `count` values, interpolated linearly between two order statistics.
-/// `of_rank` returns the order statistics (rank 0 is the smallest). `None` without values.
+/// Interpolates linearly between two order statistics; rank 0 is the smallest.
 pub fn quantile(count: u64, share: f64, of_rank: impl Fn(u64) -> f64) -> Option<f64> {
     let last = count.checked_sub(1)?;
     let place = share * last as f64;
@@ -16,8 +11,7 @@ pub fn quantile(count: u64, share: f64, of_rank: impl Fn(u64) -> f64) -> Option<
     Some(here + (place - below as f64) * (next - here))
 }
 
-/// The quantile at `share` (0 to 1), interpolated as in [`quantile`]. Reorders the values without sorting them
-/// completely. `None` without values.
+/// Reorders the values without sorting them completely.
 pub fn quantile_of(values: &mut [f64], share: f64) -> Option<f64> {
     let below = (share * values.len().checked_sub(1)? as f64) as usize;
     let (_, _, above) = values.select_nth_unstable_by(below, f64::total_cmp);
@@ -27,10 +21,8 @@ pub fn quantile_of(values: &mut [f64], share: f64) -> Option<f64> {
     quantile(values.len() as u64, share, |rank| values[rank as usize])
 }
 
-/// The ranks, from 0, of the bounds of the median's 95 % interval; `count` must not be 0.
-///
-/// They are `n/2 ± 1.96 √n/2`, rounded outwards (the normal approximation of the sign test), for any distribution. With
-/// fewer than six values no such interval reaches 95 %, and the result is the whole range.
+/// The ranks of the bounds of the median's 95 % interval, `n/2 ± 1.96 √n/2`, rounded outwards (the normal approximation
+/// of the sign test). Fewer than six values give the whole range. `count` must not be 0.
 pub fn median_ranks(count: u64) -> (u64, u64) {
     let half = 0.5 * count as f64;
     let half_width = 1.96 * half.sqrt() / std::f64::consts::SQRT_2;
@@ -38,13 +30,11 @@ pub fn median_ranks(count: u64) -> (u64, u64) {
     (low, count - 1 - low)
 }
 
-/// The upper median; `None` without values.
 pub fn upper_median(values: &[f64]) -> Option<f64> {
     order_statistic(values.len(), |visit| visit(values), values.len() / 2)
 }
 
-/// The robust standard deviation of the values of all parts: 1.4826 times the median absolute deviation from the median
-/// (both upper medians). `None` without values.
+/// 1.4826 times the median absolute deviation from the median (both upper medians) of the values of all parts.
 pub fn robust_std(parts: &[&[f64]]) -> Option<f64> {
     let count = parts.iter().map(|part| part.len()).sum();
     let middle = count / 2;
@@ -59,22 +49,17 @@ pub fn robust_std(parts: &[&[f64]]) -> Option<f64> {
     Some(GAUSSIAN_MAD * order_statistic(count, deviations, middle)?)
 }
 
-/// Number of values to compute at once for [`order_statistic`].
 pub const AT_ONCE: usize = 512;
 
-/// Maximum number of values selected in memory, sample size, and distance of the bounds from the wanted rank: four
-/// standard deviations.
+/// Number of values selected in memory, sample size, and four standard deviations of a rank.
 const MAX_SELECTED: usize = 1 << 16;
 const SAMPLE: usize = 1 << 14;
 const MARGIN: usize = 4 * 64;
 
-/// The order statistic of a rank (0 is the smallest) among `count` values, ordered by [`f64::total_cmp`].
-/// `None` beyond the last rank. `visit_all` passes all values to its argument in blocks, which must be the same at
-/// every call.
+/// The order statistic of a rank by [`f64::total_cmp`]. `visit_all` passes the same blocks of values at every call.
 ///
-/// Two bounds from a sample almost certainly enclose the result. One pass counts the values below them and keeps those
-/// between (Floyd and Rivest, *Communications of the ACM* 18, 1975), without copying millions of values. If the bounds
-/// fail, all values are copied.
+/// Two bounds from a sample almost certainly enclose the result. One pass counts the values below and keeps those
+/// between (Floyd and Rivest, *Communications of the ACM* 18, 1975), without copying millions of values.
 pub fn order_statistic(count: usize, visit_all: impl Fn(&mut dyn FnMut(&[f64])), rank: usize) -> Option<f64> {
     interrupt::check();
     if rank >= count {
@@ -89,7 +74,7 @@ pub fn order_statistic(count: usize, visit_all: impl Fn(&mut dyn FnMut(&[f64])),
     Some(of_key(between.unwrap_or_else(among_all)))
 }
 
-/// The key of a rank if it lies between the bounds of a sample.
+/// `None` if the rank is not between the bounds of a sample.
 fn between_bounds(visit_all: impl Fn(&mut dyn FnMut(&[f64])), count: usize, rank: usize) -> Option<u64> {
     let (step, mut next, mut sample) = (count / SAMPLE, 0, Vec::with_capacity(2 * SAMPLE));
     visit_all(&mut |values| {
@@ -105,7 +90,7 @@ fn between_bounds(visit_all: impl Fn(&mut dyn FnMut(&[f64])), count: usize, rank
     let high = sample.get(place + MARGIN).copied().unwrap_or(u64::MAX);
     let (mut below, mut at_low, mut at_high, mut between) = (0, 0, 0, vec![]);
     visit_all(&mut |values| {
-        // Two loops avoid unpredictable branches; few values lie between the bounds.
+        // Two loops avoid unpredictable branches.
         below += values.iter().map(|value| usize::from(key(value) < low)).sum::<usize>();
         for key in values.iter().map(key).filter(|key| key.wrapping_sub(low) <= high - low) {
             if key == low {
@@ -129,11 +114,11 @@ fn select(mut keys: Vec<u64>, rank: usize) -> u64 {
     *keys.select_nth_unstable(rank).1
 }
 
-/// An integer with the same order as the values by [`f64::total_cmp`].
+/// Has the order of [`f64::total_cmp`].
 #[inline(always)]
 fn key(value: &f64) -> u64 {
     let bits = value.to_bits();
-    // Invert all bits of a negative number, otherwise the sign bit, without an unpredictable branch.
+    // Without an unpredictable branch.
     bits ^ ((bits.cast_signed() >> 63).cast_unsigned() | 1 << 63)
 }
 
@@ -141,19 +126,18 @@ fn of_key(key: u64) -> f64 {
     f64::from_bits(if key >> 63 == 1 { key & !(1 << 63) } else { !key })
 }
 
-/// Returns `Φ(x)`, the share of a standard normal distribution below `x`.
 #[must_use]
 pub fn normal_share(x: f64) -> f64 {
     0.5 * libm::erfc(-x / std::f64::consts::SQRT_2)
 }
 
-/// Returns `Φ⁻¹(share)`, limited to ±38 for shares near 0 and 1.
+/// `Φ⁻¹(share)`, limited to ±38.
 #[must_use]
 pub fn normal_quantile(share: f64) -> f64 {
     bisect(-38.0, 38.0, |x| normal_share(x) < share)
 }
 
-/// The point between `low` and `high` at which `below` changes from true to false, to 2⁻⁶⁴ of their distance.
+/// The point at which `below` changes from true to false, to 2⁻⁶⁴ of the distance.
 pub fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..64 {
         let middle = 0.5 * (low + high);
@@ -162,8 +146,7 @@ pub fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
     0.5 * (low + high)
 }
 
-/// The ranks of `values`, scaled to mean 0 and variance 1. Equal values have their mean rank. `None` if all
-/// values are equal, or one is NaN.
+/// Scaled to mean 0 and variance 1; equal values have their mean rank. `None` if all are equal, or one is NaN.
 pub fn standard_ranks(values: &[f64]) -> Option<Vec<f64>> {
     if values.iter().any(|value| value.is_nan()) {
         return None;
@@ -184,7 +167,7 @@ pub fn standard_ranks(values: &[f64]) -> Option<Vec<f64>> {
     (deviation > 0.0).then(|| ranks.iter().map(|rank| (rank - mean) / deviation).collect())
 }
 
-/// Returns Spearman's rank correlation of pairs; `None` if either variable is constant, or a value is NaN.
+/// Spearman's; `None` if either variable is constant, or a value is NaN.
 pub fn rank_correlation(pairs: &[(f64, f64)]) -> Option<f64> {
     let (a, b): (Vec<f64>, Vec<f64>) = pairs.iter().copied().unzip();
     let (a, b) = (standard_ranks(&a)?, standard_ranks(&b)?);

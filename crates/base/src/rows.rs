@@ -1,12 +1,8 @@
-//! Converts rows of numbers to long columns.
-
 use crate::large_pages::with_capacity;
 
-/// Number of rows collected before they are appended. Long columns begin at the same offset in a page, so alternating
-/// writes would evict each other from the cache. A block with columns as long as a page would have the same problem.
+/// Long columns begin at the same offset in a page, so alternating writes would evict each other from the cache.
 pub const AT_ONCE: usize = 64;
 
-/// Columns that are filled row by row.
 #[derive(Debug)]
 pub struct Rows<const N: usize> {
     block: [[f64; AT_ONCE]; N],
@@ -16,17 +12,16 @@ pub struct Rows<const N: usize> {
 }
 
 impl<const N: usize> Rows<N> {
-    /// Creates columns with capacity for `count` rows. Discards the values of columns that are not kept.
+    /// Discards the values of columns that are not kept.
     #[must_use]
     pub fn new(count: usize, is_kept: [bool; N]) -> Self {
         let columns = is_kept.map(|is_kept| if is_kept { with_capacity(count) } else { vec![] });
         Self { block: [[0.0; AT_ONCE]; N], filled: 0, is_kept, columns }
     }
 
-    /// Adds a row.
     #[inline(always)]
     pub fn push(&mut self, row: [f64; N]) {
-        // The remainder equals the index, and shows the compiler that it is within the block.
+        // The remainder shows the compiler that the index is within the block.
         let at = self.filled % AT_ONCE;
         self.block.iter_mut().zip(row).for_each(|(values, value)| values[at] = value);
         self.filled = at + 1;
@@ -45,7 +40,6 @@ impl<const N: usize> Rows<N> {
         self.filled = 0;
     }
 
-    /// The columns, of equal length. Columns that are not kept are empty.
     #[must_use]
     pub fn into_columns(mut self) -> [Vec<f64>; N] {
         self.append();

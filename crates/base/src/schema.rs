@@ -1,5 +1,3 @@
-//! The JSON Schema of the codes of warnings.
-
 use std::borrow::Cow;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};

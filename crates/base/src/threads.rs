@@ -1,14 +1,10 @@
-//! The threads of the pool.
-
 use rayon::prelude::*;
 
-/// Runs two pieces of work in parallel if this thread belongs to a pool. Otherwise it starts no threads, because they
-/// would not survive a fork of the process.
+/// In parallel only within a pool: other threads would not survive a fork of the process.
 pub fn join_in_pool<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
     if rayon::current_thread_index().is_some() { rayon::join(a, b) } else { (a(), b()) }
 }
 
-/// Runs work for the indices from 0 to `count`.
 pub(crate) fn for_each(count: usize, work: impl Fn(usize) + Sync + Send) {
     (0..count).into_par_iter().for_each(work);
 }

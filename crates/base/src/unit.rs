@@ -1,8 +1,8 @@
-//! The units in which quantities are displayed.
+//! The units in which quantities are displayed; the values are in SI units.
 
 use serde::Serialize;
 
-/// The unit in which a quantity is displayed; the value itself is in SI units.
+/// The unit of a displayed quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]

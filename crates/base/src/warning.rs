@@ -1,6 +1,4 @@
-//! Warnings, each with a stable code, a sentence, the place (key or column) and a remedy.
-//!
-//! Terminal, JSON files, reports and Python show the same warnings.
+//! Warnings, the same on the terminal, in JSON files, in reports and in Python.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -8,7 +6,6 @@ use serde::{Serialize, Serializer};
 
 use super::names::with_short_words;
 
-/// Defines the codes: variant, word, meaning and explanation.
 macro_rules! codes {
     ($($Code:ident $word:literal: $meaning:literal, $more:literal;)*) => {
         /// The code of a warning.
@@ -281,7 +278,7 @@ pub struct Warning {
 }
 
 impl Warning {
-    /// Creates a warning without a place or a remedy. Long words of the message are shortened.
+    /// A warning without a place or a remedy. Long words of the message are shortened.
     #[must_use]
     pub fn new(code: Code, message: impl Into<String>) -> Self {
         let message = with_short_words(&message.into()).into_owned();
