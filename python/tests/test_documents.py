@@ -41,7 +41,7 @@ def test_python_terminal_and_report_say_the_same_sentences(cli, tmp_path):
     """The Rust tests compare the sentences of `trocar explore`, whose page answers over a WebSocket."""
     done = cli("compare", *PAIR, "--report", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
-    report = words(html.unescape((tmp_path / "report.html").read_text(encoding="utf-8")))
+    report = words(html.unescape((tmp_path / "compare" / "report.html").read_text(encoding="utf-8")))
     document = trocar.compare(*PAIR).document
     assert document.sentences and document.verdict == " ".join(document.sentences)
     assert f"{document.title}: {document.verdict}" in words(done.stdout)
@@ -130,9 +130,9 @@ def test_figures_are_drawn_from_their_descriptions(kind, results):
 def test_figures_have_the_names_of_the_files_of_the_command_line(cli, tmp_path, results):
     done = cli("compare", *PAIR, "--out", tmp_path, "--quiet")
     assert done.returncode == 0, done.stderr
-    assert {f"{name}.svg" for name in results["compare"].document.figures} == {path.name for path in tmp_path.glob("*.svg")}
+    assert {f"{name}.svg" for name in results["compare"].document.figures} == {path.name for path in (tmp_path / "compare").glob("*.svg")}
     assert {f"{name}.svg" for name in results["run"].document.figures} == {
-        path.name for path in (tmp_path / "skin-augmented").glob("*.svg")
+        path.name for path in (tmp_path / "compare" / "skin-augmented").glob("*.svg")
     }
 
 

@@ -300,7 +300,7 @@ def test_unique_roles_serve_as_columns_with_a_warning(cli: Cli, files: dict[str,
 def test_roc_writes_the_operating_characteristic_of_a_file(cli: Cli, files: dict[str, tuple[Path, Names]], tmp_path: Path) -> None:
     path, names = files["v7.mat"]
     flags = [word for flag, column in columns(names).items() for word in (f"--{flag}", column)]
-    done = cli("roc", path, *flags, "--rupture-s", 1.5, "--seeds", 2, "--quiet", "--out", tmp_path / "roc")
+    done = cli("roc", path, *flags, "--rupture-s", 1.5, "--seeds", 2, "--quiet", "--out", tmp_path)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "roc" / "roc.csv").is_file()
 

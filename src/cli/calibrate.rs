@@ -112,7 +112,7 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
         fastest_harmless_s: args.fastest_harmless_s,
         variance_ratio: args.variance_ratio,
     };
-    let folder = args.output.destination().open("calibrate", &[values.name()])?.folder(values.name());
+    let folder = args.output.destination().open("calibrate", values.name())?;
     let calibration = calibrate(&spec, &request)?;
     let chosen = calibration.rounded_settings();
     let mut calibrated = spec;

@@ -23,7 +23,7 @@ Examples:
 
 /// Compare scenarios.
 #[derive(Debug, Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, mut_arg("out", |arg| arg.help(super::OUT_PER_COMMAND)))]
 pub(super) struct CompareArgs {
     /// Scenario files or shipped scenarios [default: paper/classical and paper/augmented, the pair of the paper]
     #[arg(value_name = "SCENARIO")]
@@ -34,7 +34,7 @@ pub(super) struct CompareArgs {
     /// Print the table of all metrics, with all ruptures
     #[arg(long)]
     all: bool,
-    /// Also write report.html into DIR: one self-contained page with the scenarios, the metrics and their meaning,
+    /// Also write report.html into DIR/compare: one self-contained page with the scenarios, the metrics and their meaning,
     /// the events, and interactive charts of all runs
     #[arg(long)]
     report: bool,
@@ -51,7 +51,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
     let is_paper_pair = args.scenarios.is_empty();
     let paths = if is_paper_pair { PAPER_PAIR.map(str::to_owned).to_vec() } else { args.scenarios.clone() };
     let scenarios = args.changes.load(&paths)?;
-    let folder = run::open(&args.output.destination(), "compare", &scenarios)?;
+    let folder = args.output.destination().open("compare", "compare")?;
     let warnings = Warnings::new(&args.output);
     warnings.print(&seeds_without_effect(&scenarios, args.seeds.unwrap_or(1)));
     let seeds = args.seeds.map(|seeds| over_seeds(&args.output, &scenarios, seeds)).transpose()?;

@@ -139,7 +139,7 @@ pub(super) fn run(args: &IdentifyArgs) -> Result<(), CliError> {
     let columns = used_columns(args)?;
     let stem = args.recordings.first().and_then(|first| Path::new(first).file_stem());
     let name = stem.map_or_else(|| "recording".into(), |stem| stem.to_string_lossy().into_owned());
-    let folder = args.output.destination().open("identify", &[&name])?.folder(&name);
+    let folder = args.output.destination().open("identify", &name)?;
     let stop = Arc::new(AtomicBool::new(false));
     let flag = stop.clone();
     interrupt::on_first(move || flag.store(true, Ordering::Relaxed));

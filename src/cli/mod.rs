@@ -34,7 +34,6 @@ mod stability;
 mod strategies;
 mod sweep;
 mod terminal;
-mod verify;
 mod warnings;
 mod within;
 
@@ -191,13 +190,6 @@ enum Command {
     /// with a description of the paper's figure, the differences and their reasons, and the paper's statements beside
     /// the results.
     Paper(paper::PaperArgs),
-    /// Check that folders have the files that trocar wrote, unchanged
-    ///
-    /// Every folder of results has a manifest.json with the size and the SHA-256 of each file. The command compares
-    /// the files of the folder and of its subfolders with it. Files that trocar did not write do not matter. The exit
-    /// code is 1 if a file is missing or changed, and 2 if there is no manifest. The moves of a command that was killed
-    /// are completed first.
-    Verify(verify::VerifyArgs),
     /// Write a commented starter scenario
     ///
     /// A starter is short and valid as written. To override a default, uncomment its line `# key = value`; the value
@@ -219,6 +211,8 @@ enum Command {
 }
 
 const OUT_PER_RECORDING: &str = "Folder for the files; it contains one folder per recording";
+
+const OUT_PER_COMMAND: &str = "Folder for the files; it contains one folder with the name of the command";
 
 const OUT_PER_SWEEP: &str = "Folder for the files; it contains one folder per sweep";
 
@@ -316,7 +310,6 @@ pub fn main() -> ExitCode {
         Command::Paper(args) => paper::run(&args),
         Command::Completions(args) => completions::run(&args),
         Command::Man(args) => manual::run(&args),
-        Command::Verify(args) => verify::run(&args),
     };
     interrupt::wait_for_end();
     match result {

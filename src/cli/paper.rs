@@ -21,8 +21,8 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct PaperArgs {
-    /// Folder for the figures and paper.html
-    #[arg(long, value_name = "DIR", default_value = "out/paper")]
+    /// Folder for the files; it contains the folder paper with the figures and paper.html
+    #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
     /// Print errors only
     #[arg(long, short)]
@@ -35,7 +35,7 @@ const PAGE: &str = "paper.html";
 
 pub(super) fn run(args: &PaperArgs) -> Result<(), CliError> {
     let destination = Destination { figures: args.figures.style(), ..Destination::new(&args.out) };
-    let folder = destination.open("paper", &[""])?;
+    let folder = destination.open("paper", "paper")?;
     let study = PaperStudy::new()?;
     let document = study.document();
     write_document(&folder, &document)?;
@@ -48,7 +48,7 @@ pub(super) fn run(args: &PaperArgs) -> Result<(), CliError> {
     folder.write(PAGE, document_html(&document, &again)?.as_bytes())?;
     folder.commit()?;
     if !args.quiet {
-        let (text, out) = (document_text(&document, false), args.out.display());
+        let (text, out) = (document_text(&document, false), folder.path.display());
         terminal::print(&format!("{text}figures: {out}/figure_NN; page: {out}/{PAGE}\n"))?;
     }
     Ok(())

@@ -33,7 +33,7 @@ Examples:
 
 /// Compute operating characteristics of detectors.
 #[derive(Debug, Args)]
-#[command(after_help = EXAMPLES, mut_arg("out", |arg| arg.help("Folder for the files, which go directly into it")), mut_arg("within_s", |arg| arg.default_value("0.010").value_parser(within)))]
+#[command(after_help = EXAMPLES, mut_arg("out", |arg| arg.help(super::OUT_PER_COMMAND)), mut_arg("within_s", |arg| arg.default_value("0.010").value_parser(within)))]
 pub(super) struct RocArgs {
     /// Recordings (CSV, .mat, Parquet, TDMS, HDF5, Excel), or scenario files: their [recording], or their closed loop
     /// if they have no recording [default: the shipped in-vivo-like insertion]
@@ -93,7 +93,7 @@ pub(super) fn run(args: &RocArgs) -> Result<(), CliError> {
         thresholds: args.thresholds as usize,
         within_s: args.within.within_s,
     };
-    let folder = args.output.destination().open("roc", &[""])?;
+    let folder = args.output.destination().open("roc", "roc")?;
     let conditions = study.signals.len() * study.noise_std_n.len();
     let cases = usize::try_from(args.seeds).unwrap_or(usize::MAX).saturating_mul(conditions);
     let bar = progress::rated_bar(cases, args.output.quiet);

@@ -9,16 +9,13 @@ use super::format::FormatArgs;
 use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, progress, report, terminal};
 use trocar_document::{Study as _, to_json};
-use trocar_report::{Destination, Folder, OutputError, write_document};
-use trocar_scenario::Scenario;
+use trocar_report::{Destination, Folder, write_document};
 use trocar_studies::run::{Run, RunReport, run as run_scenario};
 
 const EXAMPLES: &str = "\
 Examples:
   trocar run my.toml
   trocar run layers/skin-augmented --set scaling.force=2 --report";
-
-const WRITER: &str = "run";
 
 /// Run scenarios.
 #[derive(Debug, Args)]
@@ -47,7 +44,7 @@ pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
     let warnings = Warnings::new(&args.output);
     let mut summaries = vec![];
     for scenario in scenarios {
-        let folder = destination.open(WRITER, &[&scenario.name])?.folder(&scenario.name);
+        let folder = destination.open("run", &scenario.name)?;
         let run = run_scenario(scenario)?;
         let report = RunReport::of(&run);
         let document = report.document();
@@ -75,18 +72,7 @@ pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
     warnings.finish()
 }
 
-/// Opens the folder of a command with the folders of its runs.
-pub(super) fn open<'a>(
-    destination: &Destination,
-    command: &'static str,
-    scenarios: impl IntoIterator<Item = &'a Scenario>,
-) -> Result<Folder, OutputError> {
-    let names = scenarios.into_iter().map(|scenario| scenario.name.as_str());
-    destination.open(command, &[""].into_iter().chain(names).collect::<Vec<_>>())
-}
-
 pub(super) fn write_runs(folder: &Folder, runs: &[Run]) -> Result<(), CliError> {
-    let write =
-        |run: &Run| write_document(&folder.folder(&run.scenario.name).by(WRITER), &RunReport::of(run).document());
+    let write = |run: &Run| write_document(&folder.folder(&run.scenario.name), &RunReport::of(run).document());
     Ok(runs.par_iter().try_for_each(write)?)
 }

@@ -14,7 +14,7 @@ use trocar_detect::document::{DetectionFile, DetectionsFile, SignalsFile};
 use trocar_document::{schema_of, to_json};
 use trocar_identify::IdentificationFile;
 use trocar_link::LinkFile;
-use trocar_report::ManifestFile;
+use trocar_report::Manifest as FilesManifest;
 use trocar_scenario::json_schema;
 use trocar_studies::compare::{ComparisonFile, PaperFile, StrategiesFile};
 use trocar_studies::design::{DesignResultFile, design_schema};
@@ -53,7 +53,7 @@ const KINDS: &[FileKind] = &[
     ("sweep", "summary.json of `trocar sweep`", schema_of::<SweepFile<'_>>),
     ("design", "design.json of `trocar design`", schema_of::<DesignResultFile<'_>>),
     ("manifest", "manifest.json of `trocar sweep`", schema_of::<SweepManifestFile>),
-    ("files", "manifest.json of the other commands", schema_of::<ManifestFile>),
+    ("files", "manifest.json of the other commands", schema_of::<FilesManifest>),
     ("stability", "stability.json of `trocar stability`", schema_of::<StabilityFile<'_>>),
     ("certificate", "certificate.json of `trocar stability`", schema_of::<CertificateFile>),
     ("link", "summary.json of `trocar link`", schema_of::<LinkFile<'_>>),
@@ -69,7 +69,7 @@ const SWEEP: &str = "sweep-file";
 #[expect(dead_code, reason = "describes a file")]
 struct SweepManifestFile {
     #[schemars(flatten)]
-    files: ManifestFile,
+    files: FilesManifest,
     #[schemars(flatten)]
     sweep: Manifest,
 }

@@ -172,7 +172,7 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     let of_walls = args.z_width.as_ref().map(|range| walls(range)).transpose()?;
     let scenario = args.changes().load(&[name.to_owned()])?.remove(0);
     let sector = args.tissue.as_ref().map(|range| tissue(range)).transpose()?;
-    let folder = args.output.destination().open("stability", &[&scenario.name])?.folder(&scenario.name);
+    let folder = args.output.destination().open("stability", &scenario.name)?;
     let bar = progress::elapsed("analyses the loop and searches for a certificate of its events", args.output.quiet);
     let mut study = StabilityStudy::of(&scenario, (x, y), sector)?;
     bar.finish_and_clear();

@@ -30,7 +30,7 @@ const MAX_PATIENTS: u64 = 100_000;
 
 /// Compare the strategies against a rupture on one scenario.
 #[derive(Debug, Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, mut_arg("out", |arg| arg.help(super::OUT_PER_COMMAND)))]
 pub(super) struct StrategiesArgs {
     /// A scenario, or a sweep file whose points are the patients [default: layers/skin-augmented]
     #[arg(value_name = "SCENARIO")]
@@ -53,7 +53,7 @@ pub(super) struct StrategiesArgs {
     /// Also print the tables of all metrics; only with --schemes
     #[arg(long, requires = "schemes")]
     all: bool,
-    /// Also write report.html into DIR; only with --schemes
+    /// Also write report.html into DIR/strategies; only with --schemes
     #[arg(long, requires = "schemes")]
     report: bool,
     #[command(flatten)]
@@ -73,7 +73,7 @@ pub(super) fn run(args: &StrategiesArgs) -> Result<(), CliError> {
         patients: args.patients,
         seeds: args.seeds.unwrap_or(SEEDS),
     };
-    let folder = args.output.destination().open("strategies", &[""])?;
+    let folder = args.output.destination().open("strategies", "strategies")?;
     let bar = progress::counter(args.output.quiet);
     bar.set_message("runs");
     let study = StrategyStudy::of(&source, &args.changes.settings, &options, |runs| bar.inc(runs))?;
@@ -91,7 +91,7 @@ fn schemes(args: &StrategiesArgs, source: &Source) -> Result<(), CliError> {
     let report = SchemeReport { study: &study, seeds: seeds.as_ref() };
     let document = report.document();
     warnings.print(&study.comparison.warnings());
-    let folder = run::open(&args.output.destination(), "strategies", &scenarios)?;
+    let folder = args.output.destination().open("strategies", "strategies")?;
     run::write_runs(&folder, runs)?;
     let flags = std::iter::once("--schemes".to_owned()).chain(report::seeds_flag(args.seeds));
     let again = || report::again("trocar strategies", &runs[..1], flags);

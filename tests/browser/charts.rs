@@ -85,7 +85,7 @@ pub async fn keys(page: BrowserPage) -> BrowserPage {
     let folder = TestFolder::new();
     folder.good(&["compare", "--report", "--quiet", "--out", "compared"]);
     folder.good(&["stability", "paper/augmented", "--report", "--quiet", "--out", "loop"]);
-    for file in ["compared/report.html", "loop/augmented/report.html"] {
+    for file in ["compared/compare/report.html", "loop/augmented/report.html"] {
         page.client.goto(&format!("file://{}", folder.path(file).display())).await.expect("goes");
         page.evaluate(WATCH).await;
         let charts = page.client.find_all(Locator::Css(".chart canvas")).await.expect("charts");

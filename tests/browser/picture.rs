@@ -173,12 +173,12 @@ pub async fn axe(page: BrowserPage) -> BrowserPage {
         "base = \"builtin:paper/augmented.toml\"\n[axes]\nscaling.force = [0.5, 1.0]\nscaling.position = [0.5, 1.0]\n";
     folder.file("sweep.toml", sweep);
     let made: [(&[&str], &str); 6] = [
-        (&["compare", "--report"], "report.html"),
+        (&["compare", "--report"], "compare/report.html"),
         (&["run", "layers/skin-augmented", "--report"], "skin-augmented/report.html"),
         (&["stability", "paper/augmented", "--report"], "augmented/report.html"),
         (&["sweep", "sweep.toml", "--report"], "sweep/report.html"),
         (&["detect", "builtin:in_vivo_like.csv", "--contact-m", "0.012", "--report"], "in_vivo_like/report.html"),
-        (&["paper"], "paper.html"),
+        (&["paper"], "paper/paper.html"),
     ];
     let reports = made.map(|(words, file)| {
         folder.good(&[words, &["--quiet", "--out", words[0]]].concat());

@@ -361,7 +361,7 @@ async fn screenshots(page: BrowserPage) -> BrowserPage {
     // With reduced motion, the picture is the same every time.
     let reduced = json!({ "features": [{ "name": "prefers-reduced-motion", "value": "reduce" }] });
     page.devtools("Emulation.setEmulatedMedia", reduced).await;
-    page.client.goto(&format!("file://{}", folder.path("out/report.html").display())).await.expect("goes");
+    page.client.goto(&format!("file://{}", folder.path("out/compare/report.html").display())).await.expect("goes");
     page.evaluate("document.documentElement.dataset.theme = 'light'; return null").await;
     sleep(Duration::from_millis(1000)).await;
     let report = page.client.screenshot().await.expect("a picture");

@@ -63,7 +63,7 @@ fn json_on_standard_output_equals_the_content_of_the_files() {
     assert_eq!(summary["seed"], 1);
     assert!(summary["metrics"]["peak_reengaging_speed_m_per_s"].is_null(), "undefined is null");
     let printed = folder.good(&["compare", "a.toml", "--json"]);
-    assert_eq!(printed.as_bytes(), fs::read(folder.path("out/comparison.json")).expect("there"));
+    assert_eq!(printed.as_bytes(), fs::read(folder.path("out/compare/comparison.json")).expect("there"));
     let printed = folder.good(&["detect", "builtin:in_vivo_like.csv", "--json"]);
     assert_eq!(printed.as_bytes(), fs::read(folder.path("out/in_vivo_like/detection.json")).expect("there"));
     let detection: serde_json::Value = serde_json::from_str(&printed).expect("JSON");
@@ -685,7 +685,7 @@ fn a_study_over_seeds_is_the_same_on_any_number_of_threads() {
     for (name, threads) in [("one", "1"), ("four", "4")] {
         folder.command(&noisy).arg(name).env("RAYON_NUM_THREADS", threads).assert().success();
     }
-    let study = |name: &str| fs::read_to_string(folder.path(name).join("seeds.csv")).expect("written");
+    let study = |name: &str| fs::read_to_string(folder.path(name).join("compare/seeds.csv")).expect("written");
     assert_eq!(study("one"), study("four"));
     assert!(study("one").contains("rupture_1_slave_overshoot_m,m,augmented,5,"), "{}", study("one"));
     let printed = folder.good(&["compare", "--seeds", "5", "--set", "sensor.force_noise_std_n=0.02"]);
@@ -727,7 +727,7 @@ fn roc_writes_every_point_and_refuses_what_it_cannot_evaluate() {
     assert_eq!(json["characteristics"]["cases"], 2);
     // Without a false alarm in half a minute, the rate is undefined and not 0.
     assert!(json["characteristics"]["all"][0]["points"][2]["false_alarms_per_minute"].is_null());
-    let left = folder.files("out");
+    let left = folder.files("out/roc");
     let names: Vec<_> = left.keys().map(|path| path.display().to_string()).collect();
     assert_eq!(names, ["manifest.json", "roc.csv", "roc.json", "roc.png", "roc.svg"]);
     let csv = String::from_utf8(left[Path::new("roc.csv")].clone()).expect("text");

@@ -55,10 +55,10 @@ fn a_folder_stands_for_its_recordings_and_a_bad_recording_does_not_stop_the_othe
         outcome.out.lines().skip_while(|line| !line.contains("samples")).filter_map(|l| l.split(' ').next()).collect();
     assert_eq!(order[2..8], ["bad", "one", "two", "missing", "none", "all"], "{}", outcome.out);
     for name in ["one", "two", "none"] {
-        assert!(folder.path(&format!("out/{name}/detection.csv")).exists(), "{name}");
+        assert!(folder.path(&format!("out/detect/{name}/detection.csv")).exists(), "{name}");
     }
-    assert!(!folder.path("out/bad").exists() && !folder.path("out/missing").exists());
-    let all = json(&folder.text("out/detections.json"));
+    assert!(!folder.path("out/detect/bad").exists() && !folder.path("out/detect/missing").exists());
+    let all = json(&folder.text("out/detect/detections.json"));
     let recordings = all["recordings"].as_array().expect("a list");
     assert_eq!(recordings.len(), 5);
     assert!(recordings[0]["error"].as_str().is_some_and(|error| error.contains("soft")), "{}", recordings[0]);
@@ -77,11 +77,11 @@ fn the_results_are_the_same_for_any_number_of_threads() {
         let mut command = folder.command(&["detect", "a", "b", "a/two.csv", "--labels", "l.csv", "--out", threads]);
         let output = command.args(VELOCITY).env("RAYON_NUM_THREADS", threads).output().expect("ran");
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        printed.push(String::from_utf8(output.stdout).expect("text").replace(&format!("files: {threads}"), ""));
+        printed.push(String::from_utf8(output.stdout).expect("text").replace(&format!("files: {threads}/detect"), ""));
     }
     assert_eq!(printed[0], printed[1]);
-    let files = folder.files("1");
-    assert!(files == folder.files("8"));
+    let files = folder.files("1/detect");
+    assert!(files == folder.files("8/detect"));
     for name in ["timeline.svg", "timeline.png", "delays.svg", "events.csv", "detections.json", "two-2/decision.png"] {
         assert!(files.contains_key(std::path::Path::new(name)), "{name} in {:?}", files.keys());
     }
@@ -91,7 +91,7 @@ fn the_results_are_the_same_for_any_number_of_threads() {
 fn many_recordings_give_one_json_document_and_a_single_one_the_same_object() {
     let folder = three_recordings();
     let printed = folder.good(&detect(&["a", "b", "--json"]));
-    assert_eq!(printed, folder.text("out/detections.json"));
+    assert_eq!(printed, folder.text("out/detect/detections.json"));
     let all = json(&printed);
     let two = &all["recordings"][1];
     assert_eq!((two["file"].as_str(), two["folder"].as_str()), (Some("a/two.csv"), Some("two")));
@@ -100,8 +100,8 @@ fn many_recordings_give_one_json_document_and_a_single_one_the_same_object() {
         assert_eq!(two[key], alone[key], "{key}");
     }
     assert!(alone["alarms"][0]["time_s"].is_number() && alone["scores"].is_null() && alone["false_alarms"].is_null());
-    assert_eq!(folder.text("out/two/events.csv"), folder.text("alone/two/events.csv"));
-    let joint = folder.text("out/events.csv");
+    assert_eq!(folder.text("out/detect/two/events.csv"), folder.text("alone/two/events.csv"));
+    let joint = folder.text("out/detect/events.csv");
     let rows: Vec<&str> = joint.lines().collect();
     assert!(rows[0].starts_with("file,event,time_s,sample,position_m"), "{joint}");
     assert!(rows[1].starts_with("a/one.csv,alarm,11.50") && rows[2].starts_with("a/two.csv,alarm,1.00"), "{joint}");
@@ -117,9 +117,9 @@ fn recordings_with_the_same_name_have_separate_folders() {
         assert!(printed.lines().any(|line| line.starts_with(name)), "{name} in\n{printed}");
     }
     let time = |name: &str| json(&folder.text(name))["alarms"][0]["time_s"].as_f64().expect("a time");
-    assert!((1.0..1.02).contains(&time("out/two/detection.json")));
-    assert!((1.2..1.22).contains(&time("out/two-2/detection.json")));
-    let scenario = json(&folder.text("out/two-3/detection/detection.json"));
+    assert!((1.0..1.02).contains(&time("out/detect/two/detection.json")));
+    assert!((1.2..1.22).contains(&time("out/detect/two-2/detection.json")));
+    let scenario = json(&folder.text("out/detect/two-3/detection/detection.json"));
     assert_eq!((&scenario["missed_ruptures"], &scenario["scores"]["recall"]), (&Json::from(0), &Json::from(1.0)));
 }
 
@@ -137,7 +137,7 @@ fn labels_are_matched_with_alarms_one_to_one() {
     let cells: Vec<&str> = total["all 3 labelled".len()..].split_whitespace().collect();
     assert_eq!(cells[..4], ["4", "3", "1", "0"], "ruptures, found, missed, false: {printed}");
     assert_eq!(cells[4..10], ["100.0", "%", "75.00", "%", "85.71", "%"], "{printed}");
-    let all = json(&folder.text("out/detections.json"));
+    let all = json(&folder.text("out/detect/detections.json"));
     let (one, two, none) = (&all["recordings"][0], &all["recordings"][1], &all["recordings"][2]);
     assert_eq!((&one["scores"]["found"], &two["scores"]["missed"]), (&Json::from(1), &Json::from(1)));
     assert_eq!(two["labelled_ruptures_s"], serde_json::json!([0.4, 1.0, 2.0]));
@@ -146,7 +146,7 @@ fn labels_are_matched_with_alarms_one_to_one() {
         assert!(none["scores"][undefined].is_null(), "{undefined} of no alarm and no rupture: {none}");
     }
     assert_eq!(none["scores"]["false_alarms_per_minute"], 0.0);
-    let events = folder.text("out/two/events.csv");
+    let events = folder.text("out/detect/two/events.csv");
     let kinds: Vec<(&str, &str)> = events
         .lines()
         .skip(1)
@@ -301,7 +301,8 @@ fn degenerate_recordings_give_no_alarm_and_only_finite_numbers() {
             assert_eq!(recording["alarms"], serde_json::json!([]), "{recording}");
             let residual = recording["residual"].as_object().expect("statistics");
             assert!(residual.values().all(Json::is_number), "{recording}");
-            let samples = folder.text(&format!("out/{}/detection.csv", recording["folder"].as_str().expect("a name")));
+            let samples =
+                folder.text(&format!("out/detect/{}/detection.csv", recording["folder"].as_str().expect("a name")));
             let numbers = samples.lines().skip(1).flat_map(|line| line.split(',').map(str::parse::<f64>));
             assert!(numbers.into_iter().all(|number| number.is_ok_and(f64::is_finite)));
         }

@@ -8,7 +8,7 @@ use crate::support::test_folder::TestFolder;
 fn every_figure_of_the_paper_is_a_file_and_the_page_has_the_computed_statements() {
     let folder = TestFolder::new();
     let printed = folder.good(&["paper", "--out", "p", "--figure-width", "3.5in", "--figure-format", "png,svg,pdf"]);
-    let files = folder.files("p");
+    let files = folder.files("p/paper");
     for number in FIGURES {
         for (format, start) in [("png", &b"\x89PNG"[..]), ("svg", b"<svg"), ("pdf", b"%PDF")] {
             let name = format!("figure_{number:02}.{format}");
@@ -18,7 +18,7 @@ fn every_figure_of_the_paper_is_a_file_and_the_page_has_the_computed_statements(
     }
     assert_eq!(files.len(), 3 * FIGURES.len() + 3, "{:?}", files.keys());
 
-    let page = folder.text("p/paper.html").replace("&#x27;", "'").replace("&#x2f;", "/").replace("&gt;", ">");
+    let page = folder.text("p/paper/paper.html").replace("&#x27;", "'").replace("&#x2f;", "/").replace("&gt;", ">");
     let page = page.replace("&lt;", "<");
     assert!(page.len() < 3_000_000, "{}", page.len());
     for figure in PaperStudy::new().expect("runs").figures() {
@@ -38,14 +38,14 @@ fn figures_have_the_requested_width_and_formats() {
     let folder = TestFolder::new();
     let compare = ["compare", "--quiet", "--out", "o", "--figure-width", "89mm", "--figure-format", "svg,pdf"];
     folder.good(&compare);
-    assert!(folder.text("o/overlay.svg").contains("width=\"252.28pt\""));
+    assert!(folder.text("o/compare/overlay.svg").contains("width=\"252.28pt\""));
     let names: Vec<_> = folder.files("o").into_keys().collect();
     let count =
         |end: &str| names.iter().filter(|path| path.extension().is_some_and(|extension| extension == end)).count();
     // Three of the pair and six of each run; the animation is always a PNG.
     assert_eq!((count("svg"), count("pdf"), count("png")), (15, 15, 1), "{names:?}");
     let printed = folder.good(&["compare", "--out", "o", "--figure-format", "pdf"]);
-    assert!(printed.contains("figures: comparison.pdf, overlay.pdf, signals.pdf\nfiles: o\n"), "{printed}");
+    assert!(printed.contains("figures: comparison.pdf, overlay.pdf, signals.pdf\nfiles: o/compare\n"), "{printed}");
 }
 
 #[test]

@@ -104,7 +104,7 @@ fn the_rows_of_the_first_table_agree_with_the_traces() {
         .args(NAMES)
         .assert()
         .success();
-    let mut reader = csv::Reader::from_path(folder.path().join("comparison.csv")).expect("a table");
+    let mut reader = csv::Reader::from_path(folder.path().join("compare/comparison.csv")).expect("a table");
     let header = reader.headers().expect("a header").clone();
     let table: BTreeMap<String, csv::StringRecord> =
         reader.records().map(|row| row.expect("a row")).map(|row| (row[0].to_owned(), row)).collect();
@@ -112,7 +112,7 @@ fn the_rows_of_the_first_table_agree_with_the_traces() {
     for name in NAMES {
         let short = name.rsplit('/').next().expect("a name");
         let column = header.iter().position(|title| title == short).expect("a column");
-        let trace = columns(&folder.path().join(short).join("trace.csv"));
+        let trace = columns(&folder.path().join("compare").join(short).join("trace.csv"));
         let (scale, ticks) = known_of(name);
         for (index, rows) in by_definition(&trace, &ticks, scale).iter().enumerate() {
             for (&key, &expected) in rows {

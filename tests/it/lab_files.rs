@@ -132,7 +132,7 @@ fn a_recording_has_its_operating_characteristic_with_flags() {
     .concat();
     let outcome = folder.trocar(&arguments);
     assert_eq!(outcome.code, 0, "{}", outcome.err);
-    assert!(folder.text("out/roc.csv").contains("own_ctrl_pop"));
+    assert!(folder.text("out/roc/roc.csv").contains("own_ctrl_pop"));
     folder.refused(&["roc", "a.csv", "b.csv", "--rupture-s", "1"], &["--rupture-s labels a single recording"]);
 }
 

@@ -267,7 +267,7 @@ fn the_log_of_a_link_in_real_time_can_be_simulated() {
     let printed = folder.good(&["link", "replay", "out/x"]);
     assert_eq!(printed.matches("1000 ticks, the replay is the same bit for bit").count(), 2, "{printed}");
     // A run of the written scenario equals the replay; a changed log is detected.
-    folder.good(&["run", "out/x/replay.toml", "--out", "again", "--quiet"]);
+    folder.good(&["run", "out/x/replay/replay.toml", "--out", "again", "--quiet"]);
     let log = folder.text("out/x/master/trace.csv");
     let (head, last) = log.trim_end().rsplit_once('\n').expect("rows");
     let again = folder.text("again/replay/trace.csv");

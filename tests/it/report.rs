@@ -108,8 +108,8 @@ fn panels(figures: &Json) -> Vec<Json> {
 fn the_shipped_pair_fits_on_a_page_with_every_number_that_is_printed() {
     let folder = TestFolder::new();
     let printed = folder.good(&["compare", "--all", "--report", "--out", "o"]);
-    assert!(printed.ends_with("report: o/report.html\n"), "{printed}");
-    let html = folder.text("o/report.html");
+    assert!(printed.ends_with("report: o/compare/report.html\n"), "{printed}");
+    let html = folder.text("o/compare/report.html");
     is_sound(&html);
     let rows = rows(&html);
     let mut lines = 0;
@@ -134,7 +134,7 @@ fn the_shipped_pair_fits_on_a_page_with_every_number_that_is_printed() {
                 .next()
                 .expect("ended"),
         );
-        assert_eq!(shown, folder.text(&format!("o/{name}/scenario.toml")));
+        assert_eq!(shown, folder.text(&format!("o/compare/{name}/scenario.toml")));
     }
     assert!(html.contains("trocar compare --report</pre>"));
     assert!(!folder.path("o/classical/report.html").exists());
@@ -279,7 +279,7 @@ fn a_page_reveals_nothing_about_the_machine() {
         "tissue.stiffness_n_per_m=100:200:3",
     ]);
     let place = recording.strip_suffix("r.csv").expect("a folder");
-    for page in ["out/r/report.html", "out/report.html", "out/s/report.html"] {
+    for page in ["out/r/report.html", "out/compare/report.html", "out/s/report.html"] {
         let html = folder.text(page);
         is_sound(&html);
         assert!(!unescaped(&html).contains(place), "{page}");
@@ -468,7 +468,7 @@ fn a_browser_draws_the_pages() {
     let folder = TestFolder::new();
     folder.good(&["compare", "--report", "--quiet"]);
     folder.good(&["stability", "--report", "--quiet", "--z-width", "0:50:6", "--absolute", "channel.delay_s=0:0.1:5"]);
-    for page in ["out/report.html", "out/depth-classical/report.html"] {
+    for page in ["out/compare/report.html", "out/depth-classical/report.html"] {
         let html = folder.text(page);
         let profile = tempfile::tempdir().expect("a folder");
         let output = Command::new(browser)

@@ -24,20 +24,20 @@ const PRINTED: &[Case] = &[
     ("run", "run x.toml", "out/x/summary.json"),
     ("run", "run layers/epidural --set channel.delay_s=0.2 --set scaling.force=1000", "out/epidural/summary.json"),
     ("run", "run link/long-delay", "out/long-delay/summary.json"),
-    ("comparison", "compare", "out/comparison.json"),
-    ("comparison", "compare x.toml layers/epidural --seeds 2", "out/comparison.json"),
-    ("comparison", "strategies --schemes x.toml", "out/comparison.json"),
-    ("strategies", "strategies x.toml --seeds 2", "out/strategies.json"),
+    ("comparison", "compare", "out/compare/comparison.json"),
+    ("comparison", "compare x.toml layers/epidural --seeds 2", "out/compare/comparison.json"),
+    ("comparison", "strategies --schemes x.toml", "out/strategies/comparison.json"),
+    ("strategies", "strategies x.toml --seeds 2", "out/strategies/strategies.json"),
     ("detection", "detect a/two.csv --no-figures", "out/two/detection.json"),
     ("detection", "detect a/two.csv --no-figures --rupture-s 0.5 --rupture-s 1", "out/two/detection.json"),
-    ("detections", "detect a --no-figures", "out/detections.json"),
+    ("detections", "detect a --no-figures", "out/detect/detections.json"),
     ("calibration", "calibrate paper/augmented", "out/augmented/calibration.json"),
     (
         "identification",
         "identify machine.csv --time t --master m --slave s --force f --no-figures",
         "out/machine/identification.json",
     ),
-    ("roc", "roc x.toml --seeds 2 --thresholds 3", "out/roc.json"),
+    ("roc", "roc x.toml --seeds 2 --thresholds 3", "out/roc/roc.json"),
     ("sweep", "sweep s.toml", "out/s/summary.json"),
     ("design", "design d.toml --no-figures", "out/d/design.json"),
     (
@@ -58,7 +58,7 @@ const OTHERS: &[Case] = &[
     ("paper", "paper --quiet", "out/paper/paper.json"),
     ("manifest", "sweep s.toml", "out/s/manifest.json"),
     ("files", "run x.toml", "out/x/manifest.json"),
-    ("files", "compare x.toml", "out/manifest.json"),
+    ("files", "compare x.toml", "out/compare/manifest.json"),
     ("certificate", "stability x.toml --x scaling.force=0.1:4:4 --y channel.delay_s=0:0.1:3", "out/x/certificate.json"),
     ("signals", "detect --list a/two.csv --json", ""),
     ("check", "check x.toml s.toml d.toml link/long-delay paper/augmented --json", ""),
@@ -80,7 +80,7 @@ const OPTIONAL: [&str; 11] = [
     "warnings",
 ];
 const NAMES: [&str; 8] =
-    ["/certificates", "/files", "/folders", "/parameters", "/spaces", "/settings/", "/sensitivities/", "/missed"];
+    ["/certificates", "/files", "/parameters", "/spaces", "/settings/", "/sensitivities/", "/missed"];
 
 fn folder() -> TestFolder {
     let folder = TestFolder::new();

@@ -101,7 +101,7 @@ fn terminal_report_json_page_and_python_show_the_same_sentences() {
     let folder = TestFolder::new();
     let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
     let printed = words(&folder.good(&["compare", PAIR[0], PAIR[1], "--report"]));
-    let report = words(&folder.text("out/report.html"));
+    let report = words(&folder.text("out/compare/report.html"));
     let runs = PAIR.map(|name| {
         trocar::run::run(
             trocar::scenario::Scenario::load(&trocar::scenario::Source::parse(name), &[]).expect("shipped"),

@@ -101,7 +101,6 @@ pub type Part<'a> = dyn FnMut(&DataTable<'_>) -> io::Result<()> + 'a;
 
 type Sampled<'a> = (&'a str, Samples<'a>);
 
-/// The values of a column with one row per sample.
 #[derive(Clone, Copy)]
 enum Samples<'a> {
     Numbers(&'a [f64]),

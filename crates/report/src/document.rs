@@ -1,5 +1,3 @@
-//! The files of a document.
-
 use rayon::prelude::*;
 
 use trocar_document::{DataTable, Document, to_json};
@@ -8,8 +6,7 @@ use super::draw::animated_png;
 use super::pictures::keep;
 use super::{ColumnFormat, Folder, OutputError, PictureError};
 
-/// Writes the files of a document into a folder: JSON, data, other files, animation and figures. Figures and sampled
-/// data have the formats of the folder; other data are CSV.
+/// Figures and sampled data have the formats of the folder; other data are CSV.
 ///
 /// # Errors
 /// [`PictureError`].

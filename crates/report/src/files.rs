@@ -1,16 +1,17 @@
-//! Writes single files atomically: a reader finds either the old or the new content.
+//! Single files, each with its old or its new content, and temporary names.
 
+use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use super::generation::{TEMPORARY, remove_left_files, sync_folder};
+const TEMPORARY: &str = ".trocar-";
 
 /// An error of writing a file or folder.
 #[derive(Debug, Error)]
 pub enum OutputError {
-    /// A file cannot be written. The former files are unchanged.
+    /// The former files are unchanged.
     #[error("cannot write {path}: {source}; choose another folder", path = path.display())]
     Write {
         /// The path.
@@ -18,34 +19,16 @@ pub enum OutputError {
         /// The cause.
         source: io::Error,
     },
-    /// Another process writes the same folder.
-    #[error("{path} is being written by another process; wait for it or end it, or give another --out", path = path.display())]
-    Busy {
-        /// The folder.
-        path: PathBuf,
-    },
-    /// The new files are complete, but not all of them have their names.
-    #[error(
-        "cannot move all files out of {stage}: {source}; remove the cause, then the next command with this --out \
-         continues",
-        stage = stage.display()
-    )]
-    Unfinished {
-        /// The folder with the files.
-        stage: PathBuf,
-        /// The cause.
-        source: io::Error,
-    },
 }
 
-/// Number of attempts to write a file. A command that removes leftovers at this moment can disturb one.
+/// A command that removes leftovers at this moment can disturb an attempt.
 const ATTEMPTS: usize = 3;
 
-/// Writes a file under a temporary name in the same folder, then renames it: it always has its old or its new content,
-/// also after a loss of power. Removes the temporary files of killed processes.
+/// Writes a file under a temporary name and renames it, so a reader finds the old or the new content, also after a loss
+/// of power.
 ///
 /// # Errors
-/// [`OutputError`] with the path.
+/// [`OutputError`].
 pub fn write_file(path: &Path, content: &[u8]) -> Result<(), OutputError> {
     let failed = |source| OutputError::Write { path: path.to_owned(), source };
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -63,19 +46,43 @@ pub fn write_file(path: &Path, content: &[u8]) -> Result<(), OutputError> {
 
 fn attempt(folder: &Path, path: &Path, content: &[u8]) -> io::Result<()> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(TEMPORARY);
+    let prefix = temporary_prefix();
+    builder.prefix(&prefix);
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     let mut file = builder.tempfile_in(folder)?;
-    // Marks the file as one of a process that works. File systems without locks are not protected.
+    // The lock marks the file as one of a living process.
     let _ = file.as_file().try_lock();
     file.write_all(content)?;
     file.as_file().sync_all()?;
     file.persist(path).map_err(|error| error.error)?;
-    sync_folder(folder)
+    Ok(())
+}
+
+/// `tempfile` adds six characters.
+pub(crate) fn temporary_prefix() -> String {
+    format!("{TEMPORARY}{}-", std::process::id())
+}
+
+fn is_temporary(name: &str) -> bool {
+    let parts = name.strip_prefix(TEMPORARY).and_then(|rest| rest.split_once('-'));
+    parts.is_some_and(|(process, random)| process.parse::<u32>().is_ok() && random.len() == 6)
+}
+
+pub(crate) fn temporaries(folder: &Path) -> impl Iterator<Item = PathBuf> + use<> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    entries.filter(|entry| is_temporary(&entry.file_name().to_string_lossy())).map(|entry| entry.path())
+}
+
+/// Removes those of killed processes.
+pub(crate) fn remove_left_files(folder: &Path) {
+    let is_left = |path: &PathBuf| File::options().write(true).open(path).is_ok_and(|file| file.try_lock().is_ok());
+    for path in temporaries(folder).filter(|path| !path.is_dir() && is_left(path)) {
+        let _ = std::fs::remove_file(path);
+    }
 }
 
 #[cfg(test)]
@@ -96,14 +103,14 @@ mod tests {
     fn only_the_leftovers_of_a_killed_process_are_removed() {
         let folder = tempfile::tempdir().expect("a folder");
         let named = |name: &str| folder.path().join(name);
-        for name in [".trocar-Ab3xyz", ".trocar-work01", ".trocarrc", ".trocar-notes"] {
+        for name in [".trocar-12-Ab3xyz", ".trocar-13-work01", ".trocarrc", ".trocar-backup"] {
             std::fs::write(named(name), b"left").expect("written");
         }
-        let at_work = std::fs::File::open(named(".trocar-work01")).expect("there");
+        let at_work = std::fs::File::open(named(".trocar-13-work01")).expect("there");
         at_work.try_lock().expect("locked");
         write_file(&named("x.csv"), b"one").expect("written");
-        assert!(!named(".trocar-Ab3xyz").exists());
-        for name in [".trocar-work01", ".trocarrc", ".trocar-notes", "x.csv"] {
+        assert!(!named(".trocar-12-Ab3xyz").exists());
+        for name in [".trocar-13-work01", ".trocarrc", ".trocar-backup", "x.csv"] {
             assert!(named(name).exists(), "{name}");
         }
     }

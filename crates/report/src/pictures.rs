@@ -1,5 +1,3 @@
-//! The files of figures.
-
 use rayon::prelude::*;
 use thiserror::Error;
 

@@ -1,5 +1,3 @@
-//! A figure as dots on a terminal.
-
 use std::fmt::Write as _;
 
 use anstyle::{AnsiColor, Style};
@@ -36,7 +34,6 @@ pub fn sketch(figure: &Figure<'_>) -> String {
             .y_tick_display(TickDisplay::Sparse)
             .lineplot(&shape);
         chart.figures();
-        // Writing to a string does not fail.
         let _ = writeln!(text, "{style}{}{style:#}", row.title.as_deref().unwrap_or_default());
         for line in chart.to_string().lines() {
             let _ = writeln!(text, "{style}{}{style:#}", line.trim_end());

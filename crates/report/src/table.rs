@@ -1,5 +1,3 @@
-//! Text tables.
-
 use std::fmt;
 
 use crate::wrap::{WIDTH, lines, longest_part};

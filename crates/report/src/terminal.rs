@@ -1,5 +1,3 @@
-//! A document on the terminal.
-
 use trocar_document::{Block, Document, Section};
 
 use super::Table;

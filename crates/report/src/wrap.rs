@@ -1,5 +1,3 @@
-//! Wraps text to the width of the terminal.
-
 /// Maximum width of printed lines, in characters.
 pub const WIDTH: usize = 80;
 
@@ -21,7 +19,7 @@ pub fn filled(text: &str, width: usize, indent: usize) -> Vec<String> {
     lines
 }
 
-/// Wraps the lines of a text that exceed [`WIDTH`] characters; see [`filled`].
+/// Wraps the lines that exceed [`WIDTH`] characters.
 pub fn wrapped(text: &str, indent: usize) -> String {
     let mut result = String::with_capacity(text.len());
     for line in text.split_inclusive('\n') {

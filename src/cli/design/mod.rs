@@ -12,7 +12,7 @@ use super::warnings::Warnings;
 use super::{OutputArgs, interrupt, report as page};
 use trocar_document::Study as _;
 use trocar_report::html::{Again, command_line};
-use trocar_report::{Destination, Folder, OutputError, write_file};
+use trocar_report::{Folder, OutputError, write_file};
 use trocar_scenario::Source;
 use trocar_studies::design::{Design, DesignError, Problem, Stage, State};
 use trocar_studies::run::seeds_without_effect;
@@ -54,8 +54,7 @@ pub(super) fn run(args: &DesignArgs) -> Result<(), CliError> {
 
 fn design(args: &DesignArgs) -> Result<(), CliError> {
     let problem = Problem::load(&Source::parse(&args.file), &args.settings)?;
-    let destination = args.output.destination();
-    let folder = Destination { path: destination.path.join(&problem.name), ..destination }.open("design", &[""])?;
+    let folder = args.output.destination().open("design", &problem.name)?;
     let warnings = Warnings::new(&args.output);
     warnings.print(&unused_seeds(&problem)?);
     let mut state = stored(args, &folder, &problem)?;

@@ -20,8 +20,6 @@ use trocar_report::html::Again;
 use trocar_report::{ColumnFormat, Destination, Folder};
 use trocar_scenario::{DetectionSpec, Reader, Values};
 
-const WRITER: &str = "detect";
-
 /// The sections of a scenario that affect a detection.
 const SETTINGS: [&str; 6] = ["", "recording", "recording.columns", "recording.scale", "estimator", "detector"];
 
@@ -49,8 +47,7 @@ fn is_collection(args: &DetectArgs) -> bool {
 }
 
 fn single(args: &DetectArgs, out: &Destination, input: Input, labels: Option<LabelRows>) -> Result<(), CliError> {
-    let name = folder_of(&input);
-    let folder = out.open(WRITER, &[&name])?.folder(&name);
+    let folder = out.open("detect", &folder_of(&input))?;
     let study = one(args, input, labels)?;
     let document = study.document();
     let warnings = Warnings::new(&args.output);
@@ -77,22 +74,17 @@ fn long_files(folder: &Folder, rows: usize) -> String {
 }
 
 fn many(args: &DetectArgs, out: &Destination, work: Vec<(Input, Option<LabelRows>)>) -> Result<(), CliError> {
-    let names: Vec<String> = work.iter().map(|(input, _)| folder_of(input)).collect();
-    let folders: Vec<&str> = std::iter::once("").chain(names.iter().map(String::as_str)).collect();
-    let out = out.open(WRITER, &folders)?;
+    let out = out.open("detect", "detect")?;
     let bar = progress::bar(work.len(), args.output.quiet);
     bar.set_message("detecting");
     let of = |(input, labels): (Input, Option<LabelRows>)| {
         let (file, name, folder) = (input.given.clone(), input.folder.clone(), out.folder(&folder_of(&input)));
         let detected = one(args, input, labels).and_then(|study| {
             let document = study.document();
-            finish(args, folder.clone(), &study).write(&document)?;
+            finish(args, folder, &study).write(&document)?;
             let json = document.json;
             Ok((study.report, json))
         });
-        if detected.is_err() {
-            folder.discard();
-        }
         bar.inc(1);
         (file, name, detected)
     };

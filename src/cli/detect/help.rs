@@ -11,8 +11,8 @@ Many recordings:
 A folder means its *.csv files, or without any its files of other formats, in the order of their names, without the file of --labels. They are read in parallel; tables, files and errors have the order \
 of the arguments. A recording that cannot be read is reported, the others continue, and the exit code is 2.
 
-Each recording has a folder with its name in --out (a second x.csv has x-2), with detection.csv, detection.json, events.csv and \
-figures. --out also has detections.json, a common events.csv, the figure timeline (phases, ruptures and alarms, a row per recording) and, \
+Each recording has a folder with its name in DIR/detect (a second x.csv has x-2), with detection.csv, detection.json, events.csv and \
+figures. DIR/detect also has detections.json, a common events.csv, the figure timeline (phases, ruptures and alarms, a row per recording) and, \
 with labels, the figure delays.
 
 Labels, as a CSV file:

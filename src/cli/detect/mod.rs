@@ -74,7 +74,7 @@ pub(super) struct DetectArgs {
     /// The settings of that file.
     #[arg(skip)]
     tuning: Vec<String>,
-    /// Also write report.html into the folder of each recording, and for many recordings a summary of all into DIR:
+    /// Also write report.html into the folder of each recording, and for many recordings a summary of all into DIR/detect:
     /// self-contained pages with tables, events and interactive charts
     #[arg(long)]
     report: bool,

@@ -99,11 +99,6 @@ pub(super) enum CliError {
     Picture(#[from] PictureError),
     #[error(transparent)]
     Html(#[from] HtmlError),
-    /// A folder that should be verified has no results.
-    #[error("{folder} has no manifest.json and no subfolder with one; name a folder of --out")]
-    NoManifest { folder: String },
-    #[error("{}; run the command again", if *count == 1 { "1 file is not as it was written".into() } else { format!("{count} files are not as they were written") })]
-    Differences { count: usize },
     #[error("{count} {}, and --deny-warnings makes them errors", if *count == 1 { "warning" } else { "warnings" })]
     Warnings { count: usize },
     #[error("there is no warning, key or metric {:?}{}", trocar_base::names::shortened(word), nearest.as_ref().map_or(String::new(), |nearest| format!("; did you mean {nearest}?")))]
@@ -225,7 +220,6 @@ impl CliError {
             | Self::Exists { .. }
             | Self::NoCase { .. }
             | Self::NoScenario { .. }
-            | Self::NoManifest { .. }
             | Self::LongSweep { .. }
             | Self::OtherDesign { .. }
             | Self::Unknown { .. }
@@ -242,7 +236,6 @@ impl CliError {
             Self::Explore(error) => matches!(error, ExploreError::Bind { .. }),
             Self::Interrupted { .. }
             | Self::Warnings { .. }
-            | Self::Differences { .. }
             | Self::Stability(_)
             | Self::Certificate { .. }
             | Self::Run(RunError::Engine { .. })

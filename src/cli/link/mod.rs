@@ -50,9 +50,9 @@ enum Command {
     Slave(SlaveArgs),
     /// Simulate a logged link with its logged delays, and compare bit for bit
     ///
-    /// The folder must contain the folders master and slave. The command writes into it delays.csv, with the delays
-    /// of both directions, and replay.toml, a scenario with these delays; trocar run on replay.toml gives the same
-    /// result. The comparison reports the first tick at which a signal of the link differs from this simulation. It
+    /// The folder must contain the folders master and slave. The command writes into its folder replay: delays.csv,
+    /// with the delays of both directions, and replay.toml, a scenario with these delays; trocar run on replay.toml
+    /// gives the same result. The comparison reports the first tick at which a signal of the link differs from this simulation. It
     /// also reports the first tick at which the link differs from a simulation with the scenario's own channel: from
     /// this tick on, the real delays changed the result.
     ///

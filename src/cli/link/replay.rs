@@ -22,7 +22,7 @@ Example:
 const REPLAY: &str = "\
 # A link, with the delays that it logged.
 name = \"replay\"
-base = \"master/scenario.toml\"
+base = \"../master/scenario.toml\"
 
 [channel]
 forward_delay_s = 0.0
@@ -60,12 +60,12 @@ pub(super) fn run(args: &ReplayArgs) -> Result<(), CliError> {
     let backward = delays(Role::Master, Direction::Backward)?;
     let forward = delays(Role::Slave, Direction::Forward)?;
     let both = [(Direction::Forward, forward.as_slice()), (Direction::Backward, backward.as_slice())];
-    let folder = Destination::new(&args.folder).open("link replay", &[""])?;
+    let folder = Destination::new(&args.folder).open("link replay", "replay")?;
     folder.write("delays.csv", delays_csv(&both, &scenario.grid).as_bytes())?;
     folder.write("replay.toml", REPLAY.as_bytes())?;
     folder.commit()?;
 
-    let replay = run_scenario(load("replay.toml")?)?;
+    let replay = run_scenario(load("replay/replay.toml")?)?;
     let report = RunReport::of(&replay);
     if !args.quiet {
         report.warnings().iter().for_each(|warning| anstream::eprint!("{}", warnings::text(warning)));

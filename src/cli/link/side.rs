@@ -90,7 +90,7 @@ fn load(args: &SideArgs) -> Result<Scenario, CliError> {
 
 fn folder(args: &SideArgs, scenario: &Scenario, role: Role) -> Result<Folder, CliError> {
     let name = format!("{}/{}", scenario.name, role.word());
-    Ok(Destination::new(&args.out).open("link", &[&name])?.folder(&name))
+    Ok(Destination::new(&args.out).open("link", &name)?)
 }
 
 fn has_channel(scenario: &Scenario) -> bool {

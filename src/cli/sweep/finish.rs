@@ -67,8 +67,7 @@ fn write(folder: &Folder, whole: Whole<'_>, output: &OutputArgs, warnings: &Warn
     let (tables, summary) = rayon::join(tables, summary);
     tables?;
     warnings.print(&summary?);
-    folder.describe(stored::details(&Manifest { is_complete: true, ..manifest }));
-    folder.commit()?;
+    folder.commit_with(stored::details(&Manifest { is_complete: true, ..manifest }))?;
     report(folder, output, "files")?;
     if line.is_some() && !output.quiet && !output.json { page::print_path(folder) } else { Ok(()) }
 }

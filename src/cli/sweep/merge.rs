@@ -10,8 +10,8 @@ use super::{Manifest, OutputArgs, WRITER};
 use crate::cli::error::CliError;
 use crate::cli::report as page;
 use crate::cli::warnings::Warnings;
+use trocar_report::MANIFEST;
 use trocar_report::html::command_line;
-use trocar_report::{Destination, MANIFEST};
 use trocar_studies::sweep::{Joined, SweepError, join};
 
 const EXAMPLES: &str = "\
@@ -38,8 +38,7 @@ pub(super) fn run(args: &MergeArgs) -> Result<(), CliError> {
         folders.extend(shards(folder)?);
     }
     let Joined { design, canonical, hash, rows } = join(&folders)?;
-    let path = args.output.destination().path.join(&design.name);
-    let folder = Destination { path, ..args.output.destination() }.open(WRITER, &[""])?;
+    let folder = args.output.destination().open(WRITER, &design.name)?;
     // Another sweep in this folder is an error.
     Stored::of(&folder.path, &canonical, &hash)?;
     let manifest =

@@ -100,9 +100,13 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
         return terminal::print(&plan.scenario(case)?.echo());
     }
     let shard = args.shard.unwrap_or(Shard::WHOLE);
-    let of_sweep = args.output.destination().path.join(&plan.design.name);
-    let path = if shard.is_whole() { of_sweep.clone() } else { of_sweep.join(shard.folder()) };
-    let folder = Destination { path, ..args.output.destination() }.open(WRITER, &[""])?;
+    let destination = args.output.destination();
+    let of_sweep = destination.path.join(&plan.design.name);
+    let folder = if shard.is_whole() {
+        destination.open(WRITER, &plan.design.name)?
+    } else {
+        Destination { path: of_sweep.clone(), ..destination }.open(WRITER, &shard.folder())?
+    };
     let layout = plan.layout(shard);
     let first = cases.min(layout.packs.start * trocar_studies::sweep::PACK_CASES);
     let manifest =

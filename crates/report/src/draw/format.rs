@@ -1,5 +1,3 @@
-//! The user's choice of formats and width of figures.
-
 use std::fmt;
 use std::str::FromStr;
 
@@ -34,7 +32,7 @@ impl fmt::Display for FigureFormat {
     }
 }
 
-/// The width of a figure, from 2.5 in to 20 in.
+/// From 2.5 in to 20 in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FigureWidth {
     inches: f64,

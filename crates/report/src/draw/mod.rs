@@ -1,8 +1,7 @@
-//! Figures on paper, as SVG, PNG and PDF.
+//! Figures as SVG, PNG and PDF.
 //!
-//! A figure is laid out on a sheet and drawn with plotters, with one backend per format: plotters' for SVG, ours for
-//! PNG and PDF. Coordinates are integers, [`UNITS`] per point. The typeface is bundled, so a figure has the same bytes
-//! everywhere.
+//! A figure is laid out on a sheet and drawn with plotters. Coordinates are integers, [`UNITS`] per point. The typeface
+//! is bundled, so a figure has the same bytes everywhere.
 
 mod animation;
 mod bitmap;
@@ -71,7 +70,6 @@ fn units(points: f64) -> i32 {
 }
 
 impl Sheet<'_> {
-    /// Returns width and height in units.
     fn size(&self) -> (u32, u32) {
         (units(self.width).unsigned_abs(), units(self.height).unsigned_abs())
     }

@@ -170,7 +170,6 @@ fn distance(a: BackendCoord, b: BackendCoord) -> f64 {
     f64::from(b.0 - a.0).hypot(f64::from(b.1 - a.1))
 }
 
-/// A line without the points on its straight parts.
 fn straightened(line: &[BackendCoord], tolerance: f64) -> Vec<BackendCoord> {
     let mut kept = vec![line[0]];
     let mut anchor = 0;

@@ -34,7 +34,6 @@ fn join(body: &str, svg: &mut String) {
         if !style.is_empty() && next != style {
             svg.push_str("\"/>\n");
         }
-        // Writing to a string does not fail.
         let _ = match points {
             Some((_, points)) if next == style => write!(svg, "M{points}"),
             Some((_, points)) => write!(svg, "<path {next} d=\"M{points}"),

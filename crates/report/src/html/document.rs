@@ -1,5 +1,3 @@
-//! A document as a page.
-
 use super::page::{Block, Drawn, HtmlError, Page, Row, Section, Window, warned};
 use serde_json::Value as Json;
 use trocar_document::{Block as Part, Document, Shown, Table};

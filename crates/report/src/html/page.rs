@@ -1,5 +1,3 @@
-//! A page: sections of blocks, and the template.
-
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -146,7 +144,6 @@ fn base64(bytes: &[u8]) -> String {
         let word = three.iter().fold(0_u32, |word, byte| word << 8 | u32::from(*byte)) << (8 * (3 - three.len()));
         for index in 0..4 {
             let letter = LETTERS[(word >> (18 - 6 * index)) as usize & 63];
-            // Writing to a string does not fail.
             let _ = write!(text, "{}", if index > three.len() { '=' } else { char::from(letter) });
         }
     }
