@@ -46,8 +46,7 @@ pub(super) struct CheckArgs {
     json: bool,
 }
 
-/// The verdict on the linear loop of a scenario, or the reason for having none. Runs nothing, so it does not know the
-/// tissue of an FMU.
+/// The verdict on the linear loop of a scenario, or the reason for having none. Runs nothing.
 fn verdict(scenario: &Scenario) -> Result<LoopVerdict, String> {
     let tissue = TissueRange::of_parameters(scenario)
         .ok_or("the stiffness of its tissue follows only from a run; `trocar stability` performs this run")?;

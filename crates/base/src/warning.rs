@@ -63,7 +63,7 @@ codes! {
          stop, and the force sensor has no noise; delays, losses, limits, augmentation and reflexes of the arm remain. \
          The loop causes the swing if the swing persists: over consecutive windows it does not weaken, or it \
          approaches a smaller persistent swing. The continuation is as long as the run, and is doubled until this is \
-         clear: up to 64 times, 8 times with random losses or delays, 4 times with `dop853` or an FMU, at most 400,000 \
+         clear: up to 64 times, 8 times with random losses or delays, 4 times with `dop853`, at most 400,000 \
          ticks; with random losses the swing persists if at least half of its strength remains at the end. If the hand \
          was still moving, it also rests where it was deepest in the last 20 %; the swing there counts if the run \
          swings without becoming weaker, at least half as fast and half as far. A stick-slip that needs a moving hand \

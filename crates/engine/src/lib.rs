@@ -1,10 +1,10 @@
 //! The simulated insertion: machines, tissue, operator, sensors and link, the controllers, the engine that steps all of
 //! them tick by tick, and observers.
 //!
-//! It uses `trocar-core`, `trocar-base`, `trocar-lti` and `trocar-fmu-import`, and neither scenario files nor studies.
+//! It uses `trocar-core`, `trocar-base` and `trocar-lti`, and neither scenario files nor studies.
 //! The crate `trocar` re-exports it.
 //!
-//! Without its features `fmu` and `dop853`, units and numerical integration are refused by errors.
+//! Without its feature `dop853`, numerical integration is refused by an error.
 
 // Without an integrator, the equations of the integrated machines are not evaluated.
 #![cfg_attr(not(feature = "dop853"), allow(dead_code))]

@@ -11,7 +11,7 @@ use trocar_core::rig::{HapticController, Sample};
 use trocar_core::safety::SafetyState;
 use trocar_core::time::whole_ticks;
 use trocar_engine::engine::{ColumnValues, UserDefinedParts};
-use trocar_engine::tissue::{AnyTissue, Tissue as _, TissueFailure};
+use trocar_engine::tissue::{AnyTissue, Tissue as _};
 use trocar_scenario::{Scenario, ScenarioError, Source};
 use trocar_studies::fmu::{
     Causality, FIRST_COLUMN, IS_LED, Model, POSITION, STOP, Scalar, Type, Variable, rig_outputs, token,
@@ -42,9 +42,6 @@ pub enum InstanceError {
     /// The simulation failed.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// The tissue failed.
-    #[error(transparent)]
-    Tissue(#[from] TissueFailure),
     /// No variable has this reference and type.
     #[error("there is no {kind} variable with the reference {reference}")]
     NoVariable {
@@ -328,9 +325,6 @@ impl Instance {
             }
             Running::Tissue(tissue) => {
                 let reaction = tissue.react(tick, number(0), number(1));
-                if let Some(failure) = tissue.failure() {
-                    return Err(InstanceError::Tissue(failure.clone()));
-                }
                 let outputs = [
                     Scalar::Real(reaction.force_n),
                     Scalar::Real(tissue.shaft_force_n()),

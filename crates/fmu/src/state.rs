@@ -2,7 +2,7 @@
 
 use super::instance::{Clock, Instance, InstanceError, Running};
 use trocar_core::rig::HapticController;
-use trocar_engine::tissue::{AnyTissue, Tissue as _};
+use trocar_engine::tissue::AnyTissue;
 use trocar_scenario::Scenario;
 use trocar_studies::fmu::Scalar;
 use trocar_studies::run::SteppedRun;
@@ -50,18 +50,10 @@ impl Instance {
             Saved::Simulation(scenario, led_m) => {
                 Running::Simulation(Box::new(SteppedRun::repeated(Scenario::clone(scenario), led_m)?))
             }
-            Saved::Tissue(tissue) => Running::Tissue(copied(tissue)?),
+            Saved::Tissue(tissue) => Running::Tissue(tissue.clone()),
         };
         self.values.clone_from(&state.values);
         self.clock = state.clock;
         Ok(())
-    }
-}
-
-fn copied(tissue: &AnyTissue<f64>) -> Result<Box<AnyTissue<f64>>, InstanceError> {
-    let copy = Box::new(tissue.clone());
-    match copy.failure() {
-        None => Ok(copy),
-        Some(failure) => Err(failure.clone().into()),
     }
 }

@@ -159,17 +159,14 @@ pub fn observe_with(
     Ok(with_link(scenario, metrics.metrics(0), engine.parts.link_report(0)))
 }
 
-/// The outcome of a run with user-defined parts. A failure of the tissue takes precedence over its returned number.
+/// The outcome of a run with user-defined parts.
 fn checked_outcome(
     scenario: &Scenario,
     checked: &CheckedParts,
     outcome: Result<(), EngineError>,
 ) -> Result<(), RunError> {
-    let failed = match outcome {
-        Err(failed @ EngineError::Tissue(_)) => Err(failed),
-        outcome => checked.outcome().map_err(EngineError::from).and(outcome),
-    };
-    failed.map_err(|source| RunError::Engine { name: scenario.name.clone(), source })
+    let outcome = checked.outcome().map_err(EngineError::from).and(outcome);
+    outcome.map_err(|source| RunError::Engine { name: scenario.name.clone(), source })
 }
 
 fn with_metrics<O: Observer<f64>>(

@@ -6,7 +6,7 @@ use super::swings::{median, range, strength, swings};
 use trocar_base::interrupt;
 use trocar_engine::engine::Trace;
 use trocar_metrics::Outcome;
-use trocar_scenario::{EngineKind, Scenario, TissueSpec};
+use trocar_scenario::{EngineKind, Scenario};
 
 /// Share of the run at its end that is examined, the tail.
 const TAIL: f64 = 0.4;
@@ -216,7 +216,7 @@ impl RestLength {
         let is_random = !scenario.irregularity.is_none()
             || scenario.forward_schedule.has_delays()
             || scenario.backward_schedule.has_delays();
-        let is_slow = scenario.engine == EngineKind::Dop853 || matches!(scenario.tissue, TissueSpec::Unit(_));
+        let is_slow = scenario.engine == EngineKind::Dop853;
         let longest = match (is_slow, is_random) {
             (true, _) => MAX_SLOW_REST,
             (false, true) => MAX_RANDOM_REST,

@@ -112,8 +112,6 @@ impl SteppedRun {
             }
         };
         if self.has_ended {
-            // A failure of the tissue is the cause of later errors.
-            let outcome = engine.parts.tissue_outcome().and(outcome);
             checked_outcome(&self.scenario, &self.observers.0, outcome)?;
         }
         self.led_m.push(desired_m.unwrap_or(f64::NAN));

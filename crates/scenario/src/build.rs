@@ -21,7 +21,7 @@ use trocar_engine::operator::{Hand, Perception, Reflex, StiffeningSettings, Stre
 use trocar_engine::plant::{GeneralMaster, MasterStep, PlantError, SlaveParameters, SlaveStep};
 use trocar_engine::sensor::AnySensor;
 use trocar_engine::teleoperation::LinkReport;
-use trocar_engine::tissue::{AnyTissue, UnitTissue};
+use trocar_engine::tissue::AnyTissue;
 
 /// An engine of any kind.
 #[derive(Debug, Clone)]
@@ -84,7 +84,6 @@ impl Scenario {
     /// # Errors
     /// [`ScenarioError`] if no plant can be computed from the parameters.
     pub fn build(&self) -> Result<ScenarioEngine, ScenarioError> {
-        self.load_unit()?;
         if self.has_general_machine() {
             return Ok(ScenarioEngine::General(Box::new(self.general(self.general_plants()?, 0)?)));
         }
@@ -114,7 +113,7 @@ impl Scenario {
             TissueSpec::Depth { presliding_m, .. } => {
                 positive("tissue.presliding_m", *presliding_m).map(drop).map_err(invalid)?
             }
-            TissueSpec::Recording { .. } | TissueSpec::Unit(_) => {}
+            TissueSpec::Recording { .. } => {}
         }
         self.master_reading::<f64>()?;
         AnySensor::<f64>::new(&self.sensor, tick_s, (self.seed, 0)).map(drop).map_err(invalid)
@@ -125,9 +124,7 @@ impl Scenario {
     /// # Errors
     /// The errors of [`Scenario::build`].
     pub fn build_with(&self, parts: UserDefinedParts) -> Result<UserDefinedEngine, ScenarioError> {
-        if parts.tissue.is_none() {
-            self.load_unit()?;
-        } else if self.organ_motion.moves() {
+        if parts.tissue.is_some() && self.organ_motion.moves() {
             let message = "the motion of the organs does not act on a user-defined tissue";
             let place = self.values().section_place("tissue");
             let remedy = "set tissue.breathing_amplitude_m = 0 and tissue.heartbeat_amplitude_m = 0, and move the tissue in its own code";
@@ -148,16 +145,7 @@ impl Scenario {
     /// # Errors
     /// The errors of [`Scenario::build`].
     pub fn tissue_part(&self) -> Result<AnyTissue<f64>, ScenarioError> {
-        self.load_unit()?;
         self.any_tissue()
-    }
-
-    /// Loads the library of a tissue in a unit. This is the first point at which third-party code runs.
-    fn load_unit(&self) -> Result<(), ScenarioError> {
-        let TissueSpec::Unit(tissue) = &self.tissue else { return Ok(()) };
-        let named =
-            |error| self.values().error(UnitTissue::file_key(), format!("{}: {error}", tissue.path().display()));
-        tissue.load().map_err(named)
     }
 
     /// Builds the master's side for a link to a remote slave. The delays of the scenario's link have no effect, because
@@ -186,7 +174,6 @@ impl Scenario {
             let error = ScenarioError::new(message).at(self.values().place("simulation.engine"));
             return Err(error.remedy(format!("use simulation.engine = \"{}\"", EngineKind::Exact.word())));
         }
-        self.load_unit()?;
         let mut apart = self.clone();
         let [forward, backward] = self.longest_delays_ticks();
         let whole = DelayTicks { whole: 0, share: 0.0 };

@@ -193,7 +193,7 @@ impl Scenario {
             TissueSpec::Recording { rupture_ticks, .. } => {
                 rupture_ticks.iter().map(|&tick| self.grid.time_s(tick)).collect()
             }
-            TissueSpec::Depth { .. } | TissueSpec::Model(_) | TissueSpec::Unit(_) => vec![],
+            TissueSpec::Depth { .. } | TissueSpec::Model(_) => vec![],
         }
     }
 

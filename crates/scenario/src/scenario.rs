@@ -429,13 +429,7 @@ pub(super) const GROUPS: &[Group] = &[
         ..PLAIN
     },
     Group {
-        sections: &[
-            ("tissue", "The tissue that the needle enters."),
-            (
-                "tissue.fmu",
-                "A tissue in a third-party functional mock-up unit. trocar executes its code: run trusted units only.",
-            ),
-        ],
+        sections: &[("tissue", "The tissue that the needle enters.")],
         keys: TissueSettings::KEYS,
         also: &[LAYER_KEYS],
         whole: &[TissueSettings::KEY, ReplayIndex::KEY],

@@ -7,14 +7,11 @@ use trocar_core::settings::KeySource as _;
 use super::error::ScenarioError;
 use super::replay::{RecordingSpec, rupture_depths, rupture_ticks};
 use super::scenario::ScenarioUpdate;
-use super::value::Value;
 use super::values::{STATED, Values};
 use trocar_core::error::non_negative;
 use trocar_core::time::TickGrid;
 use trocar_engine::operator::{Hand, MotionSettings};
-use trocar_engine::tissue::{
-    DepthCurves, FmuSettings, ReplayIndex, ReplaySettings, TissueSettings, UnfitUnit, UnitProblem, UnitTissue,
-};
+use trocar_engine::tissue::{DepthCurves, ReplayIndex, ReplaySettings, TissueSettings};
 use trocar_recording::Resampled;
 
 /// The operator's motion.
@@ -56,8 +53,6 @@ pub enum TissueSpec {
     },
     /// A tissue model that needs only settings.
     Model(Box<TissueSettings>),
-    /// A tissue in a functional mock-up unit.
-    Unit(Arc<UnitTissue>),
 }
 
 impl From<TissueSettings> for TissueSpec {
@@ -67,12 +62,12 @@ impl From<TissueSettings> for TissueSpec {
 }
 
 impl TissueSpec {
-    /// The settings of a tissue model; `None` if it needs a recording or a unit.
+    /// The settings of a tissue model; `None` for a recording.
     #[must_use]
     pub fn settings(&self) -> Option<&TissueSettings> {
         match self {
             Self::Model(settings) => Some(settings),
-            Self::Recording { .. } | Self::Depth { .. } | Self::Unit(_) => None,
+            Self::Recording { .. } | Self::Depth { .. } => None,
         }
     }
 }
@@ -123,7 +118,6 @@ pub(super) fn tissue(of: &mut ScenarioUpdate<'_>) -> Result<(), ScenarioError> {
             }
             return Ok(());
         }
-        (TissueSettings::Fmu(settings), _) => TissueSpec::Unit(unit(values, &settings, grid)?),
         (settings, _) => settings.into(),
     };
     Ok(())
@@ -138,24 +132,4 @@ pub(super) fn stated_tissue(values: &mut Values) -> Result<Option<(f64, f64)>, S
         non_negative(key, value).map_err(|error| values.out_of_range(&error))
     });
     Ok(Some((stiffness?, damping?)))
-}
-
-fn unit(values: &mut Values, settings: &FmuSettings, grid: &TickGrid) -> Result<Arc<UnitTissue>, ScenarioError> {
-    let (file, step) = (UnitTissue::file_key(), UnitTissue::step_key());
-    let Some(source) = values.file(file) else {
-        let error = values.error(TissueSettings::KEY.path, format!("the tissue is an FMU, but {file} is missing"));
-        return Err(error.remedy(format!("give its path as {file}")));
-    };
-    let source = source.canonical();
-    let Some(path) = source.disk_path() else {
-        return Err(values.error(file, format!("{} is not a file on disk", source.display())));
-    };
-    let unfit = |UnfitUnit { key, problem }: UnfitUnit| match problem {
-        UnitProblem::Unit(error) => values.error(key, format!("{}: {error}", source.display())),
-        UnitProblem::Setting(problem) => values.error(key, format!("{key} {problem}")),
-    };
-    let tissue = UnitTissue::open(path, settings, grid.tick_s()).map_err(unfit)?;
-    values.derive_keeping_place(file, Value::Text(source.display()));
-    values.derive_if_missing(step, Value::Number(grid.tick_s()));
-    Ok(Arc::new(tissue))
 }

@@ -62,8 +62,8 @@ impl TissueRange {
         Self { source: TissueSource::SpringDamper, springs: Springs::constant(stiffness_n_per_m, damping_n_s_per_m) }
     }
 
-    /// The tissue from a scenario's parameters and recordings. `None` if only a run shows it: for the tissue of a unit,
-    /// and for one that stiffens with depth under a live hand.
+    /// The tissue from a scenario's parameters and recordings. `None` if only a run shows it: for a tissue
+    /// that stiffens with depth under a live hand.
     #[must_use]
     pub fn of_parameters(scenario: &Scenario) -> Option<Self> {
         let (source, springs) = match &scenario.tissue {
@@ -75,7 +75,6 @@ impl TissueRange {
                 let tissue = TissueByDepth::of(scenario)?;
                 return tissue.range(scenario.position_scale());
             }
-            TissueSpec::Unit(_) => return None,
         };
         Some(Self { source, springs })
     }
@@ -133,13 +132,13 @@ enum Scaled {
 }
 
 impl TissueByDepth {
-    /// From the intended motion of the hand, with its tremor; `None` for a recording over time and a unit.
+    /// From the intended motion of the hand, with its tremor; `None` for a recording over time.
     #[must_use]
     pub fn of(scenario: &Scenario) -> Option<Self> {
         let tissue = match &scenario.tissue {
             TissueSpec::Model(settings) => Scaled::Model(Arc::new((**settings).clone())),
             TissueSpec::Depth { curves, presliding_m, .. } => Scaled::Recording(curves.clone(), *presliding_m),
-            TissueSpec::Recording { .. } | TissueSpec::Unit(_) => return None,
+            TissueSpec::Recording { .. } => return None,
         };
         let desired_m = match &scenario.operator {
             OperatorSpec::Recording(positions) => {

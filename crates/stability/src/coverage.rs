@@ -107,11 +107,10 @@ fn present(parts: impl IntoIterator<Item = (bool, &'static str, &'static str)>) 
     present.map(|(_, key, what)| LeftOut { key, what, bound: None }).collect()
 }
 
-/// True for a unit, and for a tissue model that does not state its springs.
+/// True for a tissue model that does not state its springs.
 fn has_unknown_tissue(scenario: &Scenario) -> bool {
     match &scenario.tissue {
         TissueSpec::Recording { .. } | TissueSpec::Depth { .. } => false,
-        TissueSpec::Unit(_) => true,
         TissueSpec::Model(settings) => settings.springs(Some(0.0)).is_none(),
     }
 }
@@ -131,7 +130,7 @@ pub fn inputs(scenario: &Scenario) -> Vec<LeftOut> {
     let falls = match &scenario.tissue {
         TissueSpec::Depth { .. } => true,
         TissueSpec::Model(settings) => !settings.layers().is_empty(),
-        TissueSpec::Recording { .. } | TissueSpec::Unit(_) => false,
+        TissueSpec::Recording { .. } => false,
     };
     present([
         (falls, "tissue.kind", "the falls of the tissue force, as at a rupture"),

@@ -3,7 +3,6 @@
 use thiserror::Error;
 
 use super::IntegrationError;
-use crate::tissue::TissueFailure;
 
 /// The reason why a run ends without a result.
 #[derive(Debug, Error)]
@@ -11,9 +10,6 @@ pub enum EngineError {
     /// The numerical integration failed.
     #[error(transparent)]
     Integration(#[from] IntegrationError),
-    /// The tissue has failed.
-    #[error(transparent)]
-    Tissue(#[from] TissueFailure),
     /// A user-defined part returned a number that is not finite.
     #[error(transparent)]
     Part(#[from] InvalidPart),

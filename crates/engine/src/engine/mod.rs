@@ -90,7 +90,7 @@ impl<P: Plants<W::Lane>, W: Wiring> Engine<P, W> {
     /// Runs every tick of the grid, or until the observer is done. Allocates nothing.
     ///
     /// # Errors
-    /// [`EngineError`] if the plants are integrated numerically and the integrator fails, or if the tissue fails.
+    /// [`EngineError`] if the plants are integrated numerically and the integrator fails.
     pub fn run<O: Observer<W::Lane>>(&mut self, observer: &mut O) -> Result<(), EngineError> {
         self.run_ticks(observer)
     }
@@ -103,11 +103,10 @@ impl<P: Plants<W::Lane>, W: Wiring> Engine<P, W> {
             interrupt::check_at(tick);
             match self.parts.tick(tick, desired_m, &mut self.plants, observer) {
                 ControlFlow::Continue(next) => desired_m = next,
-                // Report the tissue's failure as the cause, whatever else ended the run.
-                ControlFlow::Break(outcome) => return self.parts.tissue_outcome().and(outcome),
+                ControlFlow::Break(outcome) => return outcome,
             }
         }
-        self.parts.tissue_outcome()
+        Ok(())
     }
 }
 

@@ -35,12 +35,6 @@ pub trait Wiring {
         observer: &mut O,
     ) -> ControlFlow<Result<(), EngineError>, Self::Lane>;
 
-    /// Reports a tissue that has failed. Not part of a tick: a failed tissue returns NaN forces.
-    ///
-    /// # Errors
-    /// [`EngineError::Tissue`].
-    fn tissue_outcome(&self) -> Result<(), EngineError>;
-
     /// Report of the link in lane `index`; `None` for a link that passes everything on in the same tick.
     fn link_report(&self, index: usize) -> Option<LinkReport>;
 
@@ -219,10 +213,6 @@ where
             Ok(()) => ControlFlow::Continue(desired_next_m),
             Err(error) => ControlFlow::Break(Err(error.into())),
         }
-    }
-
-    fn tissue_outcome(&self) -> Result<(), EngineError> {
-        self.tissue.failure().map_or(Ok(()), |failure| Err(failure.clone().into()))
     }
 
     fn link_report(&self, index: usize) -> Option<LinkReport> {

@@ -1,9 +1,6 @@
 //! Tissue models: the force of the tissue on the needle.
 
 mod depth;
-mod failure;
-#[cfg_attr(not(feature = "fmu"), path = "no_fmu.rs")]
-mod fmu;
 mod generalised;
 mod hunt_crossley;
 mod kelvin_voigt;
@@ -23,12 +20,9 @@ mod tearing;
 mod tearing_layer;
 #[cfg(test)]
 mod tests;
-mod unit_settings;
 mod viscoelastic;
 
 pub use depth::{DepthCurves, DepthReplay};
-pub use failure::TissueFailure;
-pub use fmu::{Fmu, FmuError, UnitTissue};
 pub use generalised::{Generalised, GeneralisedSettings, MAX_DEPTHS};
 pub use hunt_crossley::{HuntCrossley, HuntCrossleySettings};
 pub use kelvin_voigt::{KelvinVoigt, KelvinVoigtSettings};
@@ -44,7 +38,6 @@ pub use shaft::ShaftParameters;
 pub use surface::Surface;
 pub use tearing::{Crack, Tearing, TearingSettings};
 pub use tearing_layer::TearingLayer;
-pub use unit_settings::{FmuSettings, UnfitUnit, UnitProblem};
 
 use self::literature::Outside;
 use trocar_core::error::InvalidValue;
@@ -74,11 +67,6 @@ pub trait Tissue<L: Lane> {
     fn shaft_force_n(&self) -> L {
         L::zero()
     }
-
-    /// The failure of the tissue, if any. Its forces are then NaN, and the run ends with this error.
-    fn failure(&self) -> Option<&TissueFailure> {
-        None
-    }
 }
 
 impl<L: Lane, T: Tissue<L> + ?Sized> Tissue<L> for Box<T> {
@@ -91,15 +79,11 @@ impl<L: Lane, T: Tissue<L> + ?Sized> Tissue<L> for Box<T> {
     fn shaft_force_n(&self) -> L {
         (**self).shaft_force_n()
     }
-
-    fn failure(&self) -> Option<&TissueFailure> {
-        (**self).failure()
-    }
 }
 
 trocar_core::registry! {
     /// Tissue: the recording's force; a spring and damper, linear (eq. 1), stiffening (eq. 2) or varying with depth
-    /// (eq. 3-4); layers that rupture at a force, or by the energy that a crack releases; or an FMU.
+    /// (eq. 3-4); or layers that rupture at a force, or by the energy that a crack releases.
     #[derive(Debug, Clone, PartialEq)]
     pub enum TissueSettings at "tissue.kind" = Recording no const;
     /// Any of the built-in tissues, without motion of the organs.
@@ -111,7 +95,6 @@ trocar_core::registry! {
     "generalised" => Generalised(GeneralisedSettings) = generalised::Generalised,
     "layers" => Layers(LayersParameters) = layers::Layers,
     "tearing" => Tearing(TearingSettings) = tearing::Tearing,
-    "fmu" => Fmu(FmuSettings) = fmu::Fmu,
 }
 
 impl TissueSettings {
@@ -138,7 +121,7 @@ impl TissueSettings {
         of_kind!(self, Part(kind_settings) => Part::<f64>::layers(kind_settings))
     }
 
-    /// The surface of the undeformed tissue in m; `None` for a recording and an FMU.
+    /// The surface of the undeformed tissue in m; `None` for a recording.
     #[must_use]
     pub fn surface_m(&self) -> Option<f64> {
         of_kind!(self, Part(kind_settings) => Part::<f64>::surface_m(kind_settings))
@@ -167,8 +150,7 @@ impl TissueSettings {
     /// Creates the tissue, with the needle tip at `start_m`.
     ///
     /// # Errors
-    /// [`InvalidValue`] naming the setting out of range; also for a recording and an FMU, whose tissues need their
-    /// file.
+    /// [`InvalidValue`] naming the setting out of range; also for a recording, whose tissue needs its file.
     pub fn build<L: Lane>(&self, tick_s: f64, start_m: f64) -> Result<StillTissue<L>, InvalidValue> {
         of_kind!(self, Part(kind_settings) => Part::build(kind_settings, tick_s, start_m).map(StillTissue::<L>::from))
     }
@@ -183,10 +165,6 @@ impl<L: Lane> Tissue<L> for StillTissue<L> {
     #[inline(always)]
     fn shaft_force_n(&self) -> L {
         each!(self, tissue => tissue.shaft_force_n())
-    }
-
-    fn failure(&self) -> Option<&TissueFailure> {
-        each!(self, tissue => tissue.failure())
     }
 }
 
@@ -217,9 +195,5 @@ impl<L: Lane> Tissue<L> for AnyTissue<L> {
     #[inline(always)]
     fn shaft_force_n(&self) -> L {
         either!(self, tissue => tissue.shaft_force_n())
-    }
-
-    fn failure(&self) -> Option<&TissueFailure> {
-        either!(self, tissue => tissue.failure())
     }
 }

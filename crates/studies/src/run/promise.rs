@@ -5,7 +5,6 @@ use trocar_core::settings::KeySource as _;
 use trocar_base::warning::{Code, Warning};
 use trocar_engine::plant::Coupling;
 use trocar_engine::teleoperation::Scheme;
-use trocar_engine::tissue::TissueSettings;
 use trocar_scenario::{Scenario, TissueSpec};
 
 /// A reason why a scheme cannot guarantee `E_m - E_s >= -E_0`: the key, the sentence, the remedy.
@@ -90,11 +89,6 @@ fn tissue(scenario: &Scenario) -> Option<Gap> {
                 "raise passivity.max_stiffness_n_per_m",
             )
         }
-        TissueSpec::Unit(_) => (
-            TissueSettings::KEY.path,
-            "the energy that an FMU gives is unknown".to_owned(),
-            "a run compares the true energy with the promise",
-        ),
         TissueSpec::Depth { .. } => return None,
     };
     Some((key, reason, remedy))
