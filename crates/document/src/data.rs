@@ -7,8 +7,6 @@ use std::borrow::Cow;
 pub struct DataTable<'a> {
     /// The stem of the file's name: `stability_map` gives `stability_map.csv`.
     pub name: Cow<'static, str>,
-    /// The topic of its rows in a log with several topics.
-    pub topic: Cow<'static, str>,
     /// The columns, all of the same length.
     pub columns: Vec<DataColumn<'a>>,
     /// True for one row per sample or tick, in numbers and codes, with the time first. Such tables are written in the
@@ -75,20 +73,13 @@ impl<'a> DataTable<'a> {
     /// Creates a table without columns.
     #[must_use]
     pub fn new(name: impl Into<Cow<'static, str>>) -> Self {
-        let name = name.into();
-        Self { topic: name.clone(), name, columns: vec![], is_sampled: false, metadata: vec![] }
+        Self { name: name.into(), columns: vec![], is_sampled: false, metadata: vec![] }
     }
 
     /// Marks the table as having one row per sample.
     #[must_use]
     pub fn sampled(self) -> Self {
         Self { is_sampled: true, ..self }
-    }
-
-    /// Sets the topic.
-    #[must_use]
-    pub fn topic(self, topic: impl Into<Cow<'static, str>>) -> Self {
-        Self { topic: topic.into(), ..self }
     }
 
     /// Adds a column.
