@@ -118,8 +118,6 @@ pub struct Declaration {
     pub scope: Scope,
     /// The key without the prefix of its scope, with the unit at the end: `detection_delay_s`.
     pub name: &'static str,
-    /// A former name, which sweep files may still use.
-    pub former_name: Option<&'static str>,
     /// The label in tables, without the prefix of its scope.
     pub label: &'static str,
     /// The unit.
@@ -153,10 +151,6 @@ impl Declaration {
     #[must_use]
     pub fn full_label(&self, number: usize) -> String {
         self.scope.label_prefix(number) + self.label
-    }
-
-    pub(crate) fn is_called(&self, name: &str) -> bool {
-        self.name == name || self.former_name == Some(name)
     }
 }
 
@@ -194,9 +188,9 @@ impl<T: MetricValue> MetricValue for Option<T> {
 
 /// Declares the metrics of a scope and, with `pub struct`, the fields from which they are read.
 ///
-/// An entry is a doc comment of one line and `name: Type = "label", Unit signed, Better [Shown] was "former_name" =>
-/// |of| read;`. Without `: Type` the entry declares no field and needs `=> read`. Without `= "label"` it declares a
-/// field that is not a metric. `signed`, `[Shown]`, `was` and `=> read` are optional. A struct with a JSON
+/// An entry is a doc comment of one line and `name: Type = "label", Unit signed, Better [Shown] => |of|
+/// read;`. Without `: Type` the entry declares no field and needs `=> read`. Without `= "label"` it declares a
+/// field that is not a metric. `signed`, `[Shown]` and `=> read` are optional. A struct with a JSON
 /// Schema transforms it by `schema::with_units`.
 #[doc(hidden)]
 #[macro_export]
@@ -207,7 +201,7 @@ macro_rules! metrics {
             $(
                 #[doc = $meaning:literal]
                 $name:ident $(: $type:ty)? $(= $label:literal, $unit:ident $($signed:ident)?, $better:ident $([$shown:ident])?
-                $(was $former:literal)? $(=> $read:expr)?)? ;
+                $(=> $read:expr)?)? ;
             )*
         }
     ) => {
@@ -218,7 +212,7 @@ macro_rules! metrics {
 
         $crate::metrics! {
             impl $scope for $owner {
-                $($(#[doc = $meaning] $name = $label, $unit $($signed)?, $better $([$shown])? $(was $former)? $(=> $read)?;)?)*
+                $($(#[doc = $meaning] $name = $label, $unit $($signed)?, $better $([$shown])? $(=> $read)?;)?)*
             }
         }
     };
@@ -226,7 +220,7 @@ macro_rules! metrics {
         impl $scope:ident for $owner:ty {
             $(
                 #[doc = $meaning:literal]
-                $name:ident = $label:literal, $unit:ident $($signed:ident)?, $better:ident $([$shown:ident])? $(was $former:literal)? $(=> $read:expr)?;
+                $name:ident = $label:literal, $unit:ident $($signed:ident)?, $better:ident $([$shown:ident])? $(=> $read:expr)?;
             )*
         }
     ) => {
@@ -237,7 +231,6 @@ macro_rules! metrics {
                     declaration: $crate::Declaration {
                         scope: $crate::Scope::$scope,
                         name: stringify!($name),
-                        former_name: $crate::metrics!(@former $($former)?),
                         label: $label,
                         unit: $crate::Unit::$unit,
                         is_signed: $crate::metrics!(@signed $($signed)?),
@@ -250,8 +243,6 @@ macro_rules! metrics {
             )*];
         }
     };
-    (@former) => { None };
-    (@former $former:literal) => { Some($former) };
     (@signed) => { false };
     (@signed signed) => { true };
     (@shown) => { $crate::Shown::Always };
@@ -267,7 +258,6 @@ mod tests {
     const DECLARATION: Declaration = Declaration {
         scope: Scope::Rupture,
         name: "detection_delay_s",
-        former_name: Some("delay_s"),
         label: "detection delay",
         unit: Unit::Second,
         is_signed: false,
@@ -300,16 +290,6 @@ mod tests {
         for better in [Better::Lower, Better::Higher, Better::Neither] {
             assert_eq!(serde_json::to_value(better).expect("a word"), better.word());
         }
-    }
-
-    #[test]
-    fn a_metric_is_found_by_its_current_and_its_former_name() {
-        assert_eq!(
-            ["detection_delay_s", "delay_s", "delay"].map(|name| DECLARATION.is_called(name)),
-            [true, true, false]
-        );
-        let new = Declaration { former_name: None, ..DECLARATION };
-        assert!(!new.is_called("delay_s"));
     }
 
     #[test]

@@ -76,19 +76,19 @@ impl RunMetric {
         Self::of_whole_run().chain(of_ruptures).chain((1..=events).flat_map(Self::of_event))
     }
 
-    /// Finds a metric by its current or former key, such as `rupture_2_detection_delay_s`.
+    /// Finds a metric by its key, such as `rupture_2_detection_delay_s`.
     #[must_use]
     pub fn named(key: &str) -> Option<Self> {
         if let Some((number, name)) = numbered(key, "rupture_") {
-            return Self::of_rupture(number).find(|metric| metric.declaration.is_called(name));
+            return Self::of_rupture(number).find(|metric| metric.declaration.name == name);
         }
         if let Some((number, name)) = numbered(key, "event_") {
-            return Self::of_event(number).find(|metric| metric.declaration.is_called(name));
+            return Self::of_event(number).find(|metric| metric.declaration.name == name);
         }
-        let of_link = |name| Self::of_link().find(|metric| metric.declaration.is_called(name));
-        let of_port = |name| Self::of_ports().find(|metric| metric.declaration.is_called(name));
+        let of_link = |name| Self::of_link().find(|metric| metric.declaration.name == name);
+        let of_port = |name| Self::of_ports().find(|metric| metric.declaration.name == name);
         Self::of_run()
-            .find(|metric| metric.declaration.is_called(key))
+            .find(|metric| metric.declaration.name == key)
             .or_else(|| key.strip_prefix("link_").and_then(of_link))
             .or_else(|| key.strip_prefix("port_").and_then(of_port))
     }
@@ -150,14 +150,10 @@ mod tests {
         let labels: BTreeSet<String> = all.iter().map(RunMetric::label).collect();
         assert_eq!((keys.len(), labels.len()), (all.len(), all.len()));
         for metric in all {
-            let Declaration { meaning, former_name, .. } = metric.declaration();
+            let Declaration { meaning, .. } = metric.declaration();
             assert!(meaning.ends_with('.') && meaning.len() > 20, "{}: {meaning:?}", metric.key());
             let found = RunMetric::named(&metric.key()).map(|found| found.key());
             assert_eq!(found, Some(metric.key()));
-            if let Some(former) = former_name {
-                let found = RunMetric::named(&format!("{}{former}", metric.declaration.scope.key_prefix(1)));
-                assert_eq!(found.map(|found| found.key()), Some(metric.key()));
-            }
         }
         for wrong in ["rupture_0_time_s", "rupture_01_time_s", "rupture_+1_time_s", "rupture_99_time_s", "rupture_1_x"]
         {

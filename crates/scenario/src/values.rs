@@ -670,9 +670,6 @@ fn layer(path: &str) -> Option<String> {
     ))
 }
 
-/// The prefix of the reflex keys before release 0.3. The hint is for this release only.
-const MOVED_REFLEX: &str = "operator.reflex";
-
 /// An entry that is not taken.
 enum Refused {
     /// There is no such key.
@@ -710,9 +707,6 @@ fn unknown(entry: &Entry) -> ScenarioError {
         return ScenarioError::new(message).at(place).remedy(format!("write [{path}] and its keys below"));
     }
     let error = ScenarioError::new(format!("there is no key {}", names::shortened(path))).at(place);
-    if let Some(name) = path.strip_prefix(MOVED_REFLEX) {
-        return error.remedy(format!("since 0.3 it is perception.reflex{name}"));
-    }
     if let Some(remedy) = layer(path) {
         return error.remedy(remedy);
     }
@@ -734,19 +728,6 @@ mod tests {
         let source = Source::Text { name: "mine.toml".into(), text: text.into() };
         let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
         Scenario::load(&source, &settings)
-    }
-
-    #[test]
-    fn a_key_of_the_reflex_at_its_former_place_is_rejected_with_its_new_name() {
-        let error = load("[operator]\nkind = \"ramp\"\nreflex_pause_s = 1.0\n", &[]).expect_err("moved").to_string();
-        assert!(error.contains("there is no key operator.reflex_pause_s"), "{error}");
-        assert!(error.contains("mine.toml") && error.contains('3'), "{error}");
-        assert!(error.contains("since 0.3 it is perception.reflex_pause_s"), "{error}");
-        let error = load("operator.kind = \"ramp\"\n", &["operator.reflex=stop"]).expect_err("moved").to_string();
-        assert!(
-            error.contains("since 0.3 it is perception.reflex\n") || error.ends_with("perception.reflex"),
-            "{error}"
-        );
     }
 
     /// The names of the layers in an echo, and the value of a field of the first layer.

@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-
 use super::variables::{Causality, Model, Scalar, Type, Variable};
 use super::version::Version;
 use trocar_scenario::Scenario;
