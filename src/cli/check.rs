@@ -15,7 +15,7 @@ use trocar_report::wrapped;
 use trocar_scenario::{Scenario, Source};
 use trocar_stability::{LinearLoop, TissueRange};
 use trocar_studies::design::{Problem, is_design};
-use trocar_studies::run::{force_bound_gap, foreseen, outside_measured, promise_gaps};
+use trocar_studies::run::{foreseen, outside_measured, promise_gaps};
 use trocar_studies::stability_check::{LoopPart, LoopVerdict};
 use trocar_studies::sweep::{Plan, is_sweep};
 
@@ -124,7 +124,6 @@ pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
     for scenario in args.changes.load(&scenarios)? {
         let verdict = verdict(&scenario);
         let mut found = promise_gaps(&scenario);
-        found.extend(force_bound_gap(&scenario));
         found.extend(foreseen(&scenario));
         found.extend(outside_measured(&scenario));
         if !args.quiet && !args.json {

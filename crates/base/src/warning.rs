@@ -102,11 +102,6 @@ codes! {
          up to passivity.max_stiffness_n_per_m. `trocar check` names the parts of a scenario that violate these \
          conditions. The energy may still stay within the promised bound: `trocar run` checks it and warns with \
          promise-broken.";
-    ForceNotBounded "force-not-bounded":
-        "The passivity scheme promises no bound of the force.",
-        "A scheme bounds the energy that hand and needle receive, but not the force. The force mostly stays below 1.5 \
-         times the force of the loop without delay. `trocar check` gives this warning for every scenario with a \
-         scheme. The manual's page on limits states how often the force was larger in random cases.";
     DelayBeyondRun "delay-beyond-run":
         "A delay of the link is longer than the run.",
         "No sample arrives during the run.";

@@ -28,19 +28,6 @@ pub fn promise_gaps(scenario: &Scenario) -> Vec<Warning> {
     gaps.into_iter().flatten().map(warning).collect()
 }
 
-/// The warning that a passivity scheme bounds the energy but not the force; none without a scheme.
-#[must_use]
-pub fn force_bound_gap(scenario: &Scenario) -> Option<Warning> {
-    (scenario.link.passivity.scheme != Scheme::None).then(|| {
-        let message = "the scheme bounds the energy but not the force, which may exceed the force of the loop without \
-            delay";
-        Warning::new(Code::ForceNotBounded, message.to_owned())
-            .of(&scenario.name)
-            .at("passivity.scheme")
-            .remedy("`trocar strategies --schemes` has the peak force with every scheme and without one")
-    })
-}
-
 fn actuators(scenario: &Scenario) -> Option<Gap> {
     (!scenario.actuators.are_none()).then(|| {
         let reason = "motors that saturate or lag do not brake as the scheme expects".to_owned();
