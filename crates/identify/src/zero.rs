@@ -3,6 +3,8 @@
 //! It drifts from recording to recording, and an error of it acts as a constant load. It is found from the inputs of a
 //! recording alone. A predicted recording can therefore be corrected, too.
 
+use trocar_base::quantiles;
+
 use crate::machine::Machine;
 use crate::measured::{Measured, span};
 
@@ -96,11 +98,9 @@ fn sorted(values: &[f64]) -> Vec<f64> {
     sorted
 }
 
-/// Returns a quantile of sorted values, linear between two of them; there is at least one value.
+/// Returns a quantile of sorted values; there is at least one value.
 fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let place = share * (sorted.len() - 1) as f64;
-    let (left, right) = (sorted[place as usize], sorted[place.ceil() as usize]);
-    left + place.fract() * (right - left)
+    quantiles::quantile(sorted.len() as u64, share, |rank| sorted[rank as usize]).unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]
