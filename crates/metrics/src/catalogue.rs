@@ -22,7 +22,6 @@ pub enum Better {
 }
 
 impl Better {
-    /// The name used in files.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -48,21 +47,15 @@ pub enum Shown {
     First,
     /// If the metric is not 0 in at least one run.
     WhereNonZero,
-    /// In no table.
     Never,
 }
 
-/// What a metric describes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scope {
-    /// The run.
     Run,
-    /// One rupture of the run.
     Rupture,
-    /// One augmented event of the run.
     Event,
-    /// The link between master and slave.
     Link,
     /// The ports between hand, link and needle.
     Port,
@@ -73,7 +66,6 @@ pub enum Scope {
 }
 
 impl Scope {
-    /// The name used in files.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -111,29 +103,23 @@ impl Scope {
     }
 }
 
-/// The declaration of a metric.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Declaration {
-    /// The scope.
     pub scope: Scope,
-    /// The key without the prefix of its scope, with the unit at the end: `detection_delay_s`.
+    /// Without the prefix of its scope, with the unit at the end: `detection_delay_s`.
     pub name: &'static str,
-    /// The label in tables, without the prefix of its scope.
+    /// Without the prefix of its scope.
     pub label: &'static str,
-    /// The unit.
     pub unit: Unit,
-    /// True if the sign varies, so that a relative change has no meaning.
+    /// The sign varies, so a relative change has no meaning.
     pub is_signed: bool,
-    /// The better direction.
     pub better: Better,
-    /// The tables that show it.
     pub shown: Shown,
-    /// The meaning, in one sentence.
     pub meaning: &'static str,
 }
 
 impl Shown {
-    /// True if the short table of a comparison contains the metric.
+    /// In the short table of a comparison.
     #[must_use]
     pub fn is_main(self) -> bool {
         matches!(self, Self::Main | Self::MainWhereDefined)
@@ -141,29 +127,25 @@ impl Shown {
 }
 
 impl Declaration {
-    /// The name used in files; `number`, from 1, identifies a rupture or event.
+    /// `number`, from 1, identifies a rupture or event.
     #[must_use]
     pub fn key(&self, number: usize) -> String {
         self.scope.key_prefix(number) + self.name
     }
 
-    /// The label in tables.
     #[must_use]
     pub fn full_label(&self, number: usize) -> String {
         self.scope.label_prefix(number) + self.label
     }
 }
 
-/// A metric and its reader.
 #[derive(Debug, Clone, Copy)]
 pub struct Metric<Read> {
-    /// The declaration.
     pub declaration: Declaration,
-    /// Reads the value in SI units; `None` if undefined.
+    /// In SI units; `None` if undefined.
     pub read: Read,
 }
 
-/// A field that is a metric by itself.
 pub trait MetricValue {
     fn value(&self) -> Option<f64>;
 }

@@ -1,5 +1,3 @@
-//! Explains why a rupture has no alarm.
-
 use std::borrow::Cow;
 use std::fmt::{self, Display, Formatter};
 use std::ops::RangeInclusive;
@@ -93,7 +91,6 @@ struct Explained {
 }
 
 impl MissReason {
-    /// The tag used in JSON.
     #[must_use]
     pub fn word(&self) -> String {
         // Every variant of this enum is serialized with its tag.
@@ -101,13 +98,11 @@ impl MissReason {
         serde_json::to_value(self).ok().and_then(tag).unwrap_or_default()
     }
 
-    /// The scenario key that decides on the reason.
     #[must_use]
     pub fn key(&self) -> &'static str {
         self.explained().key
     }
 
-    /// A remedy for the user.
     #[must_use]
     pub fn remedy(&self) -> Cow<'static, str> {
         self.explained().remedy
@@ -207,7 +202,6 @@ impl MissReason {
         }
     }
 
-    /// Changes the settings of a scenario to remove the reason.
     pub fn remove(
         &self,
         contact_m: &mut f64,
@@ -271,12 +265,11 @@ pub struct Miss {
 }
 
 impl Miss {
-    /// Iterates over all reasons, the main one first.
     pub fn reasons(&self) -> impl Iterator<Item = &MissReason> {
         std::iter::once(&self.reason).chain(&self.also)
     }
 
-    /// The warning about rupture `number`, from 1, at a time in s.
+    /// `number` counts from 1.
     pub fn warning(&self, number: usize, time_s: f64) -> Warning {
         let message = format!("rupture {number} at {time_s:.3} s missed: {self}");
         Warning::new(Code::MissedRupture, message).at(self.reason.key()).remedy(self.reason.remedy())
@@ -290,23 +283,19 @@ impl Display for Miss {
     }
 }
 
-/// The detector at one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct DetectorSample {
     /// The distance `s`, in its unit.
     pub distance: f64,
     /// The decision value `g`, in the unit of the distance.
     pub decision: f64,
-    /// The conditions of an alarm other than the threshold.
     pub conditions: AlarmConditions<f64>,
-    /// Depth of the needle, in m.
     pub depth_m: f64,
-    /// Velocity of the needle, in m/s.
     pub velocity_m_per_s: f64,
 }
 
 impl DetectorSample {
-    /// Updates a detector, and returns its decision and the sample, whose conditions are those before the update.
+    /// The conditions of the sample are those before the update.
     pub fn update(detector: &mut CusumDetector<f64>, input: &DetectorInput<f64>) -> (Decision<f64>, Self) {
         let conditions = detector.conditions(input);
         let decision = detector.update(input);
@@ -321,7 +310,6 @@ impl DetectorSample {
     }
 }
 
-/// The events and alarms of the supervisor during a run.
 #[derive(Debug, Clone, Default)]
 pub struct SupervisorHistory {
     /// First tick of each event, and the first tick after it.
@@ -351,12 +339,12 @@ impl SupervisorHistory {
         }
     }
 
-    /// True if an alarm, accepted or ignored, lies within `ticks`.
+    /// Accepted or ignored.
     pub fn has_alarm(&self, ticks: RangeInclusive<u64>) -> bool {
         self.alarms.iter().chain(&self.ignored_alarms).any(|alarm| ticks.contains(alarm))
     }
 
-    /// Returns the last alarm, accepted or ignored, in the `ticks` before a tick.
+    /// Accepted or ignored, in the `ticks` before a tick.
     fn last_alarm(&self, tick: u64, ticks: u64) -> Option<u64> {
         let before = tick.saturating_sub(ticks)..tick;
         self.alarms.iter().chain(&self.ignored_alarms).copied().filter(|alarm| before.contains(alarm)).max()
@@ -379,17 +367,13 @@ const AFTERMATH_S: f64 = 0.3;
 /// A sample is near the largest g of a window if its g exceeds this fraction of it.
 const NEAR_MAX: f64 = 0.9;
 
-/// The settings that decide whether a rupture has an alarm.
 pub struct MissRule<'a> {
-    /// Time between two samples, in s.
     pub tick_s: f64,
-    /// Time of the first sample, in s.
+    /// Of the first sample.
     pub start_s: f64,
-    /// Maximum time from a rupture to its alarm, in s.
+    /// From a rupture to its alarm, at most.
     pub window_s: f64,
-    /// The settings of the detector.
     pub detector: &'a DetectorSettings,
-    /// Time after an event during which the supervisor ignores alarms, in s.
     pub refractory_s: f64,
 }
 
@@ -398,7 +382,6 @@ impl MissRule<'_> {
         self.start_s + tick as f64 * self.tick_s
     }
 
-    /// The number of ticks in a rupture's window.
     pub fn window_ticks(&self) -> u64 {
         nearest_ticks(self.window_s, self.tick_s)
     }
@@ -468,7 +451,6 @@ impl MissRule<'_> {
         Some(Miss { reason: *reason, also: also.to_vec() })
     }
 
-    /// See [`DistanceKind::waits_for`](trocar_core::detector::DistanceKind::waits_for).
     fn waits_for(&self) -> Option<&'static str> {
         self.detector.distance.kind.waits_for()
     }

@@ -1,5 +1,3 @@
-//! The metrics of a run, each with its number and its reader.
-
 use super::{Declaration, EventMetrics, LinkMetrics, Metrics, PortMetrics, RuptureMetrics};
 
 const MAX_NUMBERED: usize = 64;
@@ -13,7 +11,6 @@ enum Reader {
     Port(fn(&PortMetrics) -> Option<f64>),
 }
 
-/// A metric of a run, with the number of its rupture or event.
 #[derive(Debug, Clone, Copy)]
 pub struct RunMetric {
     declaration: &'static Declaration,
@@ -43,7 +40,7 @@ impl RunMetric {
         })
     }
 
-    /// The metrics of rupture `number`, from 1.
+    /// `number` counts from 1.
     pub fn of_rupture(number: usize) -> impl Iterator<Item = Self> {
         RuptureMetrics::METRICS.iter().map(move |m| Self {
             declaration: &m.declaration,
@@ -60,23 +57,23 @@ impl RunMetric {
         })
     }
 
-    /// The metrics of the run as a whole, then the metrics of its link and its ports.
+    /// The run, then its link and its ports.
     pub fn of_whole_run() -> impl Iterator<Item = Self> {
         Self::of_run().chain(Self::of_link()).chain(Self::of_ports())
     }
 
-    /// Returns every metric; ruptures and events have the number 1.
+    /// Ruptures and events have the number 1.
     pub fn all() -> impl Iterator<Item = Self> {
         Self::of_whole_run().chain(Self::of_rupture(1)).chain(Self::of_event(1))
     }
 
-    /// The metrics of a run with so many ruptures and events: those of the whole run, then those of each of them.
+    /// Those of the whole run, then those of each rupture and event.
     pub fn of_run_with(ruptures: usize, events: usize) -> impl Iterator<Item = Self> {
         let of_ruptures = (1..=ruptures).flat_map(Self::of_rupture);
         Self::of_whole_run().chain(of_ruptures).chain((1..=events).flat_map(Self::of_event))
     }
 
-    /// Finds a metric by its key, such as `rupture_2_detection_delay_s`.
+    /// A key such as `rupture_2_detection_delay_s`.
     #[must_use]
     pub fn named(key: &str) -> Option<Self> {
         if let Some((number, name)) = numbered(key, "rupture_") {
@@ -93,7 +90,6 @@ impl RunMetric {
             .or_else(|| key.strip_prefix("port_").and_then(of_port))
     }
 
-    /// The declaration.
     #[must_use]
     pub fn declaration(&self) -> &'static Declaration {
         self.declaration
@@ -105,19 +101,17 @@ impl RunMetric {
         self.number
     }
 
-    /// The name used in files.
     #[must_use]
     pub fn key(&self) -> String {
         self.declaration.key(self.number)
     }
 
-    /// The label in tables.
     #[must_use]
     pub fn label(&self) -> String {
         self.declaration.full_label(self.number)
     }
 
-    /// Reads the value in SI units; `None` if undefined.
+    /// In SI units; `None` if undefined.
     #[must_use]
     pub fn read(&self, metrics: &Metrics) -> Option<f64> {
         match self.reader {
@@ -130,7 +124,7 @@ impl RunMetric {
     }
 }
 
-/// Splits a key such as `rupture_2_time_s` into the number, from 1, and the rest.
+/// `rupture_2_time_s` into 2 and `time_s`.
 fn numbered<'a>(key: &'a str, prefix: &str) -> Option<(usize, &'a str)> {
     let (number, name) = key.strip_prefix(prefix)?.split_once('_')?;
     let is_plain = number.bytes().all(|digit| digit.is_ascii_digit()) && !number.starts_with('0');

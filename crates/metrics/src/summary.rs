@@ -1,5 +1,3 @@
-//! The metrics of a run and of its link.
-
 use serde::Serialize;
 
 use super::{EventMetrics, PortMetrics, RuptureMetrics};

@@ -1,5 +1,3 @@
-//! Descriptions of the operator's motion and the tissue in a scenario.
-
 use std::sync::Arc;
 
 use trocar_core::settings::KeySource as _;
@@ -14,12 +12,10 @@ use trocar_engine::operator::{Hand, MotionSettings};
 use trocar_engine::tissue::{DepthCurves, ReplayIndex, ReplaySettings, TissueSettings};
 use trocar_recording::Resampled;
 
-/// The operator's motion.
 #[derive(Debug, Clone, PartialEq)]
 pub enum OperatorSpec {
     /// Positions in m, one per tick: recorded or precomputed.
     Recording(Arc<[f64]>),
-    /// A constant speed.
     Ramp {
         /// Start position in m.
         start_m: f64,
@@ -28,30 +24,24 @@ pub enum OperatorSpec {
         /// Speed in m/s.
         speed_m_per_s: f64,
     },
-    /// The motion of a live hand.
     Hand(Arc<Hand>),
 }
 
-/// The tissue.
 #[derive(Debug, Clone, PartialEq)]
 pub enum TissueSpec {
     /// Forces in N, one per tick, and the ticks of the labelled ruptures.
     Recording {
         /// Forces in N, one per tick.
         force_n: Arc<[f64]>,
-        /// Ticks of the labelled ruptures.
         rupture_ticks: Arc<[u64]>,
     },
-    /// A recorded force over depth.
     Depth {
-        /// The recorded force at each depth.
         curves: Arc<DepthCurves>,
         /// Depths at which layers rupture, in m.
         rupture_depths_m: Arc<[f64]>,
         /// Travel over which the force changes to the withdrawal force, in m.
         presliding_m: f64,
     },
-    /// A tissue model that needs only settings.
     Model(Box<TissueSettings>),
 }
 

@@ -11,13 +11,11 @@ pub const OVERSHOOT: f64 = 1.1;
 /// The origin of the stiffness of a scenario's tissue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TissueSource {
-    /// A spring and a damper.
     SpringDamper,
     /// The slopes of a tissue model without layers, down to the depth that the needle may reach.
     Model,
     /// The slopes of the layers between their ruptures.
     Layers,
-    /// The slopes of a recorded force over depth.
     RecordedDepth,
     /// The slopes of a tissue model without layers, down to the depth that the needle may reach in a run with a live hand.
     ModelInRun,
@@ -30,7 +28,6 @@ pub enum TissueSource {
 }
 
 impl TissueSource {
-    /// The word for this source in files.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -49,14 +46,11 @@ impl TissueSource {
 /// The springs and dampers that a needle meets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TissueRange {
-    /// The origin of the range.
     pub source: TissueSource,
-    /// The springs and dampers.
     pub springs: Springs,
 }
 
 impl TissueRange {
-    /// A spring and a damper.
     #[must_use]
     pub fn spring(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Self {
         Self { source: TissueSource::SpringDamper, springs: Springs::constant(stiffness_n_per_m, damping_n_s_per_m) }
