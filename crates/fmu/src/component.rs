@@ -93,7 +93,7 @@ impl Component {
         // SAFETY: guaranteed by the caller.
         let Some(place) = (unsafe { place.as_mut() }) else { return ERROR };
         let save = |instance: &mut Instance| {
-            let state = instance.save()?;
+            let state = instance.save();
             // SAFETY: guaranteed by the caller.
             match unsafe { place.as_mut() } {
                 Some(earlier) => *earlier = state,

@@ -23,14 +23,14 @@ enum Saved {
 
 impl Instance {
     /// Only the same unit can restore the state.
-    pub fn save(&self) -> Result<SavedState, InstanceError> {
+    pub fn save(&self) -> SavedState {
         let running = match &self.running {
             Running::Nothing => Saved::Nothing,
             Running::Rig(controller) => Saved::Rig(controller.clone()),
             Running::Simulation(run) => Saved::Simulation(Box::new(run.scenario().clone()), run.led_m().to_vec()),
             Running::Tissue(tissue) => Saved::Tissue(tissue.clone()),
         };
-        Ok(SavedState { values: self.values.clone(), running, clock: self.clock })
+        SavedState { values: self.values.clone(), running, clock: self.clock }
     }
 
     /// A whole simulation is repeated up to the state.

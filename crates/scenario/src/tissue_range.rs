@@ -19,8 +19,6 @@ pub enum TissueSource {
     RecordedDepth,
     /// The slopes of a tissue model without layers, down to the depth that the needle may reach in a run with a live hand.
     ModelInRun,
-    /// The slopes in a simulated run, for a tissue that does not state them.
-    Run,
     /// A recorded force over time. It does not depend on the needle, so the stiffness is 0.
     RecordedForce,
     /// A spring and a damper that the scenario states to represent a recorded force over time.
@@ -36,7 +34,6 @@ impl TissueSource {
             Self::Layers => "layer-slopes",
             Self::RecordedDepth => "recorded-depth",
             Self::ModelInRun => "model-slopes-of-run",
-            Self::Run => "run-slopes",
             Self::RecordedForce => "recorded-force",
             Self::Stated => "stated",
         }
@@ -100,7 +97,7 @@ impl TissueRange {
     /// True if another run with the same scenario may show another range.
     #[must_use]
     pub fn is_of_run(&self) -> bool {
-        matches!(self.source, TissueSource::ModelInRun | TissueSource::Run)
+        self.source == TissueSource::ModelInRun
     }
 
     /// True if springs and dampers in the range model the whole tissue: no ruptures, friction or relaxation.
