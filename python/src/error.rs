@@ -44,13 +44,12 @@ const COMMAND_LINE: &str = "--set";
 const CHANGES: &str = "changes";
 
 /// Commands in messages, each with what does the same in Python. The longest ones come first.
-const COMMANDS: [(&str, &str); 19] = [
+const COMMANDS: [(&str, &str); 18] = [
     ("`trocar init --all` writes a scenario with every key", "`trocar.keys()` lists every key"),
     ("`trocar init --all` writes one with every key", "`trocar.keys()` lists every one"),
     ("`trocar sweep --help` lists all of them", "`trocar.metrics()` and `help(trocar.sweep)` list all of them"),
     ("`trocar scenarios` lists the shipped scenarios", "`trocar.shipped()` lists the shipped scenarios"),
     ("`trocar detect FILE --list` shows all", "`trocar.list_signals(FILE)` shows all"),
-    ("`trocar strategies --schemes` has", "`trocar.compare(scenario, schemes=True)` has"),
     ("`trocar detect` with this scenario", "`trocar.run` of this scenario"),
     ("`trocar roc --trials`", "`trocar.roc(trials=True)`"),
     ("`trocar sweep --help`", "`trocar.metrics()`"),

@@ -151,7 +151,7 @@ impl Sources {
     }
 }
 
-type Swept<'py> = (Bound<'py, PyDict>, String, u64, String, Vec<(String, String)>);
+type Swept<'py> = (Bound<'py, PyDict>, String, u64, String);
 
 /// The hash of a sweep and its number of cases, without running any.
 #[pyfunction]
@@ -171,8 +171,7 @@ pub(crate) fn sweep_plan(
 /// `base` is the scenario if the sweep names none. 0 threads: one per processor. Calls `tell` with the numbers of
 /// completed and of all cases.
 ///
-/// The columns, the hash of the whole sweep, its number of cases, the text of all its inputs, and the former
-/// names of metrics with the present ones.
+/// The columns, the hash of the whole sweep, its number of cases, and the text of all its inputs.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the Python wrapper passes a job and how to run it")]
 pub(crate) fn sweep<'py>(
@@ -215,14 +214,13 @@ pub(crate) fn sweep<'py>(
                 Ok(())
             })
         })?;
-        Ok(Some((columns, plan.hash(), plan.design.cases(), plan.canonical().to_owned(), plan.former_names)))
+        Ok(Some((columns, plan.hash(), plan.design.cases(), plan.canonical().to_owned())))
     };
     let swept = interruptible_with_progress(py, threads, &tell, work)?.map_err(|failed: Failed| failed.raise(py))?;
     // Only a signal stops a sweep, and its exception has been raised.
-    let (columns, hash, cases, inputs, former_names) =
-        swept.ok_or_else(|| error::value("the sweep was interrupted"))?;
+    let (columns, hash, cases, inputs) = swept.ok_or_else(|| error::value("the sweep was interrupted"))?;
     tell(py)?;
-    Ok((columns.hand_over(py)?, hash, cases, inputs, former_names))
+    Ok((columns.hand_over(py)?, hash, cases, inputs))
 }
 
 const CASES_AT_ONCE: u64 = 16;
@@ -291,7 +289,7 @@ pub(crate) fn sweep_with<'py>(
         (columns, plan)
     };
     let all = plan.design.cases();
-    Ok((columns.hand_over(py)?, plan.hash(), all, plan.canonical().to_owned(), plan.former_names.clone()))
+    Ok((columns.hand_over(py)?, plan.hash(), all, plan.canonical().to_owned()))
 }
 
 /// The document of a complete sweep, from the text of all its inputs, its hash, and its rows: the code of each outcome

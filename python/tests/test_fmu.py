@@ -266,68 +266,6 @@ def test_a_state_is_saved_and_restored(export, kind, version):
     slave.close()
 
 
-def with_unit(folder, scenario, unit, more=""):
-    """Returns a scenario whose tissue is an FMU."""
-    path = folder / "with-unit.toml"
-    path.write_text(f'name = "with-unit"\nbase = "builtin:{scenario}"\n[tissue]\nkind = "fmu"\n[tissue.fmu]\nfile = {str(unit)!r}\n{more}', encoding="utf-8")
-    return path
-
-
-@pytest.mark.parametrize("version", [2, 3])
-@pytest.mark.parametrize("scenario", ["passivity/late-wall", "layers/skin-augmented", "tearing/yellow-ligament"])
-def test_the_tissue_of_an_imported_unit_equals_the_built_in_tissue(export, cli, tmp_path, scenario, version):
-    imported = with_unit(tmp_path, scenario, export(scenario, "tissue", version))
-    for path in (scenario, imported):
-        made = cli("run", path, "--out", tmp_path, "--quiet")
-        assert made.returncode == 0, made.stderr
-    traces = [(tmp_path / name / "trace.csv").read_bytes() for name in (scenario.split("/")[1], "with-unit")]
-    assert traces[0] == traces[1]
-    # The imported tissue also gives the same ruptures in this process.
-    run = trocar.run(imported)
-    built_in = trocar.run(scenario)
-    # An FMU does not name its layers.
-    expected = [{**rupture, "layer": None} for rupture in built_in.metrics["ruptures"]]
-    assert run.metrics["ruptures"] == expected
-    assert np.array_equal(run["tissue_force_n"], built_in["tissue_force_n"])
-
-
-SPRING = """
-from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
-
-
-class Spring(Fmi2Slave):
-    def __init__(self, **kwargs):
-        super().__init__(**kwargs)
-        self.x = self.v = self.f = 0.0
-        self.k, self.b, self.contact = 1.0, 0.0, 0.0
-        for name in ("x", "v"):
-            self.register_variable(Real(name, causality=Fmi2Causality.input))
-        self.register_variable(Real("f", causality=Fmi2Causality.output))
-        for name in ("k", "b", "contact"):
-            self.register_variable(Real(name, causality=Fmi2Causality.parameter, variability=Fmi2Variability.tunable))
-
-    def do_step(self, time, step):
-        if self.x < -1.0:
-            raise ValueError("too far out")
-        depth = self.x - self.contact
-        self.f = self.k * depth + self.b * self.v if depth > 0.0 else 0.0
-        return True
-"""
-
-
-def test_a_unit_from_another_program_gives_the_same_bits_as_the_built_in_tissue(tmp_path):
-    builder = pytest.importorskip("pythonfmu.builder")
-    (tmp_path / "spring.py").write_text(SPRING, encoding="utf-8")
-    unit = builder.FmuBuilder.build_FMU(tmp_path / "spring.py", dest=tmp_path)
-    names = 'position = "x"\nvelocity = "v"\nforce = "f"\nparameters = "k = 1000; contact = 5e-3"\n'
-    imported = with_unit(tmp_path, "passivity/late-wall", unit, names)
-    expected = trocar.run("passivity/late-wall")
-    found = trocar.run(imported)
-    assert expected["tissue_force_n"].max() > 1.0
-    assert np.array_equal(found["tissue_force_n"], expected["tissue_force_n"])
-    assert np.array_equal(found["slave_position_m"], expected["slave_position_m"])
-
-
 def test_without_a_library_the_remedy_is_named(cli: object, tmp_path: Path) -> None:
     made: subprocess.CompletedProcess[str] = cli("export", "fmu", "paper/augmented", "--library", tmp_path / "none")  # type: ignore[operator]
     assert made.returncode == 2 and "run `cargo build --release`, which builds" in made.stderr

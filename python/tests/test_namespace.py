@@ -15,13 +15,6 @@ def test_the_top_has_at_most_forty_names():
     assert isinstance(trocar.Command, type) and issubclass(trocar.warnings.OscillatingWarning, trocar.warnings.TrocarWarning)
 
 
-@pytest.mark.parametrize(("former", "present"), [("Comparison", "results.Comparison"), ("shard", "sweep"), ("MissedRuptureWarning", "warnings.M")])
-def test_a_moved_name_says_where_it_is(former, present):
-    with pytest.raises(AttributeError, match=f"trocar.{former} is trocar.{present}"):
-        getattr(trocar, former)
-    assert not hasattr(trocar, "nonsense")
-
-
 @pytest.mark.parametrize("kind", [*(getattr(results, name) for name in results.__all__), *(getattr(trocar, name) for name in trocar.__all__)])
 def test_every_public_class_and_property_is_described(kind):
     if not inspect.isclass(kind) or issubclass(kind, dict):

@@ -80,17 +80,6 @@ def test_the_columns_of_a_trace_are_listed(run):
     assert trocar.trace_columns()["slave_position_m"][0] == "m" and run["mode"].dtype == np.uint8
 
 
-def test_a_former_name_of_a_metric_is_accepted_with_a_warning():
-    with pytest.warns(FutureWarning, match="most_slave_overshoot_m is called max_slave_overshoot_m now"):
-        sweep = trocar.sweep(
-            "paper/augmented",
-            {"scaling.force": [1.0]},
-            set={"simulation.duration_s": 6.0},
-            metrics=["most_slave_overshoot_m"],
-        )
-    assert "max_slave_overshoot_m" in sweep.columns
-
-
 def test_a_run_is_shown_as_a_frame_a_figure_and_a_table(run):
     frame = run.to_dataframe()
     assert frame.shape == (17000, 24) and frame.index.name == "time_s"

@@ -81,23 +81,6 @@ __all__ = [
     "verify_certificate",
 ]
 
-# The former names, each with the present one.
-_MOVED = {
-    "export_fmu": "export",
-    "merge": "Sweep.merge",
-    "metric_names": "metrics",
-    "shard": "sweep(..., shard=...)",
-    **{name: f"results.{name}" for name in results.__all__},
-    **{kind.__name__: f"warnings.{kind.__name__}" for kind in warnings.TrocarWarning.__subclasses__()},
-    "TrocarWarning": "warnings.TrocarWarning",
-}
-
-
-def __getattr__(name: str) -> object:
-    if name in _MOVED:
-        raise AttributeError(f"trocar.{name} is trocar.{_MOVED[name]} now")
-    raise AttributeError(f"module 'trocar' has no attribute {name!r}")
-
 
 def __dir__() -> list[str]:
     # `from trocar import *` leaves out the modules, one of which would hide the standard `warnings`.

@@ -386,7 +386,7 @@ def calibrate(
 def sweep(
     path: str | None, text: str, base: Scenario | None, settings: list[str], shard: str, threads: int,
     memory_bytes: int, tell: Callable[[int, int], None] | None
-) -> tuple[dict[str, Any], str, int, str, list[tuple[str, str]]]: ...
+) -> tuple[dict[str, Any], str, int, str]: ...
 def stability(
     scenario: Scenario,
     x: str,
@@ -432,7 +432,7 @@ def sweep_with(
     threads: int,
     memory_bytes: int,
     tell: Callable[[int, int], None] | None,
-) -> tuple[dict[str, Any], str, int, str, list[tuple[str, str]]]: ...
+) -> tuple[dict[str, Any], str, int, str]: ...
 def sweep_document(
     inputs: str, hash: str, outcomes: NDArray[np.uint8], columns: dict[str, _Floats]
 ) -> dict[str, Any]: ...

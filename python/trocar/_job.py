@@ -28,7 +28,7 @@ Points = Union["pandas.DataFrame", Readable, Mapping[str, Any], Sequence[Mapping
 dictionaries, one per point. Columns whose names have no dot and are no keys are labels, which the result has, too."""
 
 
-Swept = tuple[dict[str, Any], str, int, str, list[tuple[str, str]]]
+Swept = tuple[dict[str, Any], str, int, str]
 Tell = Callable[[int, int], None]
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import pickle
 import re
-import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -312,9 +311,7 @@ def sweep(
 
 
 def _result(swept: Swept, job: Job) -> Sweep:
-    columns, hash, cases, inputs, former_names = swept
-    for former, name in former_names:
-        warnings.warn(f"the metric {former} is called {name} now", FutureWarning, stacklevel=3)
+    columns, hash, cases, inputs = swept
     arrays = {name: _OUTCOMES[column] if name == "outcome" else np.asarray(column) for name, column in columns.items()}
     case = arrays.pop("case")
     labels = {}

@@ -84,12 +84,6 @@ class PromiseNotCoveredWarning(TrocarWarning):
     code = "promise-not-covered"
 
 
-class ForceNotBoundedWarning(TrocarWarning):
-    """The passivity scheme promises no bound of the force."""
-
-    code = "force-not-bounded"
-
-
 class DelayBeyondRunWarning(TrocarWarning):
     """A delay of the link is longer than the run."""
 

@@ -15,7 +15,7 @@ use trocar_report::wrapped;
 use trocar_scenario::{Scenario, Source};
 use trocar_stability::{LinearLoop, TissueRange};
 use trocar_studies::design::{Problem, is_design};
-use trocar_studies::run::{force_bound_gap, foreseen, outside_measured, promise_gaps};
+use trocar_studies::run::{foreseen, outside_measured, promise_gaps};
 use trocar_studies::stability_check::{LoopPart, LoopVerdict};
 use trocar_studies::sweep::{Plan, is_sweep};
 
@@ -46,8 +46,7 @@ pub(super) struct CheckArgs {
     json: bool,
 }
 
-/// The verdict on the linear loop of a scenario, or the reason for having none. Runs nothing, so it does not know the
-/// tissue of an FMU.
+/// The verdict on the linear loop of a scenario, or the reason for having none. Runs nothing.
 fn verdict(scenario: &Scenario) -> Result<LoopVerdict, String> {
     let tissue = TissueRange::of_parameters(scenario)
         .ok_or("the stiffness of its tissue follows only from a run; `trocar stability` performs this run")?;
@@ -125,7 +124,6 @@ pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
     for scenario in args.changes.load(&scenarios)? {
         let verdict = verdict(&scenario);
         let mut found = promise_gaps(&scenario);
-        found.extend(force_bound_gap(&scenario));
         found.extend(foreseen(&scenario));
         found.extend(outside_measured(&scenario));
         if !args.quiet && !args.json {

@@ -4,7 +4,6 @@ use clap::Args;
 
 use super::error::CliError;
 use super::finish::Finish;
-use super::moved::MovedCompare;
 use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, progress, report, run};
 use trocar_document::Study as _;
@@ -39,15 +38,12 @@ pub(super) struct CompareArgs {
     #[arg(long)]
     report: bool,
     #[command(flatten)]
-    moved: MovedCompare,
-    #[command(flatten)]
     changes: ScenarioArgs,
     #[command(flatten)]
     output: OutputArgs,
 }
 
 pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
-    args.moved.check()?;
     let is_paper_pair = args.scenarios.is_empty();
     let paths = if is_paper_pair { PAPER_PAIR.map(str::to_owned).to_vec() } else { args.scenarios.clone() };
     let scenarios = args.changes.load(&paths)?;

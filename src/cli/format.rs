@@ -7,8 +7,8 @@ use trocar_report::ColumnFormat;
 
 #[derive(Debug, Default, Args)]
 pub(super) struct FormatArgs {
-    /// Formats of the file with one row per sample, separated by commas; mat is for MATLAB, mcap for Foxglove and
-    /// PlotJuggler [default: csv, but parquet for a detection with over a million rows]
+    /// Formats of the file with one row per sample, separated by commas; mat is for MATLAB [default: csv, but parquet
+    /// for a detection with over a million rows]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = parser())]
     format: Vec<ColumnFormat>,
 }

@@ -19,7 +19,6 @@ mod init;
 mod interrupt;
 mod link;
 mod manual;
-mod moved;
 mod paper;
 mod progress;
 mod quantity;

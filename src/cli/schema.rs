@@ -34,7 +34,7 @@ type FileKind = (&'static str, &'static str, fn() -> Json);
 /// The kinds of files. The default is scenario files.
 const KINDS: &[FileKind] = &[
     (SCENARIO, "Scenario files", json_schema),
-    (SWEEP, "Sweep files", sweep_schema),
+    ("sweep-file", "Sweep files", sweep_schema),
     ("design-file", "Design files", design_schema),
     ("run", "summary.json of `trocar run`; --json prints a list for several scenarios", schema_of::<RunFile<'_>>),
     (
@@ -62,7 +62,6 @@ const KINDS: &[FileKind] = &[
 ];
 
 const SCENARIO: &str = "scenario";
-const SWEEP: &str = "sweep-file";
 
 /// `manifest.json` of a sweep.
 #[derive(JsonSchema)]
@@ -81,9 +80,6 @@ pub(super) struct SchemaArgs {
     /// The kind of file [default: scenario]
     #[arg(value_name = "KIND", default_value = SCENARIO, hide_default_value = true, value_parser = kinds())]
     kind: String,
-    /// The former flag for the kind sweep-file
-    #[arg(long, hide = true, conflicts_with = "kind")]
-    sweep: bool,
 }
 
 fn kinds() -> PossibleValuesParser {
@@ -91,8 +87,7 @@ fn kinds() -> PossibleValuesParser {
 }
 
 pub(super) fn run(args: &SchemaArgs) -> Result<(), CliError> {
-    let kind = if args.sweep { SWEEP } else { &args.kind };
-    let Some((name, _, schema)) = KINDS.iter().find(|(name, ..)| *name == kind) else { return Ok(()) };
+    let Some((name, _, schema)) = KINDS.iter().find(|(name, ..)| *name == args.kind) else { return Ok(()) };
     let mut schema = schema();
     schema["title"] = format!("trocar {name}").into();
     terminal::print(&to_json(&schema))

@@ -65,7 +65,6 @@ fn invalid_arguments_are_refused_with_a_hint() {
 fn a_schema_has_one_kind() {
     assert!(matches!(parsed(&["schema", "roc"]), Command::Schema(_)));
     assert!(refused(&["schema", "rok"]).contains("'roc'"));
-    assert!(refused(&["schema", "roc", "--sweep"]).contains("cannot be used with"));
 }
 
 fn scenario_error() -> ScenarioError {
@@ -85,7 +84,6 @@ fn invalid_input_ends_with_2_a_failure_with_1_and_an_interruption_with_130() {
         CliError::Scenario(scenario_error()),
         CliError::Setting(InvalidValue { name: "x", value: 1.0, requirement: "below 0", item: None }),
         CliError::SameName { name: text(), first: text(), second: text() },
-        CliError::Moved { command: "compare", flag: "--paper", now: "trocar paper" },
         CliError::OnlySynthetic,
         CliError::Exists { path: text() },
         CliError::LongSweep { cases: 9, about: text() },

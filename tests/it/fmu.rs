@@ -297,13 +297,13 @@ fn a_restored_state_gives_the_same_outputs_again() {
     ] {
         let unit = Unpacked::of(text, model, Version::Two);
         let mut instance = unit.instance();
-        let fresh = instance.save().expect("before the initialisation");
+        let fresh = instance.save();
         instance.initialise().expect("its own parameters");
         if model == Model::Simulation {
             unit.set(&mut instance, "person.is_led", Scalar::Boolean(true));
         }
         stepped(&unit, &mut instance, signals, 0, 200);
-        let state = instance.save().expect("saved");
+        let state = instance.save();
         let expected = stepped(&unit, &mut instance, signals, 200, 100);
         stepped(&unit, &mut instance, signals, 0, 50);
         for _ in 0..2 {
@@ -324,7 +324,7 @@ fn a_step_continues_where_the_last_one_has_ended() {
     instance.step(2.0, 0.1).expect("the first communication point may be any");
     let error = instance.step(2.5, 1e-3).expect_err("a jump").to_string();
     assert!(error.contains("begins at 2.5 s") && error.contains("continue from there"), "{error}");
-    let state = instance.save().expect("saved");
+    let state = instance.save();
     instance.step(2.1, 0.1).expect("continues");
     instance.restore(&state).expect("restored");
     instance.step(2.1, 0.1).expect("continues from the restored state");

@@ -20,8 +20,6 @@ mod explore;
 mod figures;
 mod first_table;
 mod fmu;
-#[cfg(unix)]
-mod fmu_import;
 mod formats;
 mod hostile;
 mod identify;

@@ -28,22 +28,13 @@ fn every_surface_has_every_metric() {
 }
 
 #[test]
-fn former_names_of_metrics_are_accepted_with_a_note() {
+fn an_unknown_metric_is_refused_with_the_nearest_one_and_a_repeated_one_too() {
     let folder = TestFolder::new();
     let file = |metrics: &str| {
-        format!(
-            "base = \"builtin:paper/augmented.toml\"\nmetrics = [{metrics}]\nset.simulation.duration_s = 6.0\naxes.scaling.force = [0.5, 1.0]\n"
-        )
+        format!("base = \"builtin:paper/augmented.toml\"\nmetrics = [{metrics}]\naxes.scaling.force = [0.5, 1.0]\n")
     };
-    folder.file("old.toml", file("\"most_slave_overshoot_m\", \"tracking_rmse_m\""));
-    let old = folder.command(&["sweep", "old.toml", "--out", "out"]).assert().success();
-    let noted = String::from_utf8_lossy(&old.get_output().stderr).into_owned();
-    assert!(noted.contains("note: the metric most_slave_overshoot_m is called max_slave_overshoot_m now"), "{noted}");
-    let rows = folder.text("out/old/cases.csv");
-    assert!(rows.starts_with("case,scaling.force,seed,outcome,max_slave_overshoot_m,tracking_rmse_m\n"), "{rows}");
-    folder.file("twice.toml", file("\"most_slave_overshoot_m\", \"max_slave_overshoot_m\""));
+    folder.file("unknown.toml", file("\"most_slave_overshoot_m\""));
+    folder.refused(&["sweep", "unknown.toml"], &["no metric most_slave_overshoot_m", "max_slave_overshoot_m"]);
+    folder.file("twice.toml", file("\"max_slave_overshoot_m\", \"max_slave_overshoot_m\""));
     folder.refused(&["sweep", "twice.toml"], &["max_slave_overshoot_m", "twice"]);
-    for metric in declarations().filter_map(|metric| metric.former_name) {
-        assert!(Column::named(metric).is_some_and(|column| column.name != metric), "{metric}");
-    }
 }

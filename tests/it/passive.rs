@@ -9,9 +9,8 @@
 
 use rayon::prelude::*;
 use trocar::engine::Trace;
-use trocar::run::{Run, RunReport, force_bound_gap, promise_gaps, run};
+use trocar::run::{Run, RunReport, promise_gaps, run};
 use trocar::scenario::{Scenario, Source};
-use trocar::teleoperation::Scheme;
 use trocar::warning::Code;
 
 use crate::support::passive_cases::{Case, Random};
@@ -212,10 +211,6 @@ fn check_names_what_a_promise_does_not_cover() {
         let scenario = Scenario::load(&Source::parse(&format!("builtin:{base}.toml")), &settings).expect("loads");
         let gaps = promise_gaps(&scenario);
         assert!(gaps.iter().all(|gap| gap.code == Code::PromiseNotCovered));
-        // The gap concerns the energy; no scheme promises a bound of the force.
-        let force = force_bound_gap(&scenario);
-        assert_eq!(force.is_some(), scenario.link.passivity.scheme != Scheme::None);
-        assert!(force.is_none_or(|gap| gap.code == Code::ForceNotBounded && gap.place.as_deref() == Some("passivity.scheme")));
         gaps.into_iter().filter_map(|gap| gap.place).collect::<Vec<_>>()
     };
     assert!(gaps("passivity/late-wall-tank", &[]).is_empty());

@@ -214,7 +214,6 @@ fn scenario_sweep_and_design_files_have_the_keys_of_their_schema() {
         assert!(!validator.is_valid(&more), "{kind}");
     }
     assert_eq!(folder.good(&["schema"]), folder.good(&["schema", "scenario"]));
-    assert_eq!(folder.good(&["schema", "--sweep"]), folder.good(&["schema", "sweep-file"]));
 }
 
 #[test]

@@ -606,7 +606,7 @@ fn shipped_and_documented_sweeps_are_valid() {
     for word in ["seeds", "design.kind", "rupture_1_felt_contrast", "--shard 3/8", "merge"] {
         assert!(help.contains(word), "{word}");
     }
-    let schema: serde_json::Value = serde_json::from_str(&folder.good(&["schema", "--sweep"])).expect("JSON");
+    let schema: serde_json::Value = serde_json::from_str(&folder.good(&["schema", "sweep-file"])).expect("JSON");
     assert!(schema["properties"]["axes"]["properties"]["scaling"]["properties"]["force"]["anyOf"].is_array());
     assert!(schema["properties"]["set"]["properties"]["scaling"]["properties"]["force"].is_object());
 }

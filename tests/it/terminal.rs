@@ -92,7 +92,6 @@ fn a_comparison_is_short_and_states_its_conclusion() {
     }
     let other = folder.good(&["compare", PAIR[0], "layers/skin-augmented"]);
     assert!(other.contains("The first 2 of 3 ruptures; --all shows the others."), "{other}");
-    folder.refused(&["compare", "--paper"], &["--paper", "`trocar paper`"]);
 }
 
 /// Every output shows the same sentences.

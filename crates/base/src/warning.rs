@@ -54,7 +54,7 @@ codes! {
          stop, and the force sensor has no noise; delays, losses, limits, augmentation and reflexes of the arm remain. \
          The loop causes the swing if the swing persists: over consecutive windows it does not weaken, or it \
          approaches a smaller persistent swing. The continuation is as long as the run, and is doubled until this is \
-         clear: up to 64 times, 8 times with random losses or delays, 4 times with `dop853` or an FMU, at most 400,000 \
+         clear: up to 64 times, 8 times with random losses or delays, 4 times with `dop853`, at most 400,000 \
          ticks; with random losses the swing persists if at least half of its strength remains at the end. If the hand \
          was still moving, it also rests where it was deepest in the last 20 %; the swing there counts if the run \
          swings without becoming weaker, at least half as fast and half as far. A stick-slip that needs a moving hand \
@@ -93,11 +93,6 @@ codes! {
          up to passivity.max_stiffness_n_per_m. `trocar check` names the parts of a scenario that violate these \
          conditions. The energy may still stay within the promised bound: `trocar run` checks it and warns with \
          promise-broken.";
-    ForceNotBounded "force-not-bounded":
-        "The passivity scheme promises no bound of the force.",
-        "A scheme bounds the energy that hand and needle receive, but not the force. The force mostly stays below 1.5 \
-         times the force of the loop without delay. `trocar check` gives this warning for every scenario with a \
-         scheme. The manual's page on limits states how often the force was larger in random cases.";
     DelayBeyondRun "delay-beyond-run":
         "A delay of the link is longer than the run.",
         "No sample arrives during the run.";

@@ -5,54 +5,41 @@ use serde_json::{Value as Json, json};
 
 use crate::{Few, Fine};
 
-/// Runs side by side, at the times of the frames.
 #[derive(Clone, Debug, Serialize)]
 pub struct Animation {
-    /// The title.
     pub title: String,
-    /// The times of the frames in s.
+    /// In s.
     pub time_s: Vec<Fine>,
-    /// The time of each frame in words.
     pub clocks: Vec<String>,
-    /// The time in s around which the animation plays.
+    /// In s; the animation plays around it.
     #[serde(skip)]
     pub origin_s: f64,
     /// Slowdown relative to the run.
     pub slowness: f64,
-    /// The frame at rest.
     pub still: usize,
-    /// The runs.
     pub panels: Vec<Panel>,
-    /// The shapes of each run in an animated picture; empty unless the animation is written to a file.
+    /// Empty unless the animation is written to a file.
     #[serde(skip)]
     pub pictures: Vec<Drawing>,
 }
 
-/// One run of an animation. Each list has one value per frame.
+/// Each list has one value per frame.
 #[derive(Clone, Debug, Serialize)]
 pub struct Panel {
-    /// Name of the run.
     pub name: String,
     /// `classical` or `augmented`.
     pub scheme: &'static str,
-    /// A remark for the viewer, for example a missed rupture.
     pub note: String,
-    /// The text alternative.
     pub alt: String,
-    /// The states of the supervisor.
     pub states: Vec<&'static str>,
-    /// The shapes on a wide and on a narrow page.
+    /// On a wide and on a narrow page.
     pub drawings: Vec<Drawing>,
 }
 
-/// The part of a text at its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Anchor {
-    /// Its start.
     Start,
-    /// Its middle.
     Middle,
-    /// Its end.
     End,
 }
 
@@ -66,56 +53,38 @@ impl Anchor {
     }
 }
 
-/// The shapes of all frames, in the same number and order. They may exceed the drawing.
+/// Each frame has the same shapes in the same order. They may exceed the drawing.
 #[derive(Clone, Debug, Default)]
 pub struct Drawing {
-    /// Width and height.
     pub size: (f64, f64),
-    /// The shapes of each frame.
     pub frames: Vec<Vec<Shape>>,
 }
 
-/// The role of a shape, which selects its style in the theme of a page and in the animated picture.
+/// Selects the style of a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {
     /// An even layer of the tissue, from the top down.
     TissueEven,
-    /// An odd layer of the tissue.
     TissueOdd,
-    /// The opening of a torn layer around the needle.
     Tear,
-    /// The name of a layer or of a part.
     Label,
-    /// The height of the hand, as a line to the needle.
     Level,
-    /// The overshoot, as a bracket.
     Bracket,
-    /// The length of the overshoot.
     Overshoot,
-    /// The needle.
     Needle,
-    /// The clamp that holds a frozen needle.
     Clamp,
-    /// The open clamp that slows a needle.
     Brake,
-    /// The maximum depth of a held needle.
     Barrier,
-    /// The rail of the hand.
     Rail,
-    /// The hand.
     Hand,
-    /// The line on the hand.
     Grip,
-    /// The vibration cue on the skin of the hand.
     Vibration,
-    /// The track of the bar for the felt force.
     Track,
     /// The felt force if it pushes.
     Force,
     /// The felt force if it pulls.
     Pull,
-    /// The felt force in words.
     Newtons,
     /// The scale in millimetres.
     Ruler,
@@ -124,37 +93,30 @@ pub enum Role {
 /// A polygon, a line, or a text at a point. Without points it is hidden.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shape {
-    /// The role.
     pub role: Role,
-    /// Distances of the points from the left.
     pub x: Vec<f64>,
-    /// Distances of the points from the top.
+    /// From the top.
     pub y: Vec<f64>,
-    /// The anchor and the text.
     pub text: Option<(Anchor, String)>,
 }
 
 impl Shape {
-    /// Creates a polygon or a line.
     #[must_use]
     pub fn new<const N: usize>(role: Role, points: [(f64, f64); N]) -> Self {
         let (x, y) = points.into_iter().unzip();
         Self { role, x, y, text: None }
     }
 
-    /// Creates a rectangle.
     #[must_use]
     pub fn rectangle(role: Role, (left, right): (f64, f64), (top, bottom): (f64, f64)) -> Self {
         Self::new(role, [(left, top), (right, top), (right, bottom), (left, bottom)])
     }
 
-    /// Creates a text.
     #[must_use]
     pub fn text(role: Role, at: (f64, f64), anchor: Anchor, text: impl Into<String>) -> Self {
         Self { text: Some((anchor, text.into())), ..Self::new(role, [at]) }
     }
 
-    /// Hides the shape unless `is_shown`.
     #[must_use]
     pub fn shown_if(self, is_shown: bool) -> Self {
         if is_shown { self } else { Self { x: vec![], y: vec![], ..self } }

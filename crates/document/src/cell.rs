@@ -1,5 +1,3 @@
-//! The cells of tables.
-
 use std::borrow::Cow;
 use std::fmt::{self, Display, Formatter};
 
@@ -7,51 +5,41 @@ use trocar_base::unit::Unit;
 
 use crate::number::{readable, significant};
 
-/// A quantity with its displayed unit and precision.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Number {
     /// The value in SI units.
     pub value: f64,
-    /// The factor from SI to the displayed unit.
+    /// From SI to the displayed unit.
     pub factor: f64,
-    /// The displayed unit with a space before it, for example ` mm`; empty for a plain number.
+    /// With a space before it, for example ` mm`; empty for a plain number.
     pub unit: Cow<'static, str>,
-    /// The displayed digits.
     pub digits: Digits,
 }
 
-/// The number of displayed digits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Digits {
     /// Four significant digits, at most four of them after the point.
     Four,
-    /// All digits, for counts.
     All,
-    /// A fixed number of digits after the point.
     Decimals(usize),
     /// A fixed number of digits after the point, with a sign.
     Signed(usize),
 }
 
-/// A cell of a table. Its [`Display`] form is the same on every surface.
+/// Its [`Display`] form is the same on every surface.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
-    /// No value: not measured, not reached or undefined. Displayed as `—`.
+    /// Not measured, not reached or undefined: `—`.
     Undefined,
-    /// A text, for example the name of a row.
     Text(String),
-    /// A quantity.
     Number(Number),
-    /// A quantity with the ends of its interval.
     Interval(Number, [f64; 2]),
-    /// A quantity with the half-width of its interval.
+    /// With the half-width of its interval.
     PlusMinus(Number, f64),
-    /// Yes or no.
     Flag(bool),
 }
 
 impl Number {
-    /// Creates a number in the display unit of metrics of this kind.
     #[must_use]
     pub fn new(value: f64, unit: Unit) -> Self {
         let (factor, name) = readable(unit);
@@ -61,7 +49,7 @@ impl Number {
         Self { value, factor, unit: name.into(), digits }
     }
 
-    /// Creates a number with its SI unit, for example `N/m`; empty or `1` for a plain number.
+    /// With an SI unit, for example `N/m`; empty or `1` for a plain number.
     #[must_use]
     pub fn si(value: f64, unit: impl Into<String>) -> Self {
         let unit = unit.into();
@@ -69,13 +57,12 @@ impl Number {
         Self { value, factor: 1.0, unit: unit.into(), digits: Digits::Four }
     }
 
-    /// Creates a time from s that is displayed in ms.
+    /// From s, displayed in ms.
     #[must_use]
     pub fn milliseconds(seconds: f64) -> Self {
         Self { factor: 1e3, ..Self::si(seconds, "ms") }
     }
 
-    /// Sets the displayed digits.
     #[must_use]
     pub fn digits(self, digits: Digits) -> Self {
         Self { digits, ..self }
@@ -93,37 +80,32 @@ impl Number {
 }
 
 impl Cell {
-    /// Creates a quantity of a metric, or [`Cell::Undefined`].
     #[must_use]
     pub fn of(value: Option<f64>, unit: Unit) -> Self {
         value.map_or(Self::Undefined, |value| Self::Number(Number::new(value, unit)))
     }
 
-    /// Creates a quantity in its SI unit, or [`Cell::Undefined`].
     #[must_use]
     pub fn si(value: Option<f64>, unit: &str) -> Self {
         value.map_or(Self::Undefined, |value| Self::Number(Number::si(value, unit)))
     }
 
-    /// Creates a count.
     #[must_use]
     pub fn count(count: u64) -> Self {
         Self::Number(Number::new(count as f64, Unit::Count))
     }
 
-    /// Creates yes, no, or [`Cell::Undefined`].
     #[must_use]
     pub fn flag(flag: Option<bool>) -> Self {
         flag.map_or(Self::Undefined, Self::Flag)
     }
 
-    /// Creates an empty cell for a row without an entry.
     #[must_use]
     pub fn empty() -> Self {
         Self::Text(String::new())
     }
 
-    /// The value in SI units if the cell is a quantity.
+    /// In SI units; `None` unless the cell is a quantity.
     #[must_use]
     pub fn value(&self) -> Option<f64> {
         match self {

@@ -1,18 +1,16 @@
-//! Numbers with few digits, for the data of a page.
-
 use serde::{Serialize, Serializer};
 
-/// Significant digits of drawn values: a resolution of a hundredth of a pixel.
+/// Of drawn values: a resolution of a hundredth of a pixel.
 const SHOWN: i32 = 5;
 
-/// Significant digits of times and axis values: a resolution of a millionth of a run.
+/// Of times and axis values: a resolution of a millionth of a run.
 const EXACT: i32 = 9;
 
-/// A value with five significant digits; `null` if it is not finite.
+/// Five significant digits; `null` if not finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Few(pub f64);
 
-/// A value with nine significant digits, for times and axis values.
+/// Nine significant digits, for times and axis values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fine(pub f64);
 

@@ -1,27 +1,21 @@
-//! JSON files and their schemas.
-
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, Schema};
 use serde::Serialize;
 use serde_json::Value as Json;
 
-/// Formats the content of a JSON file: indented, with a line feed at the end. `--json` prints the same text.
+/// Indented, with a line feed at the end. `--json` prints the same text.
 #[must_use]
 pub fn to_json(value: &Json) -> String {
     format!("{value:#}\n")
 }
 
-/// Converts a value to JSON. A number that is not finite becomes `null`.
-///
-/// # Panics
-/// If the keys of a map are not strings.
+/// A number that is not finite becomes `null`. Panics if the keys of a map are not strings.
 #[must_use]
 pub fn json_of(content: &impl Serialize) -> Json {
     serde_json::to_value(content).expect("keys are strings")
 }
 
-/// The JSON Schema (draft 2020-12) of a type, with the doc comments as descriptions. Objects allow only the keys of
-/// their type.
+/// Draft 2020-12, with the doc comments as descriptions. Objects allow only the keys of their type.
 #[must_use]
 pub fn schema_of<T: JsonSchema>() -> Json {
     let generator = SchemaSettings::draft2020_12().for_serialize().into_generator();
@@ -31,8 +25,7 @@ pub fn schema_of<T: JsonSchema>() -> Json {
     Schema::try_from(schema).map(|schema| json_of(&schema)).unwrap_or_default()
 }
 
-/// Forbids unknown keys and adapts descriptions to readers of JSON. A schema that is part of another must not forbid
-/// keys itself.
+/// A schema that is part of another must not forbid unknown keys itself.
 fn complete(schema: &mut Json, is_whole: bool) {
     let Json::Object(map) = schema else { return };
     let has_properties = map.contains_key("properties");

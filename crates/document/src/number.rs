@@ -1,8 +1,6 @@
-//! Numbers as text.
-
 use trocar_base::unit::Unit;
 
-/// The factor from SI to the displayed unit, and the displayed unit.
+/// The factor from SI, and the displayed unit.
 #[must_use]
 pub fn readable(unit: Unit) -> (f64, &'static str) {
     match unit {
@@ -18,7 +16,7 @@ pub fn readable(unit: Unit) -> (f64, &'static str) {
     }
 }
 
-/// A value with its unit, or `—` if it is undefined.
+/// `—` if it is undefined.
 #[must_use]
 pub fn show(value: Option<f64>, unit: Unit) -> String {
     let (factor, name) = readable(unit);
@@ -30,8 +28,7 @@ pub fn show(value: Option<f64>, unit: Unit) -> String {
     }
 }
 
-/// A number with four significant digits and at most four decimals; very small and very large numbers in scientific
-/// notation.
+/// Four significant digits and at most four decimals; very small and very large numbers in scientific notation.
 #[must_use]
 pub fn significant(value: f64) -> String {
     let magnitude = value.abs();
@@ -44,7 +41,7 @@ pub fn significant(value: f64) -> String {
     }
 }
 
-/// A number with four significant digits, without trailing zeros.
+/// Four significant digits, without trailing zeros.
 #[must_use]
 pub fn plain(value: f64) -> String {
     let text = significant(value);
@@ -54,7 +51,6 @@ pub fn plain(value: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// A count with its noun, in the plural if necessary.
 #[must_use]
 pub fn counted(count: u64, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })

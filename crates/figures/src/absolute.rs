@@ -8,13 +8,10 @@ use trocar_document::figure::{
 /// Absolute stability over a parameter. Values that are not finite are not drawn.
 #[derive(Clone, Debug)]
 pub struct AbsoluteView {
-    /// Name of the scenario.
     pub name: String,
-    /// Name and unit of the parameter.
     pub caption: String,
     /// The values of the parameter, increasing.
     pub values: Vec<f64>,
-    /// The minimum of Llewellyn's parameter.
     pub llewellyn: Vec<f64>,
     /// The needed damping of the hand in N·s/m.
     pub needed: Vec<f64>,
@@ -23,9 +20,6 @@ pub struct AbsoluteView {
 }
 
 /// Draws the absolute stability over a parameter.
-///
-/// # Errors
-/// [`FigureError::Empty`] without values, [`FigureError::Length`] for columns of unequal lengths.
 pub fn absolute(view: &AbsoluteView) -> Result<Figure<'static>, FigureError> {
     let Some((low, high)) = extent(view.values.iter().copied()) else {
         return Err(FigureError::Empty { figure: "absolute" });

@@ -6,17 +6,12 @@ use trocar_document::figure::{
 
 const CASE: Stroke = Stroke::solid(SKY, 2.5);
 
-/// Cases over an axis.
 pub struct CasesView<'a> {
-    /// Name and unit of the axis.
     pub x_caption: String,
-    /// True if the axis is logarithmic.
     pub is_log: bool,
-    /// Name and unit of the metric.
     pub y_caption: String,
     /// Value of the axis and of the metric in each case.
     pub cases: &'a [(f64, f64)],
-    /// The median of each class of cases, in order.
     pub medians: &'a [(f64, f64)],
 }
 

@@ -11,7 +11,6 @@ const PER_HOUR: f64 = 60.0;
 /// A detector's points in order of the false-alarm rate. All columns have the same length.
 #[derive(Clone, Debug)]
 pub struct CharacteristicView<'a> {
-    /// Name of the line.
     pub name: &'a str,
     /// False alarms per minute. A rate of 0 is drawn on the left edge.
     pub false_alarms_per_minute: Vec<f64>,
@@ -24,9 +23,6 @@ pub struct CharacteristicView<'a> {
 /// Draws the share of missed or late ruptures (above) and the median delay (below) over the false-alarm rate.
 ///
 /// `min_per_minute` is the rate of a single false alarm in the whole observed time; the left edge is half of it.
-///
-/// # Errors
-/// [`FigureError::Empty`] without detectors or points, [`FigureError::Length`] for columns of unequal lengths.
 pub fn characteristic(
     name: &str,
     views: &[CharacteristicView<'_>],

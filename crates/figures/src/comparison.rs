@@ -11,10 +11,6 @@ type Line<'a> = (&'a [f64], Stroke, &'static str);
 /// Draws the forces (left) and the positions (right) of each run. All rows have the same axes.
 ///
 /// `window` is the displayed time in s; default: 0.4 s before to 1.6 s after the first rupture, or the whole record.
-///
-/// # Errors
-/// [`FigureError::Empty`] without runs or for a run without samples, [`FigureError::Length`] for columns of unequal
-/// lengths.
 pub fn comparison<'a>(runs: &[RunView<'a>], window: Option<(f64, f64)>) -> Result<Figure<'a>, FigureError> {
     check_runs("comparison", runs)?;
     let window = events::window(runs, window);

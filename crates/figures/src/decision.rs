@@ -11,9 +11,6 @@ const MAX_LINEAR_PEAK: f64 = 30.0;
 const LOG_FLOOR: f64 = 1e-2;
 
 /// Draws the decision function with its threshold γ (above), and the force with alarms and true ruptures (below).
-///
-/// # Errors
-/// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
 pub fn decision<'a>(view: &EstimationView<'a>) -> Result<Figure<'a>, FigureError> {
     view.check("decision")?;
     let (time, window) = view.time_axis(X_TICKS);

@@ -1,14 +1,9 @@
-//! The distribution of the detection delays.
-
 use super::FigureError;
 use trocar_document::figure::{Axis, COMPUTED, Figure, GREY, Panel, Row, Sample, Series, X_TICKS, Y_TICKS};
 
 const BINS: usize = 40;
 
 /// Draws a histogram of the delays between labelled ruptures and their detections, with the cumulative share.
-///
-/// # Errors
-/// [`FigureError::Empty`] without a delay (in s, at least 0).
 pub fn delay_histogram(delays_s: &[f64]) -> Result<Figure<'static>, FigureError> {
     let mut delays_ms: Vec<f64> = delays_s.iter().filter(|delay| delay.is_finite()).map(|delay| 1e3 * delay).collect();
     delays_ms.sort_by(f64::total_cmp);

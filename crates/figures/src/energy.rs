@@ -1,5 +1,3 @@
-//! The energies at the ports of a run, and the energy balance of the parts between them.
-
 use super::FigureError;
 use trocar_document::figure::{
     Axis, BLACK, COMPUTED, Entry, Figure, GREY, HAND, LIMIT, Panel, Row, Sample, Series, Stroke, TISSUE, X_TICKS,
@@ -11,32 +9,28 @@ type Line<'a> = (Vec<f64>, Stroke, &'a str);
 const AT_MASTER: Stroke = Stroke::dashed(GREY, 1.6, &[9.0, 3.0]);
 const AT_SLAVE: Stroke = Stroke::dashed(BLACK, 1.0, &[1.4, 2.4]);
 
-/// The energies of a run over time. All columns have the same length.
+/// All columns have the same length.
 #[derive(Clone, Copy, Debug)]
 pub struct EnergyView<'a> {
-    /// Name of the run.
     pub name: &'a str,
     /// Time, s, increasing.
     pub time_s: &'a [f64],
-    /// Energy from the hand to the master, J.
+    /// From the hand to the master.
     pub hand_energy_j: &'a [f64],
-    /// Energy from the master to the link, J.
+    /// From the master to the link.
     pub master_energy_j: &'a [f64],
-    /// Energy from the link to the slave, J.
+    /// From the link to the slave.
     pub reference_energy_j: &'a [f64],
-    /// Energy from the slave to the tissue, J.
+    /// From the slave to the tissue.
     pub needle_energy_j: &'a [f64],
-    /// Ratio of energy at the slave to energy at the master, from the scale factors.
+    /// Energy at the slave over energy at the master, from the scale factors.
     pub energy_scale: f64,
-    /// Maximum energy that the passivity scheme allows the link to generate, J, if there is a scheme.
+    /// The energy that the passivity scheme allows the link to generate.
     pub promised_energy_j: Option<f64>,
 }
 
 /// Draws the energy through each port (above), and the received minus the delivered energy of each part (below). Below
 /// 0 a part generates energy; the line at `-E_0` is the passivity scheme's limit for the total.
-///
-/// # Errors
-/// [`FigureError::Empty`] without ticks.
 pub fn energy<'a>(view: &EnergyView<'a>) -> Result<Figure<'a>, FigureError> {
     let EnergyView {
         time_s, hand_energy_j, master_energy_j, reference_energy_j, needle_energy_j, energy_scale, ..

@@ -3,10 +3,6 @@
 use super::{EstimationView, FigureError, events};
 use trocar_document::figure::{Axis, COMPUTED, Figure, Panel, Row, Sample, Series, TISSUE, X_TICKS, Y_TICKS, extent};
 
-/// Draws the measured and estimated force (above) and the absolute prediction error (below).
-///
-/// # Errors
-/// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
 pub fn estimation<'a>(view: &EstimationView<'a>) -> Result<Figure<'a>, FigureError> {
     view.check("estimation")?;
     let (time, window) = view.time_axis(X_TICKS);

@@ -13,37 +13,28 @@ const LEAST_RANGE: f64 = 0.05;
 
 const STEPS: usize = 6;
 
-/// An axis of a heat map.
 #[derive(Clone, Copy, Debug)]
 pub struct AxisView<'a> {
-    /// Name of the axis.
     pub name: &'a str,
     /// True if the axis is logarithmic. Its values are then positive.
     pub log: bool,
 }
 
-/// The cells of a heat map.
 #[derive(Clone, Debug)]
 pub struct HeatView<'a> {
-    /// Name of the sweep.
     pub name: &'a str,
     /// Quantity and unit of the colours.
     pub caption: &'a str,
-    /// The horizontal and the vertical axis.
     pub axes: [AxisView<'a>; 2],
-    /// Horizontal centres of the cells, ascending.
+    /// Horizontal centres, ascending.
     pub x: Vec<f64>,
-    /// Vertical centres of the cells, ascending.
+    /// Vertical centres, ascending.
     pub y: Vec<f64>,
-    /// The values of the cells, row by row. A cell with NaN stays white.
+    /// Row by row. A cell with NaN stays white.
     pub means: &'a [f64],
 }
 
-/// Draws a heat map with one rectangle per cell.
-///
-/// # Errors
-/// [`FigureError::Empty`] without cells, [`FigureError::Length`] if the number of values differs from the number of
-/// cells.
+/// One rectangle per cell.
 pub fn heat_map(view: &HeatView<'_>) -> Result<Figure<'static>, FigureError> {
     super::check("heat map", view.caption, view.x.len() * view.y.len(), &[("means", view.means.len())])?;
     let (min, max) = wide(extent(view.means.iter().copied()).unwrap_or((0.0, 0.0)));

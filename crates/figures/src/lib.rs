@@ -3,6 +3,7 @@
 //! Functions borrow the columns of a [`RunView`] or an [`EstimationView`] and return a [`Figure`]: a description, which
 //! [`draw::file`] draws at any width and in any format. Pages and the Python package draw it themselves. Non-finite
 //! samples leave gaps. Long records are reduced to the minimum and maximum of short intervals.
+#![allow(missing_docs, reason = "names and units say it")]
 
 mod absolute;
 mod cases;
@@ -69,70 +70,55 @@ use std::ops::Range;
 use limits::{Signal, shared};
 use trocar_document::figure::{Axis, Figure, Shade, extent};
 
-/// One run's signals over time. All columns have the same length.
+/// All columns have the same length.
 #[derive(Clone, Debug)]
 pub struct RunView<'a> {
-    /// Name of the row or the line.
     pub name: &'a str,
-    /// True if the run is augmented.
     pub is_augmented: bool,
-    /// Time in s, increasing.
+    /// Increasing.
     pub time_s: &'a [f64],
-    /// Position of the master in m.
     pub master_position_m: &'a [f64],
-    /// Position of the slave in m.
     pub slave_position_m: &'a [f64],
-    /// Force of the operator on the master in N, positive in the direction of insertion.
+    /// Of the operator on the master, positive in the direction of insertion.
     pub operator_force_n: &'a [f64],
-    /// Force of the tissue on the needle in N, positive if it resists insertion.
+    /// On the needle, positive if it resists insertion.
     pub tissue_force_n: &'a [f64],
-    /// Feedback force in N, positive if it resists insertion.
+    /// Positive if it resists insertion.
     pub feedback_force_n: &'a [f64],
     /// 0 teleoperation, 1 event, 2 re-engaging.
     pub mode: &'a [u8],
     /// The shade of an event, depending on what restrains the slave.
     pub event: Shade,
-    /// Times of the ruptures in s.
     pub rupture_times_s: Cow<'a, [f64]>,
-    /// Times of the alarms in s.
     pub alarm_times_s: Cow<'a, [f64]>,
 }
 
-/// An estimation and a detection over time. All columns have the same length.
+/// All columns have the same length.
 #[derive(Clone, Debug)]
 pub struct EstimationView<'a> {
-    /// Name of the run or recording.
     pub name: &'a str,
-    /// Time in s, increasing.
+    /// Increasing.
     pub time_s: &'a [f64],
-    /// Measured force in N.
     pub measured_force_n: &'a [f64],
-    /// Prediction error in N: measured minus estimated force.
+    /// Measured minus estimated force.
     pub residual_n: &'a [f64],
-    /// Estimated stiffness in N/m.
     pub stiffness_n_per_m: &'a [f64],
-    /// Estimated damping in N·s/m.
     pub damping_n_s_per_m: &'a [f64],
     /// Standard errors of stiffness in N/m and damping in N·s/m, if known.
     pub standard_errors: Option<[Cow<'a, [f64]>; 2]>,
-    /// The column name and the values of the estimator's extra parameter, if any.
     pub extra_parameter: Option<(&'static str, &'a [f64])>,
-    /// Decision function of the detector in `decision_unit`.
+    /// In `decision_unit`.
     pub decision: &'a [f64],
-    /// Threshold γ of the decision function in `decision_unit`.
+    /// γ, in `decision_unit`.
     pub threshold: f64,
-    /// Unit of the decision function, for example `N²`; `1` if it has none.
+    /// For example `N²`; `1` without a unit.
     pub decision_unit: &'a str,
-    /// Times of the ruptures in s.
     pub rupture_times_s: Cow<'a, [f64]>,
-    /// Times of the alarms in s.
     pub alarm_times_s: Cow<'a, [f64]>,
 }
 
-/// Draws a figure of an estimation.
 pub type DrawEstimation = for<'a> fn(&EstimationView<'a>) -> Result<Figure<'a>, FigureError>;
 
-/// The figures of an estimation, by name.
 pub const ESTIMATION_FIGURES: [(&str, DrawEstimation); 4] = [
     ("estimation", estimation),
     ("parameters", parameters),
@@ -143,31 +129,15 @@ pub const ESTIMATION_FIGURES: [(&str, DrawEstimation); 4] = [
 /// Draws a figure of runs, optionally in a window of time in s.
 pub type DrawRuns = for<'a> fn(&[RunView<'a>], Option<(f64, f64)>) -> Result<Figure<'a>, FigureError>;
 
-/// The figures of one or several runs, by name.
 pub const RUN_FIGURES: [(&str, DrawRuns); 2] = [("comparison", comparison), ("overlay", overlay)];
 
-/// An error of a figure.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FigureError {
-    /// The data are empty.
     #[error("the {figure} figure needs at least one run with at least one sample")]
-    Empty {
-        /// Name of the figure.
-        figure: &'static str,
-    },
-    /// The columns have different lengths.
+    Empty { figure: &'static str },
     #[error("{name}: column {column} has {found} samples, but time_s has {expected}")]
-    Length {
-        /// Name of the run.
-        name: String,
-        /// The column with a different length.
-        column: &'static str,
-        /// Number of samples of `time_s`.
-        expected: usize,
-        /// Number of samples of the column.
-        found: usize,
-    },
+    Length { name: String, column: &'static str, expected: usize, found: usize },
 }
 
 fn part<'a, T>(column: &'a [T], ticks: &Range<usize>) -> &'a [T] {
@@ -183,7 +153,6 @@ fn part_of<'a>(column: Cow<'a, [f64]>, ticks: &Range<usize>) -> Cow<'a, [f64]> {
 }
 
 impl<'a> RunView<'a> {
-    /// The run at some ticks only.
     pub fn at(self, ticks: &Range<usize>) -> Self {
         Self {
             time_s: part(self.time_s, ticks),
@@ -211,7 +180,6 @@ impl<'a> RunView<'a> {
 }
 
 impl<'a> EstimationView<'a> {
-    /// The estimation at some ticks only.
     pub fn at(self, ticks: &Range<usize>) -> Self {
         Self {
             time_s: part(self.time_s, ticks),

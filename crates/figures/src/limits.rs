@@ -20,7 +20,7 @@ impl<'a> Signal<'a> {
         Self { time_s, values, scale: 1.0, plausible: PLAUSIBLE_FORCE_N }
     }
 
-    /// A position, displayed in mm.
+    /// Displayed in mm.
     pub(super) fn position(time_s: &'a [f64], values: &'a [f64]) -> Self {
         Self { time_s, values, scale: 1e3, plausible: PLAUSIBLE_POSITION_M }
     }

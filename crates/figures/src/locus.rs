@@ -10,9 +10,6 @@ const REACH: f64 = 5.0;
 const MIN_REACH: f64 = 20.0;
 
 /// Draws the slow poles in the upper half plane. The poles of the first value are marked.
-///
-/// # Errors
-/// [`FigureError::Empty`] without poles.
 pub fn locus(name: &str, locus: &Locus, tick_s: f64) -> Result<Figure<'static>, FigureError> {
     let size = |pole: &(f64, f64)| pole.0.hypot(pole.1);
     // Poles as `s` in 1/s.

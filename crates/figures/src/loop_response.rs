@@ -1,5 +1,3 @@
-//! The loop gain over frequency, and the step of the feedback force.
-
 use super::FigureError;
 use trocar_document::figure::{
     Axis, COMPUTED, Figure, LIMIT, PURPLE, Panel, Row, Sample, Series, Stroke, Y_TICKS, extent,
@@ -10,10 +8,6 @@ use trocar_stability::LoopResponse;
 pub(super) const MIN_MAGNITUDE: f64 = 1e-4;
 pub(super) const NYQUIST: f64 = 1.6;
 
-/// Draws the loop gain as Bode and Nyquist diagrams, and the step of the feedback force.
-///
-/// # Errors
-/// [`FigureError::Empty`] without frequencies.
 pub fn loop_response(name: &str, response: &LoopResponse) -> Result<Figure<'static>, FigureError> {
     let (frequency_hz, magnitude): (Vec<f64>, Vec<f64>) =
         response.gain.iter().map(|(hertz, gain)| (*hertz, gain.norm())).unzip();

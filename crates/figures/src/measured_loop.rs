@@ -1,5 +1,3 @@
-//! The loop gain with measured responses, beside that of the model.
-
 use super::FigureError;
 use super::loop_response::{MIN_MAGNITUDE, NYQUIST};
 use trocar_document::figure::{Axis, BLACK, BLUE, Figure, LIMIT, PURPLE, Panel, Row, Sample, Stroke, Y_TICKS, extent};
@@ -9,10 +7,6 @@ use trocar_stability::{LoopResponse, MeasuredLoop};
 const MEASURED: Stroke = Stroke::solid(BLUE, 1.8);
 const MODEL: Stroke = Stroke::dashed(BLACK, 0.9, &[4.0, 2.5]);
 
-/// Draws both loop gains as Bode diagrams, and the measured one as a Nyquist diagram.
-///
-/// # Errors
-/// [`FigureError::Empty`] without frequencies.
 pub fn measured_loop(
     name: &str,
     measured: &MeasuredLoop,

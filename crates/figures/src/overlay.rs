@@ -1,5 +1,3 @@
-//! Signals of several runs in the same axes.
-
 use super::decision::decision_panel;
 use super::limits::{Signal, shared};
 use super::parameters::{estimate_axis, extra_caption};
@@ -13,10 +11,6 @@ const MAX_DETAILED: usize = 2;
 /// Draws the slave position (above) and the feedback force (below) of all runs in the same axes.
 ///
 /// `window` is the displayed time in s; default: 0.4 s before to 1.6 s after the first rupture, or the whole record.
-///
-/// # Errors
-/// [`FigureError::Empty`] without runs or for a run without samples, [`FigureError::Length`] for columns of unequal
-/// lengths.
 pub fn overlay<'a>(runs: &[RunView<'a>], window: Option<(f64, f64)>) -> Result<Figure<'a>, FigureError> {
     check_runs("overlay", runs)?;
     let sheet = Sheet::of(runs, events::window(runs, window));

@@ -7,19 +7,12 @@ use trocar_document::figure::{
     Axis, COMPUTED, Events, Figure, LIMIT, Panel, Row, Sample, Series, Stroke, TISSUE, X_TICKS, Y_TICKS, extent,
 };
 
-/// Draws the measured force of a run over time, with its ruptures.
-///
-/// # Errors
-/// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
 pub fn force<'a>(run: &RunView<'a>) -> Result<Figure<'a>, FigureError> {
     let range = extent(run.tissue_force_n.iter().copied()).unwrap_or((0.0, 1.0));
     over_time(run, Axis::padded(range, Y_TICKS), "Force (N)", run.tissue_force_n.into(), TISSUE)
 }
 
-/// Draws a distance in N² of a run over time, with its ruptures.
-///
-/// # Errors
-/// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
+/// In N².
 pub fn distance<'a>(
     run: &RunView<'a>,
     caption: &str,
@@ -52,9 +45,6 @@ fn over_time<'a>(
 
 /// Draws the estimated parameters, and below them the parts of the estimated force with the paper's sign, `-K p` and
 /// `-B v` (in N).
-///
-/// # Errors
-/// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
 pub fn parameters_with_terms<'a>(
     view: &EstimationView<'a>,
     [elastic_n, viscous_n]: [Vec<f64>; 2],

@@ -16,9 +16,6 @@ const EDGE_POINTS: usize = 800;
 
 /// Draws the estimated stiffness, damping and extra parameter (if any), one below the other. A band shows two standard
 /// errors on either side, if known. The axes span the quantiles from 0.5 % to 99.5 %; values beyond are cut off.
-///
-/// # Errors
-/// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
 pub fn parameters<'a>(view: &EstimationView<'a>) -> Result<Figure<'a>, FigureError> {
     view.check("parameters")?;
     let (time, window) = view.time_axis(X_TICKS);

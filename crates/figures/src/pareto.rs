@@ -5,41 +5,29 @@ use trocar_document::figure::{
     Axis, BLACK, Entry, Figure, GREY, Panel, Point, Row, Sample, Stroke, VERMILION, WHITE, X_TICKS, Y_TICKS, extent,
 };
 
-/// A value with the ends of its interval.
 pub type Interval = (f64, [f64; 2]);
 
-/// A design in the plane of two objectives.
 #[derive(Clone, Debug)]
 pub struct DesignView {
-    /// The name.
     pub name: String,
-    /// Both objectives in the search.
     pub training: Option<(f64, f64)>,
-    /// Both objectives on other patients.
+    /// On other patients.
     pub validation: Option<(Interval, Interval)>,
-    /// True if it is the chosen design.
     pub is_chosen: bool,
 }
 
-/// A shipped strategy in the plane of two objectives.
 #[derive(Clone, Debug)]
 pub struct ShippedView {
-    /// The name.
     pub name: String,
-    /// Both objectives on other patients.
+    /// On other patients.
     pub at: (f64, f64),
-    /// True if it meets the constraints.
     pub is_feasible: bool,
 }
 
-/// The plane of two objectives.
 #[derive(Clone, Debug)]
 pub struct ParetoView {
-    /// The captions of both axes.
     pub captions: (String, String),
-    /// The designs.
     pub designs: Vec<DesignView>,
-    /// The shipped strategies.
     pub shipped: Vec<ShippedView>,
 }
 
@@ -48,7 +36,6 @@ const DESIGN: Stroke = Stroke::solid(BLACK, DOT);
 const CHOSEN: Stroke = Stroke::solid(VERMILION, DOT);
 const FEASIBLE: Stroke = Stroke::solid(GREY, DOT);
 const INFEASIBLE: Stroke = Stroke::solid(GREY.pale(0.4), DOT);
-/// The inside of a hollow dot.
 const INSIDE: Stroke = Stroke::solid(WHITE, 0.6 * DOT);
 
 /// Height of a plane in points, the distance of a name above its dot as a share of it, and beside the lines of an interval
@@ -69,9 +56,6 @@ const DISTANCES: [f64; 10] = [1.0, -1.0, 2.0, -2.0, 3.0, -3.0, 4.0, -4.0, 5.0, -
 
 /// Draws a plane for each pair of objectives, two beside each other. The values on other patients are filled dots with
 /// intervals, the values in the search hollow ones.
-///
-/// # Errors
-/// [`FigureError::Empty`] without a plane, or without a design and a strategy.
 pub fn pareto(name: &str, views: &[ParetoView]) -> Result<Figure<'static>, FigureError> {
     if views.is_empty() || views.iter().all(|view| view.designs.is_empty() && view.shipped.is_empty()) {
         return Err(FigureError::Empty { figure: "front" });

@@ -11,9 +11,6 @@ const MAX_LLEWELLYN: f64 = 3.0;
 
 /// Draws the impedances (above), Llewellyn's parameter with its threshold (middle), and the real part of the hand's
 /// port relative to its magnitude (below), negative for an active port.
-///
-/// # Errors
-/// [`FigureError::Empty`] without frequencies.
 pub fn ports(name: &str, points: &[PortPoint]) -> Result<Figure<'static>, FigureError> {
     let column = |of: fn(&PortPoint) -> f64| points.iter().map(of).collect::<Vec<f64>>();
     let frequency_hz = column(|point| point.frequency_hz);

@@ -13,9 +13,6 @@ const BINS: usize = 96;
 /// Draws the density of the prediction error e on a logarithmic axis, with the zero-mean Gaussian of the robust
 /// standard deviation, 1.4826 times the median absolute deviation, which ruptures hardly change. Errors beyond 8 σ are
 /// outside the figure but count in the density.
-///
-/// # Errors
-/// [`FigureError::Empty`] without samples, [`FigureError::Length`] for columns of unequal lengths.
 pub fn residual_histogram(view: &EstimationView<'_>) -> Result<Figure<'static>, FigureError> {
     view.check("residual")?;
     let named = |sigma| format!("zero-mean Gaussian, σ = 1.4826·MAD = {} N", short(sigma));

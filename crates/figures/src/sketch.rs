@@ -14,9 +14,6 @@ const MIN_RANGE_MM: f64 = 1.0;
 
 /// Draws the slave's position, one row per run on the same axes: around the first rupture, or over the whole time
 /// without one.
-///
-/// # Errors
-/// [`FigureError::Empty`] without samples.
 pub fn sketch<'a>(runs: &[RunView<'a>]) -> Result<Figure<'a>, FigureError> {
     let runs: Vec<&RunView<'a>> = runs.iter().filter(|run| run.time_s.len() > 1).take(MAX_RUNS).collect();
     let ends_s = runs.iter().filter_map(|run| run.time_s.last().copied());

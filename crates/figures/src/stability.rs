@@ -19,41 +19,30 @@ const NOTE_MARGIN: f64 = 0.1;
 
 const RUNS_PER_AXIS: usize = 28;
 
-/// An axis of the map.
 #[derive(Clone, Copy, Debug)]
 pub struct MapAxisView<'a> {
-    /// Name and unit of the axis.
     pub caption: &'a str,
     /// The values, increasing.
     pub values: &'a [f64],
     /// True if the axis is logarithmic. Every value is then above 0.
     pub is_logarithmic: bool,
-    /// The value of the scenario.
     pub scenario_value: f64,
 }
 
-/// Verdicts on a grid.
 #[derive(Clone, Debug)]
 pub struct MapView<'a> {
-    /// Name of the scenario.
     pub name: &'a str,
-    /// The horizontal axis.
     pub x: MapAxisView<'a>,
-    /// The vertical axis.
     pub y: MapAxisView<'a>,
-    /// True for each stable point, row by row.
+    /// Row by row.
     pub stable: &'a [bool],
-    /// Segments of the boundary.
     pub boundary: &'a [[(f64, f64); 2]],
-    /// True where the simulated motion grew, row by row; `None` at a point without a run.
+    /// The simulated motion grew: row by row; `None` at a point without a run.
     pub grew: &'a [Option<bool>],
 }
 
 /// Draws the map: the stable region is shaded, the boundary is a line, and runs are dots; larger and orange if they
 /// disagree with the analysis. A scenario outside the map has its dot on the edge, and the legend says so.
-///
-/// # Errors
-/// [`FigureError::Empty`] for a map without points.
 pub fn stability_map(view: &MapView<'_>) -> Result<Figure<'static>, FigureError> {
     let MapView { x, y, .. } = view;
     let (columns, rows) = (x.values.len(), y.values.len());

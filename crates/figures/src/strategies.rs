@@ -5,24 +5,20 @@ use trocar_document::figure::{
     Axis, BLACK, Entry, Figure, GREY, GUIDE, Panel, Point, Row, Sample, Stroke, VERMILION, extent,
 };
 
-/// A strategy beside those with which it is compared.
 #[derive(Clone, Copy, Debug)]
 pub struct StrategyView<'a> {
-    /// The name.
     pub name: &'a str,
     /// Number of ruptures as a share of the number without a strategy.
     pub reached: Option<f64>,
-    /// Noticed share of the ruptures, 0 to 1.
+    /// 0 to 1.
     pub noticed: Option<f64>,
-    /// Mean excess advance in m.
     pub excess_m: Option<f64>,
     /// Excess advance in m that one rupture in twenty exceeds.
     pub high_excess_m: Option<f64>,
-    /// Mean excess at the end of the insertion in m.
+    /// Mean, at the end of the insertion.
     pub final_excess_m: Option<f64>,
     /// True if the strategy reaches the ruptures and its runs settle.
     pub is_compared: bool,
-    /// True if the strategy is on the Pareto front.
     pub is_on_front: bool,
 }
 
@@ -34,9 +30,6 @@ const TICKS: usize = 3;
 
 /// Draws a row per strategy, from the top down, with panels for the reached and the noticed share of the ruptures, the
 /// excess (the line ends at the value that one rupture in twenty exceeds), and the excess at the end of the insertion.
-///
-/// # Errors
-/// [`FigureError::Empty`] without a strategy.
 pub fn strategies(name: &str, views: &[StrategyView<'_>]) -> Result<Figure<'static>, FigureError> {
     if views.is_empty() {
         return Err(FigureError::Empty { figure: "strategies" });

@@ -1,5 +1,3 @@
-//! Growth of the motion per event over the time between events.
-
 use super::FigureError;
 use trocar_document::figure::{Axis, BLACK, COMPUTED, Figure, LIMIT, Panel, Row, Sample, Series, Stroke, extent};
 use trocar_stability::DwellPoint;
@@ -7,9 +5,6 @@ use trocar_stability::DwellPoint;
 const MIN_GROWTH: f64 = 1e-4;
 
 /// Draws the growth per event over the teleoperation between two events. Below 1 the motion decays.
-///
-/// # Errors
-/// [`FigureError::Empty`] without a dwell.
 pub fn switching(name: &str, points: &[DwellPoint], tick_s: f64) -> Result<Figure<'static>, FigureError> {
     let dwell_s: Vec<f64> = points.iter().map(|point| point.dwell_ticks as f64 * tick_s).collect();
     let bounds: Vec<f64> = points.iter().map(|point| point.certified.unwrap_or(f64::NAN)).collect();

@@ -4,30 +4,22 @@ use super::FigureError;
 use super::events::entries;
 use trocar_document::figure::{Axis, Events, Figure, Panel, Row, Sample, Shade, X_TICKS, extent};
 
-/// Maximum number of recordings in one figure.
 pub const MAX_ROWS: usize = 120;
 
-/// One recording's phases and events.
 #[derive(Clone, Debug)]
 pub struct TimelineRow<'a> {
-    /// Name of the recording.
     pub name: &'a str,
-    /// Time of the first sample in s.
+    /// Of the first sample.
     pub from_s: f64,
-    /// Duration in s.
     pub duration_s: f64,
     /// Start, end and phase of each interval, in order.
     pub shades: Vec<(f64, f64, Shade)>,
-    /// Times of labelled ruptures in s.
+    /// Labelled.
     pub rupture_times_s: Vec<f64>,
-    /// Times of alarms in s.
     pub alarm_times_s: Vec<f64>,
 }
 
 /// Draws a row per recording, at most [`MAX_ROWS`], with shaded phases and marks for labelled ruptures and alarms.
-///
-/// # Errors
-/// [`FigureError::Empty`] without a row.
 pub fn timeline(rows: &[TimelineRow<'_>]) -> Result<Figure<'static>, FigureError> {
     if rows.is_empty() {
         return Err(FigureError::Empty { figure: "timeline" });

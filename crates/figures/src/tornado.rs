@@ -1,18 +1,14 @@
-//! The influence of each axis on each metric, as bars.
-
 use super::FigureError;
 use trocar_document::figure::{Axis, BLACK, Color, Figure, GREY, GUIDE, Panel, Point, Row, Sample, X_TICKS};
 
 const MAX_BARS: usize = 100;
 
-/// The influence of an axis on a metric.
 #[derive(Clone, Debug)]
 pub struct InfluenceBar {
-    /// The metric and the axis.
     pub title: String,
     /// First-order Sobol index, 0 to 1.
     pub share: Option<f64>,
-    /// Standardised rank regression coefficient, -1 to 1.
+    /// Standardised rank regression coefficient.
     pub slope: Option<f64>,
 }
 
@@ -20,9 +16,6 @@ const SLOPE: Color = BLACK;
 const SHARE: Color = GREY.pale(0.45);
 
 /// Draws two bars per metric and axis: the rank regression coefficient above, the first-order Sobol index below.
-///
-/// # Errors
-/// [`FigureError::Empty`] without a bar.
 pub fn tornado(name: &str, bars: &[InfluenceBar]) -> Result<Figure<'static>, FigureError> {
     let bar = |value: f64, (low, high): (f64, f64)| -> Vec<Point> {
         let value = value.clamp(-1.05, 1.05);

@@ -4,10 +4,6 @@ use super::FigureError;
 use trocar_document::figure::{Axis, Figure, GREEN, Panel, Row, SKY, Sample, Series, Stroke, X_TICKS, extent};
 use trocar_stability::{Walls, ZWidth};
 
-/// Draws the Z-width over the damping of the walls.
-///
-/// # Errors
-/// [`FigureError::Empty`] without dampings.
 pub fn z_width(name: &str, z_width: &ZWidth) -> Result<Figure<'static>, FigureError> {
     let Some((low, high)) = extent(z_width.damping_n_s_per_m.iter().copied()) else {
         return Err(FigureError::Empty { figure: "z_width" });

@@ -8,17 +8,13 @@ use crate::instance::{Instance, InstanceError};
 use crate::state::SavedState;
 use trocar_studies::fmu::Scalar;
 
-/// The call has succeeded.
 pub const OK: i32 = 0;
 /// The step was not done to its end.
 pub const DISCARD: i32 = 2;
-/// The call has failed.
 pub const ERROR: i32 = 3;
 
-/// Reports a message to the importing program.
 pub type Log = Box<dyn Fn(&CStr)>;
 
-/// An instance with a function that reports its errors.
 pub struct Component {
     instance: Instance,
     log: Log,
@@ -31,7 +27,7 @@ fn report(log: &Log, message: &str) {
 }
 
 impl Component {
-    /// Creates an instance from the folder of the resources and the token of the description. Returns null on failure.
+    /// Null on failure.
     pub fn new(resources: Option<PathBuf>, token: &str, log: Log) -> *mut Self {
         let load = || match &resources {
             Some(folder) => Instance::load(folder, token).map_err(|error| error.to_string()),
@@ -47,8 +43,6 @@ impl Component {
         }
     }
 
-    /// Frees an instance.
-    ///
     /// # Safety
     /// `component` is null or from [`Component::new`], and not used afterwards.
     #[allow(unsafe_code, reason = "the importing program holds the instance as a pointer")]
@@ -59,8 +53,6 @@ impl Component {
         }
     }
 
-    /// Runs a call on an instance, and reports its error.
-    ///
     /// # Safety
     /// `component` is null or from [`Component::new`], and no other call uses it at the same time.
     #[allow(unsafe_code, reason = "the importing program holds the instance as a pointer")]
@@ -101,7 +93,7 @@ impl Component {
         // SAFETY: guaranteed by the caller.
         let Some(place) = (unsafe { place.as_mut() }) else { return ERROR };
         let save = |instance: &mut Instance| {
-            let state = instance.save()?;
+            let state = instance.save();
             // SAFETY: guaranteed by the caller.
             match unsafe { place.as_mut() } {
                 Some(earlier) => *earlier = state,
@@ -113,8 +105,6 @@ impl Component {
         unsafe { Self::call(component, save) }
     }
 
-    /// Restores a saved state.
-    ///
     /// # Safety
     /// As for [`Component::call`]; `state` is null or a state of this unit that is not freed.
     #[allow(unsafe_code, reason = "the importing program holds the state as a pointer")]

@@ -1,4 +1,3 @@
-//! The functions of FMI 2.0.
 #![allow(unsafe_code, reason = "names and pointers are the standard's")]
 
 use std::ffi::{CStr, CString, c_char, c_void};

@@ -1,4 +1,3 @@
-//! The functions of FMI 3.0.
 #![allow(unsafe_code, reason = "names and pointers are the standard's")]
 
 use std::ffi::{CStr, c_char, c_void};

@@ -1,5 +1,3 @@
-//! A running unit.
-
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::path::Path;
@@ -11,99 +9,50 @@ use trocar_core::rig::{HapticController, Sample};
 use trocar_core::safety::SafetyState;
 use trocar_core::time::whole_ticks;
 use trocar_engine::engine::{ColumnValues, UserDefinedParts};
-use trocar_engine::tissue::{AnyTissue, Tissue as _, TissueFailure};
+use trocar_engine::tissue::{AnyTissue, Tissue as _};
 use trocar_scenario::{Scenario, ScenarioError, Source};
 use trocar_studies::fmu::{
     Causality, FIRST_COLUMN, IS_LED, Model, POSITION, STOP, Scalar, Type, Variable, rig_outputs, token,
 };
 use trocar_studies::run::{RunError, SteppedRun};
 
-/// The error of a unit.
 #[derive(Debug, Error)]
 pub enum InstanceError {
-    /// The unit contains no scenario.
     #[error("{folder} contains no rig.toml, simulation.toml or tissue.toml: unpack the whole unit, with its resources")]
-    NoScenario {
-        /// The folder of the resources.
-        folder: String,
-    },
-    /// Description and scenario belong to different units.
+    NoScenario { folder: String },
     #[error(
         "the description and the scenario in resources belong to different units: export the unit again with trocar \
          export fmu"
     )]
     Foreign,
-    /// A scenario cannot be loaded, possibly because of changed parameters.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
-    /// A parameter is out of range.
     #[error(transparent)]
     Setting(#[from] InvalidValue),
-    /// The simulation failed.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// The tissue failed.
-    #[error(transparent)]
-    Tissue(#[from] TissueFailure),
-    /// No variable has this reference and type.
     #[error("there is no {kind} variable with the reference {reference}")]
-    NoVariable {
-        /// The requested type.
-        kind: &'static str,
-        /// The reference.
-        reference: u32,
-    },
-    /// The variable cannot be set in this state.
+    NoVariable { kind: &'static str, reference: u32 },
     #[error("{name} cannot be set {when}")]
-    NotSettable {
-        /// The name of the variable.
-        name: Cow<'static, str>,
-        /// The state.
-        when: &'static str,
-    },
-    /// The index exceeds a list of choices.
+    NotSettable { name: Cow<'static, str>, when: &'static str },
     #[error("{name} is {value}, must be from 0 to {last}")]
-    NoWord {
-        /// The name of the variable.
-        name: Cow<'static, str>,
-        /// The given index.
-        value: i64,
-        /// The last valid index.
-        last: usize,
-    },
-    /// The step is not a whole number of ticks.
+    NoWord { name: Cow<'static, str>, value: i64, last: usize },
     #[error(
         "a step of {step_s} s is not a whole number of ticks of {tick_s} s: choose a multiple of simulation.tick_s"
     )]
-    Step {
-        /// The step in s.
-        step_s: f64,
-        /// The tick in s.
-        tick_s: f64,
-    },
-    /// The step does not begin where the last one has ended.
+    Step { step_s: f64, tick_s: f64 },
     #[error("the step begins at {time_s} s, and the last one has ended at {expected_s} s: continue from there")]
     Time {
-        /// The given communication point in s.
+        /// The given communication point.
         time_s: f64,
-        /// The expected one in s.
         expected_s: f64,
     },
-    /// The unit was stepped before its initialisation.
     #[error("a step needs an initialised unit")]
     NotInitialised,
-    /// The position of the person is not a finite number.
     #[error("person.position_m is {position_m}, must be a finite number")]
-    Position {
-        /// The position in m.
-        position_m: f64,
-    },
-    /// The unit was stepped beyond the end of its scenario.
+    Position { position_m: f64 },
     #[error("the scenario ends after {ticks} ticks: set a longer simulation.duration_s")]
-    Ended {
-        /// The number of ticks.
-        ticks: u64,
-    },
+    Ended { ticks: u64 },
 }
 
 /// Largest difference of a communication point from the expected one, in ticks.
@@ -117,28 +66,24 @@ pub(super) enum Running {
     Tissue(Box<AnyTissue<f64>>),
 }
 
-/// A running unit with its variables.
 #[derive(Debug)]
 pub struct Instance {
     model: Model,
     source: Source,
     variables: Vec<Variable>,
     pub(super) values: Vec<Scalar>,
-    /// The index of the variable for each reference.
+    /// Index by reference.
     places: HashMap<u32, usize>,
     pub(super) running: Running,
     /// `None` before the initialisation.
     pub(super) clock: Option<Clock>,
 }
 
-/// The time of a unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Clock {
-    /// The tick in s.
     tick_s: f64,
-    /// The first communication point in s; `None` before the first step.
+    /// `None` before the first step.
     origin_s: Option<f64>,
-    /// The completed ticks.
     ticks: u64,
 }
 
@@ -148,7 +93,7 @@ impl Clock {
         self.origin_s.map(|origin_s| origin_s + self.ticks as f64 * self.tick_s)
     }
 
-    /// Checks the communication point of a step, in s. The first one may have any.
+    /// The first step may have any communication point.
     fn check(&mut self, time_s: f64) -> Result<(), InstanceError> {
         let expected_s = self.time_s().unwrap_or(time_s);
         // An importing program may accumulate its time, so the tolerance is a part of a tick.
@@ -162,10 +107,7 @@ impl Clock {
 }
 
 impl Instance {
-    /// Loads the unit whose scenario is in a folder of resources, and checks the token of its description.
-    ///
-    /// # Errors
-    /// A folder without a scenario, or a scenario that cannot be loaded or belongs to another unit.
+    /// Checks the token of the description.
     pub fn load(resources: &Path, given_token: &str) -> Result<Self, InstanceError> {
         let has = |model: &Model| resources.join(model.file()).is_file();
         let no_scenario = || InstanceError::NoScenario { folder: resources.display().to_string() };
@@ -184,18 +126,11 @@ impl Instance {
         self.places.get(&reference).copied().ok_or(InstanceError::NoVariable { kind, reference })
     }
 
-    /// The value of a variable.
-    ///
-    /// # Errors
-    /// An unknown reference; `kind` names the requested type.
     pub fn get(&self, reference: u32, kind: &'static str) -> Result<Scalar, InstanceError> {
         Ok(self.values[self.place(reference, kind)?])
     }
 
     /// Sets an input, or a parameter before the initialisation.
-    ///
-    /// # Errors
-    /// An unknown reference, another type, or a variable that cannot be set in this state.
     pub fn set(&mut self, reference: u32, kind: &'static str, value: Scalar) -> Result<(), InstanceError> {
         let place = self.place(reference, kind)?;
         let Variable { ref name, causality, kind: of_variable, .. } = self.variables[place];
@@ -251,10 +186,6 @@ impl Instance {
         (settings, of_rig)
     }
 
-    /// Builds the model with the parameters that were set.
-    ///
-    /// # Errors
-    /// A parameter that is out of range, or has no effect.
     pub fn initialise(&mut self) -> Result<(), InstanceError> {
         let (settings, of_rig) = self.changes();
         let scenario = Scenario::load(&self.source, &settings)?;
@@ -271,11 +202,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Runs the ticks of a step of `step_s` (s) from the communication point `time_s` (s), with the present inputs.
-    ///
-    /// # Errors
-    /// A step that does not begin at the end of the last one or is not a whole number of ticks, a failed run, and
-    /// [`InstanceError::Ended`] for a step beyond the end of the scenario, whose ticks before the end are done.
+    /// From the communication point `time_s`, with the present inputs.
     pub fn step(&mut self, time_s: f64, step_s: f64) -> Result<(), InstanceError> {
         let clock = self.clock.as_mut().ok_or(InstanceError::NotInitialised)?;
         let tick_s = clock.tick_s;
@@ -298,7 +225,6 @@ impl Instance {
         self.clock.as_ref()?.time_s()
     }
 
-    /// Returns true if the scenario of a simulation has ended.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         if let Running::Simulation(run) = &self.running { run.has_ended() } else { false }
@@ -328,9 +254,6 @@ impl Instance {
             }
             Running::Tissue(tissue) => {
                 let reaction = tissue.react(tick, number(0), number(1));
-                if let Some(failure) = tissue.failure() {
-                    return Err(InstanceError::Tissue(failure.clone()));
-                }
                 let outputs = [
                     Scalar::Real(reaction.force_n),
                     Scalar::Real(tissue.shaft_force_n()),

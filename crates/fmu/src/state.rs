@@ -1,13 +1,10 @@
-//! The saved state of a unit.
-
 use super::instance::{Clock, Instance, InstanceError, Running};
 use trocar_core::rig::HapticController;
-use trocar_engine::tissue::{AnyTissue, Tissue as _};
+use trocar_engine::tissue::AnyTissue;
 use trocar_scenario::Scenario;
 use trocar_studies::fmu::Scalar;
 use trocar_studies::run::SteppedRun;
 
-/// The state of an instance, as [`Instance::save`] returns it.
 #[derive(Debug)]
 pub struct SavedState {
     values: Vec<Scalar>,
@@ -25,24 +22,18 @@ enum Saved {
 }
 
 impl Instance {
-    /// Saves the state. Only the same unit can restore it.
-    ///
-    /// # Errors
-    /// [`InstanceError::Tissue`] for a tissue in another vendor's unit, whose state cannot be copied.
-    pub fn save(&self) -> Result<SavedState, InstanceError> {
+    /// Only the same unit can restore the state.
+    pub fn save(&self) -> SavedState {
         let running = match &self.running {
             Running::Nothing => Saved::Nothing,
             Running::Rig(controller) => Saved::Rig(controller.clone()),
             Running::Simulation(run) => Saved::Simulation(Box::new(run.scenario().clone()), run.led_m().to_vec()),
-            Running::Tissue(tissue) => Saved::Tissue(copied(tissue)?),
+            Running::Tissue(tissue) => Saved::Tissue(tissue.clone()),
         };
-        Ok(SavedState { values: self.values.clone(), running, clock: self.clock })
+        SavedState { values: self.values.clone(), running, clock: self.clock }
     }
 
-    /// Restores a saved state of this unit. A whole simulation is repeated up to it.
-    ///
-    /// # Errors
-    /// As [`Instance::save`], and if the run cannot be repeated.
+    /// A whole simulation is repeated up to the state.
     pub fn restore(&mut self, state: &SavedState) -> Result<(), InstanceError> {
         self.running = match &state.running {
             Saved::Nothing => Running::Nothing,
@@ -50,18 +41,10 @@ impl Instance {
             Saved::Simulation(scenario, led_m) => {
                 Running::Simulation(Box::new(SteppedRun::repeated(Scenario::clone(scenario), led_m)?))
             }
-            Saved::Tissue(tissue) => Running::Tissue(copied(tissue)?),
+            Saved::Tissue(tissue) => Running::Tissue(tissue.clone()),
         };
         self.values.clone_from(&state.values);
         self.clock = state.clock;
         Ok(())
-    }
-}
-
-fn copied(tissue: &AnyTissue<f64>) -> Result<Box<AnyTissue<f64>>, InstanceError> {
-    let copy = Box::new(tissue.clone());
-    match copy.failure() {
-        None => Ok(copy),
-        Some(failure) => Err(failure.clone().into()),
     }
 }

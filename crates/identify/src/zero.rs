@@ -1,6 +1,8 @@
 //! The reading of the force sensor without a load, which drifts from recording to recording and acts as a constant
 //! load. Only the inputs of a recording determine it, so predicted recordings can be corrected too.
 
+use trocar_base::quantiles;
+
 use crate::machine::Machine;
 use crate::measured::{Measured, span};
 
@@ -87,9 +89,7 @@ fn sorted(values: &[f64]) -> Vec<f64> {
 
 /// Linear between values; requires at least one.
 fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let place = share * (sorted.len() - 1) as f64;
-    let (left, right) = (sorted[place as usize], sorted[place.ceil() as usize]);
-    left + place.fract() * (right - left)
+    quantiles::quantile(sorted.len() as u64, share, |rank| sorted[rank as usize]).unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]

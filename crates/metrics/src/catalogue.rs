@@ -22,7 +22,6 @@ pub enum Better {
 }
 
 impl Better {
-    /// The name used in files.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -48,21 +47,15 @@ pub enum Shown {
     First,
     /// If the metric is not 0 in at least one run.
     WhereNonZero,
-    /// In no table.
     Never,
 }
 
-/// What a metric describes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scope {
-    /// The run.
     Run,
-    /// One rupture of the run.
     Rupture,
-    /// One augmented event of the run.
     Event,
-    /// The link between master and slave.
     Link,
     /// The ports between hand, link and needle.
     Port,
@@ -73,7 +66,6 @@ pub enum Scope {
 }
 
 impl Scope {
-    /// The name used in files.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -111,31 +103,23 @@ impl Scope {
     }
 }
 
-/// The declaration of a metric.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Declaration {
-    /// The scope.
     pub scope: Scope,
-    /// The key without the prefix of its scope, with the unit at the end: `detection_delay_s`.
+    /// Without the prefix of its scope, with the unit at the end: `detection_delay_s`.
     pub name: &'static str,
-    /// A former name, which sweep files may still use.
-    pub former_name: Option<&'static str>,
-    /// The label in tables, without the prefix of its scope.
+    /// Without the prefix of its scope.
     pub label: &'static str,
-    /// The unit.
     pub unit: Unit,
-    /// True if the sign varies, so that a relative change has no meaning.
+    /// The sign varies, so a relative change has no meaning.
     pub is_signed: bool,
-    /// The better direction.
     pub better: Better,
-    /// The tables that show it.
     pub shown: Shown,
-    /// The meaning, in one sentence.
     pub meaning: &'static str,
 }
 
 impl Shown {
-    /// True if the short table of a comparison contains the metric.
+    /// In the short table of a comparison.
     #[must_use]
     pub fn is_main(self) -> bool {
         matches!(self, Self::Main | Self::MainWhereDefined)
@@ -143,33 +127,25 @@ impl Shown {
 }
 
 impl Declaration {
-    /// The name used in files; `number`, from 1, identifies a rupture or event.
+    /// `number`, from 1, identifies a rupture or event.
     #[must_use]
     pub fn key(&self, number: usize) -> String {
         self.scope.key_prefix(number) + self.name
     }
 
-    /// The label in tables.
     #[must_use]
     pub fn full_label(&self, number: usize) -> String {
         self.scope.label_prefix(number) + self.label
     }
-
-    pub(crate) fn is_called(&self, name: &str) -> bool {
-        self.name == name || self.former_name == Some(name)
-    }
 }
 
-/// A metric and its reader.
 #[derive(Debug, Clone, Copy)]
 pub struct Metric<Read> {
-    /// The declaration.
     pub declaration: Declaration,
-    /// Reads the value in SI units; `None` if undefined.
+    /// In SI units; `None` if undefined.
     pub read: Read,
 }
 
-/// A field that is a metric by itself.
 pub trait MetricValue {
     fn value(&self) -> Option<f64>;
 }
@@ -194,9 +170,9 @@ impl<T: MetricValue> MetricValue for Option<T> {
 
 /// Declares the metrics of a scope and, with `pub struct`, the fields from which they are read.
 ///
-/// An entry is a doc comment of one line and `name: Type = "label", Unit signed, Better [Shown] was "former_name" =>
-/// |of| read;`. Without `: Type` the entry declares no field and needs `=> read`. Without `= "label"` it declares a
-/// field that is not a metric. `signed`, `[Shown]`, `was` and `=> read` are optional. A struct with a JSON
+/// An entry is a doc comment of one line and `name: Type = "label", Unit signed, Better [Shown] => |of|
+/// read;`. Without `: Type` the entry declares no field and needs `=> read`. Without `= "label"` it declares a
+/// field that is not a metric. `signed`, `[Shown]` and `=> read` are optional. A struct with a JSON
 /// Schema transforms it by `schema::with_units`.
 #[doc(hidden)]
 #[macro_export]
@@ -207,7 +183,7 @@ macro_rules! metrics {
             $(
                 #[doc = $meaning:literal]
                 $name:ident $(: $type:ty)? $(= $label:literal, $unit:ident $($signed:ident)?, $better:ident $([$shown:ident])?
-                $(was $former:literal)? $(=> $read:expr)?)? ;
+                $(=> $read:expr)?)? ;
             )*
         }
     ) => {
@@ -218,7 +194,7 @@ macro_rules! metrics {
 
         $crate::metrics! {
             impl $scope for $owner {
-                $($(#[doc = $meaning] $name = $label, $unit $($signed)?, $better $([$shown])? $(was $former)? $(=> $read)?;)?)*
+                $($(#[doc = $meaning] $name = $label, $unit $($signed)?, $better $([$shown])? $(=> $read)?;)?)*
             }
         }
     };
@@ -226,7 +202,7 @@ macro_rules! metrics {
         impl $scope:ident for $owner:ty {
             $(
                 #[doc = $meaning:literal]
-                $name:ident = $label:literal, $unit:ident $($signed:ident)?, $better:ident $([$shown:ident])? $(was $former:literal)? $(=> $read:expr)?;
+                $name:ident = $label:literal, $unit:ident $($signed:ident)?, $better:ident $([$shown:ident])? $(=> $read:expr)?;
             )*
         }
     ) => {
@@ -237,7 +213,6 @@ macro_rules! metrics {
                     declaration: $crate::Declaration {
                         scope: $crate::Scope::$scope,
                         name: stringify!($name),
-                        former_name: $crate::metrics!(@former $($former)?),
                         label: $label,
                         unit: $crate::Unit::$unit,
                         is_signed: $crate::metrics!(@signed $($signed)?),
@@ -250,8 +225,6 @@ macro_rules! metrics {
             )*];
         }
     };
-    (@former) => { None };
-    (@former $former:literal) => { Some($former) };
     (@signed) => { false };
     (@signed signed) => { true };
     (@shown) => { $crate::Shown::Always };
@@ -267,7 +240,6 @@ mod tests {
     const DECLARATION: Declaration = Declaration {
         scope: Scope::Rupture,
         name: "detection_delay_s",
-        former_name: Some("delay_s"),
         label: "detection delay",
         unit: Unit::Second,
         is_signed: false,
@@ -300,16 +272,6 @@ mod tests {
         for better in [Better::Lower, Better::Higher, Better::Neither] {
             assert_eq!(serde_json::to_value(better).expect("a word"), better.word());
         }
-    }
-
-    #[test]
-    fn a_metric_is_found_by_its_current_and_its_former_name() {
-        assert_eq!(
-            ["detection_delay_s", "delay_s", "delay"].map(|name| DECLARATION.is_called(name)),
-            [true, true, false]
-        );
-        let new = Declaration { former_name: None, ..DECLARATION };
-        assert!(!new.is_called("delay_s"));
     }
 
     #[test]

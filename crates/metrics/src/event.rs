@@ -1,5 +1,3 @@
-//! The metrics of one augmented event.
-
 use serde::Serialize;
 
 use crate::metrics;

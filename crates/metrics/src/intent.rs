@@ -13,7 +13,6 @@ use trocar_core::lane::{Lane, Mask};
 use trocar_core::time::nearest_ticks;
 use trocar_engine::operator::OperatorTraits;
 
-/// The motion of the needle after a rupture, up to the end of its horizon.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aftermath {
     /// Advance of the needle at the end of the horizon, in m.
@@ -32,7 +31,6 @@ struct Horizon {
     intended_m: f64,
 }
 
-/// Follows the needle and the intended motion of several lanes.
 #[derive(Debug, Clone)]
 pub struct Pursuit<L: Lane> {
     /// Scale from the operator's to the slave's motion; 0 in lanes without a known intention.
@@ -41,7 +39,7 @@ pub struct Pursuit<L: Lane> {
     is_any_known: bool,
     slave_m: L,
     intended_m: L,
-    /// Maxima since the last rupture.
+    /// Since the last rupture.
     max_gap_m: L,
     max_slave_m: L,
     max_intended_m: L,
@@ -59,7 +57,6 @@ pub struct Pursuit<L: Lane> {
 }
 
 impl<L: Lane> Pursuit<L> {
-    /// Creates a comparison for unknown operators, with a horizon of `horizon_s` and ticks of `tick_s` (both in s).
     pub fn new(tick_s: f64, horizon_s: f64) -> Self {
         let (zero, lowest) = (L::zero(), L::splat(f64::NEG_INFINITY));
         Self {
@@ -82,7 +79,6 @@ impl<L: Lane> Pursuit<L> {
         }
     }
 
-    /// Sets the known traits of the operator of each lane.
     pub fn set_operators(&mut self, traits: impl Fn(usize) -> OperatorTraits) {
         self.operators = (0..L::WIDTH).map(traits).collect();
         self.scale = L::from_lanes(|lane| self.operators[lane].intended_scale.unwrap_or(0.0));
@@ -97,7 +93,7 @@ impl<L: Lane> Pursuit<L> {
         self.horizon_ticks
     }
 
-    /// Processes a tick and returns true if a horizon ends at it.
+    /// True if a horizon ends at the tick.
     #[inline(always)]
     pub fn follow(&mut self, tick: u64, intended_position_m: L, slave_position_m: L) -> bool {
         self.slave_m = slave_position_m;
@@ -159,7 +155,6 @@ impl<L: Lane> Pursuit<L> {
         Some((horizon.rupture, Aftermath { advance_m, deepest_m, beyond_intent_m: known.map(beyond) }))
     }
 
-    /// Opens the horizon of a lane's rupture at `tick`.
     pub fn open(&mut self, lane: usize, tick: u64, rupture: usize) {
         let (slave_m, intended_m) = (self.slave_m.lane(lane), self.intended_m.lane(lane));
         self.max_gap_m = self.max_gap_m.with_lane(lane, slave_m - intended_m);

@@ -1,5 +1,3 @@
-//! Explains why a rupture has no alarm.
-
 use std::borrow::Cow;
 use std::fmt::{self, Display, Formatter};
 use std::ops::RangeInclusive;
@@ -86,8 +84,13 @@ pub enum MissReason {
     },
 }
 
+struct Explained {
+    key: &'static str,
+    sentence: String,
+    remedy: Cow<'static, str>,
+}
+
 impl MissReason {
-    /// The tag used in JSON.
     #[must_use]
     pub fn word(&self) -> String {
         // Every variant of this enum is serialized with its tag.
@@ -95,64 +98,110 @@ impl MissReason {
         serde_json::to_value(self).ok().and_then(tag).unwrap_or_default()
     }
 
-    /// The scenario key that decides on the reason.
     #[must_use]
     pub fn key(&self) -> &'static str {
-        match self {
-            Self::NotInContact { .. } => "estimator.contact_m",
-            Self::NotArmed { .. } => "detector.settle_s",
-            Self::NotReady { .. } | Self::NoFall => "detector.distance",
-            Self::NoDrop => "detector.drop_only",
-            Self::WrongMotion { .. } => "detector.motion",
-            Self::TooShallow { .. } => "detector.minimum_depth_m",
-            Self::BelowThreshold { .. } | Self::AfterAlarm { .. } => "detector.threshold",
-            Self::BelowDrift { .. } => "detector.drift",
-            Self::EventUnderWay { .. } => "augmentation.max_hold_s",
-            Self::EarlierEvent => "augmentation.enabled",
-            Self::Refractory { .. } => "augmentation.refractory_s",
-            Self::AlarmOfAnother { .. } => "detector.settle_s",
+        self.explained().key
+    }
+
+    #[must_use]
+    pub fn remedy(&self) -> Cow<'static, str> {
+        self.explained().remedy
+    }
+
+    fn explained(&self) -> Explained {
+        let ms = |s: f64| (1e4 * s).round() / 10.0;
+        let mm = |m: f64| (1e5 * m).round() / 100.0;
+        let of = |key, sentence: String, remedy| Explained { key, sentence, remedy: Cow::Borrowed(remedy) };
+        match *self {
+            Self::NotInContact { depth_m } => {
+                let height = match mm(-depth_m) {
+                    0.0 => "less than 0.01".to_owned(),
+                    height_mm => height_mm.to_string(),
+                };
+                of(
+                    "estimator.contact_m",
+                    format!("not in contact: the needle was {height} mm above estimator.contact_m"),
+                    "set estimator.contact_m to the position of the surface",
+                )
+            }
+            Self::NotArmed { quiet_s, settle_s } => of(
+                "detector.settle_s",
+                format!(
+                    "not armed: g had been below the threshold in contact for {} ms, detector.settle_s is {} ms",
+                    ms(quiet_s),
+                    ms(settle_s)
+                ),
+                "reduce detector.settle_s, or keep g quiet before the rupture: a larger detector.drift or \
+                 estimator.dead_zone_n",
+            ),
+            Self::NotReady { waits_for } => of(
+                "detector.distance",
+                format!("not armed: the detector waits for {waits_for}"),
+                "begin the recording earlier, and check that the force is renewed at every sample",
+            ),
+            Self::NoFall => of(
+                "detector.distance",
+                "no fall: the force did not fall by more than motion and relaxation explain, or a fall was already in \
+                 progress"
+                    .into(),
+                "look at the force there; other kinds of detector.distance do not judge by the fall alone",
+            ),
+            Self::AfterAlarm { alarm_s } => of(
+                "detector.threshold",
+                format!(
+                    "the detector attributed the fall to the alarm at {alarm_s:.3} s before it, or to the ring-down after it"
+                ),
+                "if that alarm is false, set a higher detector.threshold",
+            ),
+            Self::NoDrop => of(
+                "detector.drop_only",
+                "detector.drop_only: the force did not fall below a predicted resisting force".into(),
+                "set detector.drop_only = false",
+            ),
+            Self::WrongMotion { velocity_m_per_s } => of(
+                "detector.motion",
+                format!("detector.motion: the needle moved at {} mm/s", mm(velocity_m_per_s)),
+                "choose another detector.motion, or change its speed",
+            ),
+            Self::TooShallow { depth_m } => of(
+                "detector.minimum_depth_m",
+                format!("detector.minimum_depth_m: the needle was at {} mm", mm(depth_m)),
+                "reduce detector.minimum_depth_m",
+            ),
+            Self::BelowThreshold { reached } => Explained {
+                key: "detector.threshold",
+                sentence: format!("below the threshold: g reached {} % of it", percent(reached, f64::round)),
+                remedy: lower_threshold(reached),
+            },
+            Self::BelowDrift { largest } => of(
+                "detector.drift",
+                format!("below the drift: no distance exceeded {largest:.3e}, and g stayed at 0"),
+                "reduce detector.drift (`trocar calibrate` computes one from the noise)",
+            ),
+            Self::EventUnderWay { begin_s } => of(
+                "augmentation.max_hold_s",
+                format!("the event that began at {begin_s:.3} s was in progress"),
+                "shorten the event (augmentation.min_hold_s, max_hold_s, catch_up_speed_m_per_s), or let the hand stop \
+                 at it (perception.reflex)",
+            ),
+            Self::EarlierEvent => of(
+                "augmentation.enabled",
+                "an earlier alarm would then open an event that hides it".into(),
+                "keep g quiet before the rupture, so that no earlier alarm opens an event",
+            ),
+            Self::Refractory { end_s } => of(
+                "augmentation.refractory_s",
+                format!("in the refractory period of the event that ended at {end_s:.3} s"),
+                "reduce augmentation.refractory_s, or let the hand stop at the event (perception.reflex)",
+            ),
+            Self::AlarmOfAnother { alarm_s } => of(
+                "detector.settle_s",
+                format!("the only alarm, at {alarm_s:.3} s, counts for another rupture"),
+                "reduce detector.settle_s, or move more slowly",
+            ),
         }
     }
 
-    /// A remedy for the user.
-    #[must_use]
-    pub fn remedy(&self) -> Cow<'static, str> {
-        Cow::Borrowed(match self {
-            Self::BelowThreshold { reached } if *reached < HARDLY => {
-                "check the estimator and the force there, since g hardly rises; only then set a far lower \
-                 detector.threshold, and count the false alarms with `trocar roc`"
-            }
-            Self::BelowThreshold { reached } => {
-                let share = percent(*reached, f64::floor);
-                return Cow::Owned(format!(
-                    "set detector.threshold below {share} % of its value, and count the false alarms with `trocar roc`"
-                ));
-            }
-            Self::NotInContact { .. } => "set estimator.contact_m to the position of the surface",
-            Self::NotArmed { .. } => {
-                "reduce detector.settle_s, or keep g quiet before the rupture: a larger detector.drift or \
-                 estimator.dead_zone_n"
-            }
-            Self::NotReady { .. } => "begin the recording earlier, and check that the force is renewed at every sample",
-            Self::NoFall => "look at the force there; other kinds of detector.distance do not judge by the fall alone",
-            Self::AfterAlarm { .. } => "if that alarm is false, set a higher detector.threshold",
-            Self::NoDrop => "set detector.drop_only = false",
-            Self::WrongMotion { .. } => "choose another detector.motion, or change its speed",
-            Self::TooShallow { .. } => "reduce detector.minimum_depth_m",
-            Self::BelowDrift { .. } => "reduce detector.drift (`trocar calibrate` computes one from the noise)",
-            Self::EventUnderWay { .. } => {
-                "shorten the event (augmentation.min_hold_s, max_hold_s, catch_up_speed_m_per_s), or let the hand stop \
-                 at it (perception.reflex)"
-            }
-            Self::EarlierEvent => "keep g quiet before the rupture, so that no earlier alarm opens an event",
-            Self::Refractory { .. } => {
-                "reduce augmentation.refractory_s, or let the hand stop at the event (perception.reflex)"
-            }
-            Self::AlarmOfAnother { .. } => "reduce detector.settle_s, or move more slowly",
-        })
-    }
-
-    /// Changes the settings of a scenario to remove the reason.
     pub fn remove(
         &self,
         contact_m: &mut f64,
@@ -184,54 +233,22 @@ fn percent(share: f64, rounded: fn(f64) -> f64) -> String {
     (rounded(1e3 * share) / 10.0).to_string()
 }
 
+fn lower_threshold(reached: f64) -> Cow<'static, str> {
+    if reached < HARDLY {
+        return Cow::Borrowed(
+            "check the estimator and the force there, since g hardly rises; only then set a far lower \
+             detector.threshold, and count the false alarms with `trocar roc`",
+        );
+    }
+    let share = percent(reached, f64::floor);
+    Cow::Owned(format!(
+        "set detector.threshold below {share} % of its value, and count the false alarms with `trocar roc`"
+    ))
+}
+
 impl Display for MissReason {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let ms = |s: f64| (1e4 * s).round() / 10.0;
-        let mm = |m: f64| (1e5 * m).round() / 100.0;
-        match self {
-            Self::NotInContact { depth_m } if mm(-depth_m) == 0.0 => {
-                f.write_str("not in contact: the needle was less than 0.01 mm above estimator.contact_m")
-            }
-            Self::NotInContact { depth_m } => {
-                write!(f, "not in contact: the needle was {} mm above estimator.contact_m", mm(-depth_m))
-            }
-            Self::NotArmed { quiet_s, settle_s } => write!(
-                f,
-                "not armed: g had been below the threshold in contact for {} ms, detector.settle_s is {} ms",
-                ms(*quiet_s),
-                ms(*settle_s)
-            ),
-            Self::NotReady { waits_for } => write!(f, "not armed: the detector waits for {waits_for}"),
-            Self::NoFall => f.write_str(
-                "no fall: the force did not fall by more than motion and relaxation explain, or a fall was already in \
-                 progress",
-            ),
-            Self::AfterAlarm { alarm_s } => write!(
-                f,
-                "the detector attributed the fall to the alarm at {alarm_s:.3} s before it, or to the ring-down after it"
-            ),
-            Self::NoDrop => f.write_str("detector.drop_only: the force did not fall below a predicted resisting force"),
-            Self::WrongMotion { velocity_m_per_s } => {
-                write!(f, "detector.motion: the needle moved at {} mm/s", mm(*velocity_m_per_s))
-            }
-            Self::TooShallow { depth_m } => {
-                write!(f, "detector.minimum_depth_m: the needle was at {} mm", mm(*depth_m))
-            }
-            Self::BelowThreshold { reached } => {
-                write!(f, "below the threshold: g reached {} % of it", percent(*reached, f64::round))
-            }
-            Self::BelowDrift { largest } => {
-                write!(f, "below the drift: no distance exceeded {largest:.3e}, and g stayed at 0")
-            }
-            Self::EventUnderWay { begin_s } => write!(f, "the event that began at {begin_s:.3} s was in progress"),
-            Self::EarlierEvent => f.write_str("an earlier alarm would then open an event that hides it"),
-            Self::Refractory { end_s } => {
-                write!(f, "in the refractory period of the event that ended at {end_s:.3} s")
-            }
-            Self::AlarmOfAnother { alarm_s } => {
-                write!(f, "the only alarm, at {alarm_s:.3} s, counts for another rupture")
-            }
-        }
+        f.write_str(&self.explained().sentence)
     }
 }
 
@@ -248,12 +265,11 @@ pub struct Miss {
 }
 
 impl Miss {
-    /// Iterates over all reasons, the main one first.
     pub fn reasons(&self) -> impl Iterator<Item = &MissReason> {
         std::iter::once(&self.reason).chain(&self.also)
     }
 
-    /// The warning about rupture `number`, from 1, at a time in s.
+    /// `number` counts from 1.
     pub fn warning(&self, number: usize, time_s: f64) -> Warning {
         let message = format!("rupture {number} at {time_s:.3} s missed: {self}");
         Warning::new(Code::MissedRupture, message).at(self.reason.key()).remedy(self.reason.remedy())
@@ -267,23 +283,19 @@ impl Display for Miss {
     }
 }
 
-/// The detector at one sample.
 #[derive(Debug, Clone, Copy)]
 pub struct DetectorSample {
     /// The distance `s`, in its unit.
     pub distance: f64,
     /// The decision value `g`, in the unit of the distance.
     pub decision: f64,
-    /// The conditions of an alarm other than the threshold.
     pub conditions: AlarmConditions<f64>,
-    /// Depth of the needle, in m.
     pub depth_m: f64,
-    /// Velocity of the needle, in m/s.
     pub velocity_m_per_s: f64,
 }
 
 impl DetectorSample {
-    /// Updates a detector, and returns its decision and the sample, whose conditions are those before the update.
+    /// The conditions of the sample are those before the update.
     pub fn update(detector: &mut CusumDetector<f64>, input: &DetectorInput<f64>) -> (Decision<f64>, Self) {
         let conditions = detector.conditions(input);
         let decision = detector.update(input);
@@ -298,7 +310,6 @@ impl DetectorSample {
     }
 }
 
-/// The events and alarms of the supervisor during a run.
 #[derive(Debug, Clone, Default)]
 pub struct SupervisorHistory {
     /// First tick of each event, and the first tick after it.
@@ -328,12 +339,12 @@ impl SupervisorHistory {
         }
     }
 
-    /// True if an alarm, accepted or ignored, lies within `ticks`.
+    /// Accepted or ignored.
     pub fn has_alarm(&self, ticks: RangeInclusive<u64>) -> bool {
         self.alarms.iter().chain(&self.ignored_alarms).any(|alarm| ticks.contains(alarm))
     }
 
-    /// Returns the last alarm, accepted or ignored, in the `ticks` before a tick.
+    /// Accepted or ignored, in the `ticks` before a tick.
     fn last_alarm(&self, tick: u64, ticks: u64) -> Option<u64> {
         let before = tick.saturating_sub(ticks)..tick;
         self.alarms.iter().chain(&self.ignored_alarms).copied().filter(|alarm| before.contains(alarm)).max()
@@ -356,17 +367,13 @@ const AFTERMATH_S: f64 = 0.3;
 /// A sample is near the largest g of a window if its g exceeds this fraction of it.
 const NEAR_MAX: f64 = 0.9;
 
-/// The settings that decide whether a rupture has an alarm.
 pub struct MissRule<'a> {
-    /// Time between two samples, in s.
     pub tick_s: f64,
-    /// Time of the first sample, in s.
+    /// Of the first sample.
     pub start_s: f64,
-    /// Maximum time from a rupture to its alarm, in s.
+    /// From a rupture to its alarm, at most.
     pub window_s: f64,
-    /// The settings of the detector.
     pub detector: &'a DetectorSettings,
-    /// Time after an event during which the supervisor ignores alarms, in s.
     pub refractory_s: f64,
 }
 
@@ -375,7 +382,6 @@ impl MissRule<'_> {
         self.start_s + tick as f64 * self.tick_s
     }
 
-    /// The number of ticks in a rupture's window.
     pub fn window_ticks(&self) -> u64 {
         nearest_ticks(self.window_s, self.tick_s)
     }
@@ -445,7 +451,6 @@ impl MissRule<'_> {
         Some(Miss { reason: *reason, also: also.to_vec() })
     }
 
-    /// See [`DistanceKind::waits_for`](trocar_core::detector::DistanceKind::waits_for).
     fn waits_for(&self) -> Option<&'static str> {
         self.detector.distance.kind.waits_for()
     }

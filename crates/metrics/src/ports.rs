@@ -71,25 +71,21 @@ impl Balance {
     }
 }
 
-/// The energies at the ports of a run in J, one value per tick.
+/// One value per tick.
 #[derive(Debug, Clone, Copy)]
 pub struct PortColumns<'a> {
-    /// The times in s.
     pub time_s: &'a [f64],
-    /// The positions of the needle in m.
     pub needle_m: &'a [f64],
-    /// Work of the hand.
     pub hand_j: &'a [f64],
-    /// Work of the hand on the feedback force.
+    /// On the feedback force.
     pub master_j: &'a [f64],
-    /// Work of the reference on the tissue force.
+    /// On the tissue force.
     pub reference_j: &'a [f64],
-    /// Work of the needle.
     pub needle_j: &'a [f64],
 }
 
 impl PortMetrics {
-    /// The metrics of a run; `energy_scale` scales the slave's energies to the master. `None` without a tick.
+    /// `energy_scale` scales the slave's energies to the master. `None` without a tick.
     #[must_use]
     pub fn of(columns: &PortColumns<'_>, energy_scale: f64) -> Option<Self> {
         let PortColumns { time_s, needle_m, hand_j, master_j, reference_j, needle_j } = *columns;

@@ -1,5 +1,3 @@
-//! The metrics of a run, each with its number and its reader.
-
 use super::{Declaration, EventMetrics, LinkMetrics, Metrics, PortMetrics, RuptureMetrics};
 
 const MAX_NUMBERED: usize = 64;
@@ -13,7 +11,6 @@ enum Reader {
     Port(fn(&PortMetrics) -> Option<f64>),
 }
 
-/// A metric of a run, with the number of its rupture or event.
 #[derive(Debug, Clone, Copy)]
 pub struct RunMetric {
     declaration: &'static Declaration,
@@ -43,7 +40,7 @@ impl RunMetric {
         })
     }
 
-    /// The metrics of rupture `number`, from 1.
+    /// `number` counts from 1.
     pub fn of_rupture(number: usize) -> impl Iterator<Item = Self> {
         RuptureMetrics::METRICS.iter().map(move |m| Self {
             declaration: &m.declaration,
@@ -60,40 +57,39 @@ impl RunMetric {
         })
     }
 
-    /// The metrics of the run as a whole, then the metrics of its link and its ports.
+    /// The run, then its link and its ports.
     pub fn of_whole_run() -> impl Iterator<Item = Self> {
         Self::of_run().chain(Self::of_link()).chain(Self::of_ports())
     }
 
-    /// Returns every metric; ruptures and events have the number 1.
+    /// Ruptures and events have the number 1.
     pub fn all() -> impl Iterator<Item = Self> {
         Self::of_whole_run().chain(Self::of_rupture(1)).chain(Self::of_event(1))
     }
 
-    /// The metrics of a run with so many ruptures and events: those of the whole run, then those of each of them.
+    /// Those of the whole run, then those of each rupture and event.
     pub fn of_run_with(ruptures: usize, events: usize) -> impl Iterator<Item = Self> {
         let of_ruptures = (1..=ruptures).flat_map(Self::of_rupture);
         Self::of_whole_run().chain(of_ruptures).chain((1..=events).flat_map(Self::of_event))
     }
 
-    /// Finds a metric by its current or former key, such as `rupture_2_detection_delay_s`.
+    /// A key such as `rupture_2_detection_delay_s`.
     #[must_use]
     pub fn named(key: &str) -> Option<Self> {
         if let Some((number, name)) = numbered(key, "rupture_") {
-            return Self::of_rupture(number).find(|metric| metric.declaration.is_called(name));
+            return Self::of_rupture(number).find(|metric| metric.declaration.name == name);
         }
         if let Some((number, name)) = numbered(key, "event_") {
-            return Self::of_event(number).find(|metric| metric.declaration.is_called(name));
+            return Self::of_event(number).find(|metric| metric.declaration.name == name);
         }
-        let of_link = |name| Self::of_link().find(|metric| metric.declaration.is_called(name));
-        let of_port = |name| Self::of_ports().find(|metric| metric.declaration.is_called(name));
+        let of_link = |name| Self::of_link().find(|metric| metric.declaration.name == name);
+        let of_port = |name| Self::of_ports().find(|metric| metric.declaration.name == name);
         Self::of_run()
-            .find(|metric| metric.declaration.is_called(key))
+            .find(|metric| metric.declaration.name == key)
             .or_else(|| key.strip_prefix("link_").and_then(of_link))
             .or_else(|| key.strip_prefix("port_").and_then(of_port))
     }
 
-    /// The declaration.
     #[must_use]
     pub fn declaration(&self) -> &'static Declaration {
         self.declaration
@@ -105,19 +101,17 @@ impl RunMetric {
         self.number
     }
 
-    /// The name used in files.
     #[must_use]
     pub fn key(&self) -> String {
         self.declaration.key(self.number)
     }
 
-    /// The label in tables.
     #[must_use]
     pub fn label(&self) -> String {
         self.declaration.full_label(self.number)
     }
 
-    /// Reads the value in SI units; `None` if undefined.
+    /// In SI units; `None` if undefined.
     #[must_use]
     pub fn read(&self, metrics: &Metrics) -> Option<f64> {
         match self.reader {
@@ -130,7 +124,7 @@ impl RunMetric {
     }
 }
 
-/// Splits a key such as `rupture_2_time_s` into the number, from 1, and the rest.
+/// `rupture_2_time_s` into 2 and `time_s`.
 fn numbered<'a>(key: &'a str, prefix: &str) -> Option<(usize, &'a str)> {
     let (number, name) = key.strip_prefix(prefix)?.split_once('_')?;
     let is_plain = number.bytes().all(|digit| digit.is_ascii_digit()) && !number.starts_with('0');
@@ -150,14 +144,10 @@ mod tests {
         let labels: BTreeSet<String> = all.iter().map(RunMetric::label).collect();
         assert_eq!((keys.len(), labels.len()), (all.len(), all.len()));
         for metric in all {
-            let Declaration { meaning, former_name, .. } = metric.declaration();
+            let Declaration { meaning, .. } = metric.declaration();
             assert!(meaning.ends_with('.') && meaning.len() > 20, "{}: {meaning:?}", metric.key());
             let found = RunMetric::named(&metric.key()).map(|found| found.key());
             assert_eq!(found, Some(metric.key()));
-            if let Some(former) = former_name {
-                let found = RunMetric::named(&format!("{}{former}", metric.declaration.scope.key_prefix(1)));
-                assert_eq!(found.map(|found| found.key()), Some(metric.key()));
-            }
         }
         for wrong in ["rupture_0_time_s", "rupture_01_time_s", "rupture_+1_time_s", "rupture_99_time_s", "rupture_1_x"]
         {

@@ -1,5 +1,3 @@
-//! The metrics of one rupture.
-
 use serde::Serialize;
 
 use super::intent::Aftermath;

@@ -1,5 +1,3 @@
-//! The units of metrics in JSON Schemas.
-
 use schemars::Schema;
 use serde_json::Value as Json;
 

@@ -1,5 +1,3 @@
-//! The metrics of a run and of its link.
-
 use serde::Serialize;
 
 use super::{EventMetrics, PortMetrics, RuptureMetrics};
@@ -140,7 +138,7 @@ metrics! {
         /// Alarms ignored because an event was in progress or had just ended.
         ignored_alarms: u64 = "alarms ignored during or just after events", Count, Neither;
         /// Maximum detection delay of the run's ruptures.
-        max_detection_delay_s = "maximum detection delay", Second, Lower [Never] was "most_detection_delay_s" => |m| {
+        max_detection_delay_s = "maximum detection delay", Second, Lower [Never] => |m| {
             m.ruptures.iter().filter_map(|rupture| rupture.detection_delay_s).reduce(f64::max)
         };
         /// Maximum excess advance of the run's ruptures.
@@ -180,15 +178,15 @@ metrics! {
             false_events(m).filter_map(|event| event.excess_at_return_m).reduce(f64::max)
         };
         /// Maximum slave overshoot of the run's ruptures.
-        max_slave_overshoot_m = "maximum slave overshoot", Metre, Lower [Never] was "most_slave_overshoot_m" => |m| {
+        max_slave_overshoot_m = "maximum slave overshoot", Metre, Lower [Never] => |m| {
             m.ruptures.iter().filter_map(|rupture| rupture.slave_overshoot_m).reduce(f64::max)
         };
         /// Maximum overshoot at 0.3 s of the run's ruptures.
-        max_slave_travel_m = "maximum overshoot at 0.3 s", Metre signed, Lower [Never] was "most_slave_travel_m" => |m| {
+        max_slave_travel_m = "maximum overshoot at 0.3 s", Metre signed, Lower [Never] => |m| {
             m.ruptures.iter().filter_map(|rupture| rupture.slave_travel_m).reduce(f64::max)
         };
         /// Minimum felt contrast of the run's ruptures.
-        min_felt_contrast = "minimum felt contrast", Share, Higher [Never] was "least_felt_contrast" => |m| {
+        min_felt_contrast = "minimum felt contrast", Share, Higher [Never] => |m| {
             m.ruptures.iter().filter_map(|rupture| rupture.felt_contrast).reduce(f64::min)
         };
         /// Number of augmented events.
@@ -196,9 +194,9 @@ metrics! {
         /// Mean of the absolute residual of the estimator, over the run.
         mean_absolute_residual_n: Option<f64> = "mean |residual|", Newton, Lower;
         /// Minimum tissue force on the needle; negative where it resists withdrawal.
-        min_tissue_force_n: Option<f64> = "minimum tissue force", Newton signed, Neither was "least_tissue_force_n";
+        min_tissue_force_n: Option<f64> = "minimum tissue force", Newton signed, Neither;
         /// Maximum tissue force on the needle, positive where it resists insertion.
-        max_tissue_force_n: Option<f64> = "maximum tissue force", Newton signed, Neither was "greatest_tissue_force_n";
+        max_tissue_force_n: Option<f64> = "maximum tissue force", Newton signed, Neither;
         /// Root mean square of the slave's distance from its reference, in teleoperation.
         tracking_rmse_m: Option<f64> = "tracking RMSE in teleoperation", Metre, Lower;
         /// Position of the slave at the last tick.
@@ -206,7 +204,7 @@ metrics! {
         /// Distance of the slave from its reference at the last tick, relative to the reference: (x_ref - x_e) / x_ref.
         final_tracking_error: Option<f64> = "final tracking error", Share signed, Lower;
         /// Maximum distance of the slave from its position at the start of an event, up to its release, over all events.
-        max_frozen_motion_m = "maximum motion while held", Metre, Lower was "most_frozen_motion_m" => |m| {
+        max_frozen_motion_m = "maximum motion while held", Metre, Lower => |m| {
             m.events.iter().map(|event| event.frozen_motion_m).reduce(f64::max)
         };
         /// Maximum speed of the slave while re-engaging, over all events.

@@ -1,5 +1,3 @@
-//! Sums over the ticks of a run, over lanes.
-
 use trocar_core::lane::{Lane, by_index};
 
 /// Number of partial sums per quantity. Tick `k` enters sum `k mod WAYS`, so consecutive additions are independent, in

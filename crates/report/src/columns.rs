@@ -1,14 +1,10 @@
-//! Tables of columns as CSV, Parquet, MATLAB files and MCAP logs. Equal columns give equal bytes.
+//! Tables of columns as CSV, Parquet and MATLAB files. Equal columns give equal bytes.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 use std::fmt;
 use std::io::{self, Write};
 use std::sync::Arc;
 
-use mcap::records::MessageHeader;
-use mcap::write::NoSeek;
-use mcap::{McapResult, WriteOptions};
 use parquet::basic::{Compression, ConvertedType, Encoding, Repetition, Type as Physical};
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int32Type, Int64Type};
 use parquet::errors::ParquetError;
@@ -28,24 +24,20 @@ pub enum ColumnFormat {
     Parquet,
     /// MATLAB, version 5 to 7: one variable per column.
     Mat,
-    /// MCAP: one ROS 2 message per row.
-    Mcap,
 }
 
 impl ColumnFormat {
     /// All formats.
-    pub const ALL: [Self; 4] = [Self::Csv, Self::Parquet, Self::Mat, Self::Mcap];
+    pub const ALL: [Self; 3] = [Self::Csv, Self::Parquet, Self::Mat];
 
-    /// Writes a table. For MATLAB and MCAP the first column must be the time in seconds.
+    /// Writes a table.
     ///
     /// # Errors
-    /// The errors of the writer, and an error for an unsupported column: MATLAB files and logs contain only numbers and
-    /// codes.
+    /// The errors of the writer, and an error for an unsupported column: MATLAB files contain only numbers and codes.
     pub fn write(self, table: &DataTable<'_>, out: &mut (dyn Write + Send)) -> io::Result<()> {
         match self {
             Self::Csv | Self::Parquet => self.write_parts(out, |part| part(table)),
             Self::Mat => mat(&sampled(table)?, out),
-            Self::Mcap => mcap(&table.topic, &sampled(table)?, out).map_err(io::Error::other),
         }
     }
 
@@ -80,7 +72,7 @@ impl ColumnFormat {
                 let end = file.map_or(Ok(()), |file| file.close().map(|_| ()));
                 Ok(end.map_err(io::Error::other)?)
             }
-            Self::Mat | Self::Mcap => Err(io::Error::other("only CSV and Parquet are written in parts").into()),
+            Self::Mat => Err(io::Error::other("only CSV and Parquet are written in parts").into()),
         }
     }
 }
@@ -91,7 +83,6 @@ impl fmt::Display for ColumnFormat {
             Self::Csv => "csv",
             Self::Parquet => "parquet",
             Self::Mat => "mat",
-            Self::Mcap => "mcap",
         })
     }
 }
@@ -252,52 +243,6 @@ fn optional<T: DataType>(
     Ok(())
 }
 
-/// Writes an MCAP log: one ROS 2 message per row, with a field per column. A message has the time of its row, from 0 or
-/// from a negative first row.
-fn mcap(topic: &str, columns: &[Sampled<'_>], out: &mut (dyn Write + Send)) -> McapResult<()> {
-    let mut definition = String::new();
-    for (name, values) in columns {
-        let kind = match values {
-            Samples::Numbers(_) => "float64",
-            Samples::Codes(_) => "uint8",
-        };
-        definition.push_str(&format!("{kind} {name}\n"));
-    }
-    let mut log = WriteOptions::new()
-        .compression(None)
-        .profile("ros2")
-        .library(format!("trocar {}", env!("CARGO_PKG_VERSION")))
-        .disable_seeking(true)
-        .create(NoSeek::new(out))?;
-    let schema = log.add_schema("trocar/msg/Row", "ros2msg", definition.as_bytes())?;
-    let channel_id = log.add_channel(schema, &format!("/trocar/{topic}"), "cdr", &BTreeMap::new())?;
-    let time_ns = |row: usize| match columns.first() {
-        Some((_, Samples::Numbers(times))) => (1e9 * (times[row] - times[0].min(0.0))).round() as u64,
-        _ => 0,
-    };
-    // CDR aligns a number to its size, counted after the four bytes with the byte order.
-    const HEADER: [u8; 4] = [0, 1, 0, 0];
-    let mut message = vec![];
-    for row in 0..columns.first().map_or(0, |(_, values)| values.len()) {
-        message.clear();
-        message.extend_from_slice(&HEADER);
-        for (_, column) in columns {
-            match column {
-                Samples::Numbers(numbers) => {
-                    message.resize(HEADER.len() + (message.len() - HEADER.len()).next_multiple_of(8), 0);
-                    message.extend_from_slice(&numbers[row].to_le_bytes());
-                }
-                Samples::Codes(codes) => message.push(codes[row]),
-            }
-        }
-        let time_ns = time_ns(row);
-        let header = MessageHeader { channel_id, sequence: row as u32, log_time: time_ns, publish_time: time_ns };
-        log.write_to_known_channel(&header, &message)?;
-    }
-    log.finish()?;
-    Ok(())
-}
-
 /// Writes an uncompressed MATLAB file, with an N x 1 array per column. The header has no date.
 fn mat(columns: &[Sampled<'_>], out: &mut dyn Write) -> io::Result<()> {
     const MATRIX: u32 = 14;
@@ -378,6 +323,6 @@ mod tests {
         let mut text = vec![];
         write(ColumnFormat::Csv, &mut text).expect("written");
         assert_eq!(text, b"x_m\n1.0\n2.0\n");
-        assert!(write(ColumnFormat::Mcap, &mut vec![]).is_err());
+        assert!(write(ColumnFormat::Mat, &mut vec![]).is_err());
     }
 }

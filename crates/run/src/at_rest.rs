@@ -1,5 +1,3 @@
-//! Continues a run without any excitation.
-
 use std::ops::ControlFlow;
 
 use super::RunError;
@@ -9,14 +7,13 @@ use trocar_metrics::DIVERGED_M;
 use trocar_scenario::Scenario;
 
 /// A run that is repeated up to a tick and then rests: the hand stays at its last desired position, the organs at
-/// theirs, and the force sensor has no noise. A force replayed over time keeps its last value.
-///
-/// Only the loop remains: machines, tissue, link with its losses, augmentation, reflexes of the arm.
+/// theirs, and the force sensor has no noise. A force replayed over time keeps its last value. Only the loop remains:
+/// machines, tissue, link with its losses, augmentation, reflexes of the arm.
 pub(super) struct AtRest {
     engine: UserDefinedEngine,
     tick: u64,
     desired_m: f64,
-    /// Positions of slave and master since the start of the rest, in m.
+    /// Of slave and master since the start of the rest.
     pub(super) positions_m: [Vec<f64>; 2],
     pub(super) has_ended: bool,
 }
@@ -53,7 +50,6 @@ impl AtRest {
         Ok(run)
     }
 
-    /// Removes all excitation from the run.
     fn rest(&mut self) {
         let parts = &mut self.engine.parts;
         if let BuiltInOr::BuiltIn(operator) = &mut parts.operator {

@@ -3,7 +3,6 @@
 use trocar_core::time::TickGrid;
 use trocar_engine::engine::{InvalidPart, Observer, Signals};
 
-/// Finds the first non-finite signal, and ends the run if it comes from a user-defined part.
 #[derive(Debug, Clone)]
 pub(super) struct CheckedParts {
     user_defined: Vec<&'static str>,
@@ -36,7 +35,7 @@ impl CheckedParts {
     }
 }
 
-/// The roles that can be the cause of the first non-finite signal, in the order of a tick.
+/// Possible causes of the first non-finite signal, in the order of a tick.
 fn first_invalid(s: &Signals<f64>) -> Option<&'static [&'static str]> {
     let signals: [(&'static [&'static str], [f64; 3]); 6] = [
         (&["operator"], [s.desired_position_m, s.intended_position_m, 0.0]),

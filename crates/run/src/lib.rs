@@ -1,6 +1,7 @@
 //! Runs scenarios for their metrics, and optionally their trace.
 //!
 //! It does not judge or describe a run; `trocar-studies` does. The crate `trocar` re-exports it as `trocar::run`.
+#![allow(missing_docs, reason = "names and units say it")]
 
 mod at_rest;
 mod checked_parts;
@@ -29,35 +30,24 @@ use trocar_engine::teleoperation::LinkReport;
 use trocar_metrics::{LinkMetrics, Metrics, MetricsObserver, PortColumns, PortMetrics};
 use trocar_scenario::{Scenario, ScenarioError};
 
-/// A scenario with its results.
 #[derive(Debug, Clone)]
 pub struct Run {
-    /// The scenario.
     pub scenario: Scenario,
-    /// Metrics.
     pub metrics: Metrics,
-    /// Trace, with every tick.
     pub trace: Trace,
-    /// How far the needle got; `None` without a trace.
+    /// `None` without a trace.
     pub reach: Option<Reach>,
-    /// The roles with a user-defined part; empty for a run with the scenario's parts.
+    /// With a user-defined part.
     pub user_defined_parts: Vec<&'static str>,
 }
 
-/// The error of a run.
 #[derive(Debug, Error)]
 pub enum RunError {
-    /// The scenario cannot be run as written.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
-    /// The numerical integration, the tissue or a user-defined part failed.
+    /// The numerical integration or a user-defined part failed.
     #[error("{name}: {source}")]
-    Engine {
-        /// Name of the scenario.
-        name: String,
-        /// Error of the engine.
-        source: EngineError,
-    },
+    Engine { name: String, source: EngineError },
 }
 
 /// Runs a scenario and records its trace. Results are reproducible bit for bit.
@@ -73,11 +63,7 @@ pub fn run(scenario: Scenario) -> Result<Run, RunError> {
 }
 
 impl Run {
-    /// Completes the metrics and the trace of a run by the names of the ruptured layers, sustained oscillation and
-    /// reasons of missed ruptures.
-    ///
-    /// # Errors
-    /// As [`run`].
+    /// Adds the names of the ruptured layers, a sustained oscillation and the reasons of missed ruptures.
     pub fn concluded(scenario: Scenario, mut metrics: Metrics, trace: Trace) -> Result<Self, RunError> {
         metrics.outcome = oscillation::outcome(&scenario, &trace, metrics.outcome)?;
         misses::explain_misses(&scenario, &mut metrics)?;
@@ -107,10 +93,6 @@ impl Run {
     }
 }
 
-/// [`run`] with user-defined parts in place of some of the scenario's parts.
-///
-/// # Errors
-/// As [`run`]; [`EngineError::Part`] if a user-defined part returns a number that is not finite.
 pub fn run_with(scenario: Scenario, parts: UserDefinedParts) -> Result<Run, RunError> {
     let roles = parts.roles();
     if roles.is_empty() {
@@ -121,30 +103,19 @@ pub fn run_with(scenario: Scenario, parts: UserDefinedParts) -> Result<Run, RunE
     Ok(Run::of_user_defined_parts(scenario, roles, metrics, trace))
 }
 
-/// Runs a scenario for its metrics.
-///
-/// # Errors
-/// As [`run`].
 pub fn measure(scenario: &Scenario) -> Result<Metrics, RunError> {
     let mut engine = scenario.build()?;
     let metrics = with_metrics(scenario, (), |observers| engine.run_compiled(observers))?;
     Ok(with_link(scenario, metrics, engine.link_report()))
 }
 
-/// Runs a scenario for its metrics with an additional observer, which is not called for a diverged tick.
-///
-/// # Errors
-/// As [`run`].
+/// The additional observer is not called for a diverged tick.
 pub fn observe(scenario: &Scenario, observer: &mut dyn Observer<f64>) -> Result<Metrics, RunError> {
     let mut engine = scenario.build()?;
     let metrics = with_metrics(scenario, observer, |observers| engine.run(observers))?;
     Ok(with_link(scenario, metrics, engine.link_report()))
 }
 
-/// [`observe`] with user-defined parts in place of some of the scenario's parts.
-///
-/// # Errors
-/// As [`run_with`].
 pub fn observe_with(
     scenario: &Scenario,
     parts: UserDefinedParts,
@@ -159,17 +130,13 @@ pub fn observe_with(
     Ok(with_link(scenario, metrics.metrics(0), engine.parts.link_report(0)))
 }
 
-/// The outcome of a run with user-defined parts. A failure of the tissue takes precedence over its returned number.
 fn checked_outcome(
     scenario: &Scenario,
     checked: &CheckedParts,
     outcome: Result<(), EngineError>,
 ) -> Result<(), RunError> {
-    let failed = match outcome {
-        Err(failed @ EngineError::Tissue(_)) => Err(failed),
-        outcome => checked.outcome().map_err(EngineError::from).and(outcome),
-    };
-    failed.map_err(|source| RunError::Engine { name: scenario.name.clone(), source })
+    let outcome = checked.outcome().map_err(EngineError::from).and(outcome);
+    outcome.map_err(|source| RunError::Engine { name: scenario.name.clone(), source })
 }
 
 fn with_metrics<O: Observer<f64>>(
@@ -191,10 +158,7 @@ fn with_link(scenario: &Scenario, metrics: Metrics, report: Option<LinkReport>) 
     Metrics { link: report.map(|report| LinkMetrics::new(&report, &scenario.grid)), ..metrics }
 }
 
-/// Runs a scenario for the energies at its ports; `None` if they are undefined.
-///
-/// # Errors
-/// As [`run`].
+/// `None` if they are undefined.
 #[doc(hidden)]
 pub fn ports(scenario: &Scenario) -> Result<Option<PortMetrics>, RunError> {
     let mut trace = empty_trace(scenario);

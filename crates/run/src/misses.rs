@@ -15,7 +15,7 @@ const MAX_REASONS: usize = 8;
 
 type Windows = Vec<(u64, DetectorSample)>;
 
-/// The scenario's detector, which records its state in the windows of some ruptures.
+/// Records the state of the detector in the windows of some ruptures.
 struct ObservedDetector {
     detector: CusumDetector<f64>,
     tick: u64,
@@ -35,10 +35,10 @@ impl Detector<f64> for ObservedDetector {
     }
 }
 
-/// Records the history of the supervisor up to the end of a rupture's window: later events explain no miss.
+/// Up to the end of a rupture's window: later events explain no miss.
 struct UntilWindow {
     supervisor: SupervisorHistory,
-    /// Number of ruptures up to and including the examined one.
+    /// Including the examined rupture.
     to_come: usize,
     window_ticks: u64,
     last_tick: u64,
@@ -84,7 +84,7 @@ pub(super) fn explain_misses(scenario: &Scenario, metrics: &mut Metrics) -> Resu
     Ok(())
 }
 
-/// Observes each missed rupture in a repetition of the run, which is the same bit for bit.
+/// The repetition of the run is the same bit for bit.
 fn observed(scenario: &Scenario, metrics: &Metrics) -> Result<Vec<Option<Miss>>, RunError> {
     let tick_s = scenario.grid.tick_s();
     let rule = MissRule {
@@ -160,7 +160,7 @@ fn confirmed(scenario: &Scenario, index: usize, first: Miss) -> Result<Miss, Run
     })
 }
 
-/// The metrics of a run up to the end of a rupture's window; `None` if the detector raises an alarm there.
+/// Up to the end of a rupture's window; `None` if the detector raises an alarm there.
 fn still_missed(scenario: &Scenario, index: usize) -> Result<Option<Metrics>, RunError> {
     let tick_s = scenario.grid.tick_s();
     let window_ticks = nearest_ticks(ALARM_WINDOW_S, tick_s);

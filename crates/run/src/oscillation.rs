@@ -6,22 +6,22 @@ use super::swings::{median, range, strength, swings};
 use trocar_base::interrupt;
 use trocar_engine::engine::Trace;
 use trocar_metrics::Outcome;
-use trocar_scenario::{EngineKind, Scenario, TissueSpec};
+use trocar_scenario::{EngineKind, Scenario};
 
-/// Share of the run at its end that is examined, the tail.
+/// Share of the run at its end: the tail.
 const TAIL: f64 = 0.4;
 
-/// Minimum number of swings (from a peak to a trough or back) in each half of the tail.
+/// In each half of the tail; a swing is from a peak to a trough or back.
 const MIN_SWINGS: usize = 4;
 
-/// Minimum swing in m, and in steps of the position sensor.
+/// In m, and in steps of the position sensor.
 const MIN_SWING_M: f64 = 2e-5;
 const MIN_SWING_STEPS: f64 = 2.0;
 
 /// Minimum ratio of the later to the earlier strength in the tail for a possibly sustained oscillation.
 const LASTING: f64 = 0.8;
 
-/// Minimum number of swings in each window of the run at rest for a comparison of strengths.
+/// In each window of the rest, for a comparison of strengths.
 const MIN_WINDOW_SWINGS: usize = 8;
 
 /// Logarithmic decay from window to window below which the strength is constant, and below which it may approach a
@@ -39,27 +39,23 @@ const ENDS: f64 = 0.3;
 /// With random losses: minimum ratio of the last window to the first for a sustained oscillation.
 const LASTING_AT_RANDOM: f64 = 0.5;
 
-/// Minimum ratio of the sustained oscillation to that at the end of the run for both to be the same; a run can decay to
-/// a smaller one.
+/// Minimum ratio of the sustained oscillation to that at the end of the run, which can decay to a smaller one.
 const PART_OF_SEEN: f64 = 0.5;
 
-/// The longest rest as a multiple of the shortest: in general, with random losses, and with a slow engine or tissue;
-/// and in ticks.
+/// The longest rest as a multiple of the shortest: in general, with random losses, and with a slow engine; and in
+/// ticks.
 const MAX_REST: u64 = 64;
 const MAX_RANDOM_REST: u64 = 8;
 const MAX_SLOW_REST: u64 = 4;
 const MAX_REST_TICKS: u64 = 400_000;
 
-/// Minimum length of a rest, in events and in round trips of the link.
+/// In events and in round trips of the link.
 const REST_EVENTS: f64 = 4.0;
 const REST_ROUND_TRIPS: u64 = 8;
 
-/// A swing at the end of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct Swing {
-    /// Its size in m.
     pub swing_m: f64,
-    /// Its frequency in Hz.
     pub frequency_hz: f64,
 }
 
@@ -75,7 +71,7 @@ pub(super) fn outcome(scenario: &Scenario, trace: &Trace, outcome: Outcome) -> R
     Ok(swing.map_or(outcome, |Swing { frequency_hz, swing_m }| Outcome::Oscillating { frequency_hz, swing_m }))
 }
 
-/// The swing that does not decay at the end of a run, if there is one.
+/// The swing that does not decay at the end of a run.
 #[must_use]
 pub fn lasting_swing(scenario: &Scenario, trace: &Trace) -> Option<Swing> {
     Tail::of(scenario, trace).lasting()
@@ -105,8 +101,7 @@ impl Tail {
         }
     }
 
-    /// True if slave or master reverses in the tail, and still moves in its second half; few runs with a resting hand
-    /// do.
+    /// True if slave or master reverses in the tail, and still moves in its second half.
     fn may_swing(&self) -> bool {
         self.relative_m.iter().any(|positions| {
             let (_, late) = positions.split_at(positions.len() / 2);
@@ -197,7 +192,7 @@ fn swing_at_rest(scenario: &Scenario, trace: &Trace, rest: usize, tail: &Tail) -
     }
 }
 
-/// The length of a rest in ticks: the minimum, doubled until the result is clear, and the maximum.
+/// In ticks; the minimum is doubled until the result is clear.
 struct RestLength {
     min: u64,
     max: u64,
@@ -216,7 +211,7 @@ impl RestLength {
         let is_random = !scenario.irregularity.is_none()
             || scenario.forward_schedule.has_delays()
             || scenario.backward_schedule.has_delays();
-        let is_slow = scenario.engine == EngineKind::Dop853 || matches!(scenario.tissue, TissueSpec::Unit(_));
+        let is_slow = scenario.engine == EngineKind::Dop853;
         let longest = match (is_slow, is_random) {
             (true, _) => MAX_SLOW_REST,
             (false, true) => MAX_RANDOM_REST,

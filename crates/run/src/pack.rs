@@ -1,5 +1,3 @@
-//! Runs several scenarios in lanes.
-
 use std::ops::Range;
 
 use super::{RunError, measure, observe};
@@ -13,28 +11,26 @@ use trocar_engine::wide_lanes::{Avx2, Avx512};
 use trocar_metrics::{LinkMetrics, Metrics, MetricsObserver, Outcome};
 use trocar_scenario::{Scenario, ScenarioEngine};
 
-/// Maximum number of scenarios that run together in lanes; more form further packs.
+/// More scenarios form further packs.
 pub const PACK: usize = LANES;
 
-/// Minimum number of scenarios for which eight lanes are faster than separate runs.
+/// With fewer scenarios, separate runs are faster than eight lanes.
 const MIN_SCENARIOS: usize = 3;
 
-/// Runs scenarios for their metrics, in order, up to [`PACK`] in lanes. The results are identical, bit for bit, to
-/// separate runs.
-///
-/// Scenarios share lanes if they differ only in numbers: scales, gains, tissue, machines, thresholds, seeds. Scenarios
-/// that differ in structure (kinds of tissue and controller, ticks, delays, sensors with and without noise) run one
-/// after the other. A failed scenario gives an error at its index only.
+/// The results are identical, bit for bit, to separate runs. Scenarios share lanes if they differ only in numbers:
+/// scales, gains, tissue, machines, thresholds, seeds. Scenarios that differ in structure (kinds of tissue and
+/// controller, ticks, delays, sensors with and without noise) run one after the other. A failed scenario gives an error
+/// at its index only.
 pub fn run_pack(scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
     run_pack_in(InstructionSet::widest(), scenarios)
 }
 
-/// [`run_pack`] with a given instruction set, or one after the other if the machine does not support it.
+/// One after the other if the machine does not support the instruction set.
 pub fn run_pack_in(set: InstructionSet, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
     metrics_of(run_pack_observed(set, &mut NoiseBank::new(0), scenarios, &()))
 }
 
-/// [`run_pack`] with noise shared between runs of the same seed: identical results, faster.
+/// Noise is shared between runs of the same seed: identical results, faster.
 pub fn run_pack_sharing(bank: &mut NoiseBank, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
     metrics_of(run_pack_observed(InstructionSet::widest(), bank, scenarios, &()))
 }
@@ -43,27 +39,17 @@ fn metrics_of(runs: Vec<Result<(Metrics, ()), RunError>>) -> Vec<Result<Metrics,
     runs.into_iter().map(|run| run.map(|(metrics, ())| metrics)).collect()
 }
 
-/// Observes the runs of a pack, and gives a finding about each.
 #[doc(hidden)]
 pub trait RunObserver {
-    /// The observer over lanes.
     type OverLanes<L: Lane>: EventObserver<L>;
-    /// What is found in a run.
     type Finding;
-    /// False if nothing is observed.
     const OBSERVES: bool = true;
 
-    /// Creates an observer of the scenarios at these indices, the first in lane 0. Unused lanes repeat the last
-    /// scenario.
+    /// The first scenario is in lane 0. Unused lanes repeat the last one.
     fn over_lanes<L: Lane>(&self, places: Range<usize>) -> Self::OverLanes<L>;
 
-    /// The finding about the run of a lane.
     fn finding<L: Lane>(observer: &Self::OverLanes<L>, lane: usize) -> Self::Finding;
 
-    /// Runs the scenario at an index by itself.
-    ///
-    /// # Errors
-    /// As [`observe`].
     fn run_alone(&self, scenario: &Scenario, place: usize) -> Result<(Metrics, Self::Finding), RunError> {
         let mut over_one = self.over_lanes::<f64>(place..place + 1);
         let metrics = observe(scenario, &mut Additional(Some(&mut over_one)))?;
@@ -85,11 +71,9 @@ impl RunObserver for () {
     }
 }
 
-/// The metrics of a run and the finding about it.
 #[doc(hidden)]
 pub type ObservedRun<R> = Result<(Metrics, <R as RunObserver>::Finding), RunError>;
 
-/// [`run_pack_sharing`] with a given instruction set and an observer.
 #[doc(hidden)]
 pub fn run_pack_observed<R: RunObserver>(
     set: InstructionSet,
@@ -102,7 +86,6 @@ pub fn run_pack_observed<R: RunObserver>(
     packs.flat_map(|(k, pack)| run_eight(set, bank, pack, (k * PACK, observer))).collect()
 }
 
-/// True if the scenarios, at most [`PACK`], can share lanes on this machine.
 #[must_use]
 pub fn can_share(scenarios: &[Scenario]) -> bool {
     scenarios.len() <= PACK && Engines::of(scenarios).is_some_and(|engines| engines.can_share())
@@ -149,7 +132,6 @@ impl Engines {
         }
     }
 
-    /// Unused lanes repeat the last scenario.
     fn lanes(&self) -> [&ScenarioEngine; LANES] {
         std::array::from_fn(|lane| &self.0[lane.min(self.0.len() - 1)])
     }

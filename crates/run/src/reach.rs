@@ -1,17 +1,13 @@
-//! How far the needle gets in a run.
-
 use trocar_core::time::{TickGrid, nearest_ticks};
 use trocar_engine::engine::Trace;
 use trocar_metrics::{Metrics, RuptureMetrics};
 
-/// How far the needle got in a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
-    /// Deepest position, in m.
     pub deepest_m: f64,
-    /// True if the tissue force is 0 in the whole run.
+    /// The tissue force is 0 in the whole run.
     pub is_untouched: bool,
-    /// The largest tissue force after the last rupture, in N.
+    /// After the last rupture.
     pub last_force_n: f64,
 }
 

@@ -1,5 +1,3 @@
-//! A run that the caller advances tick by tick.
-
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -46,10 +44,7 @@ pub struct SteppedRun {
 }
 
 impl SteppedRun {
-    /// Creates the run of a scenario with user-defined parts, before its first tick.
-    ///
-    /// # Errors
-    /// [`RunError::Scenario`] if the parts cannot be built.
+    /// Before the first tick.
     pub fn new(scenario: Scenario, parts: UserDefinedParts) -> Result<Self, RunError> {
         let trace = empty_trace_with(&scenario, &parts);
         let mut roles = parts.roles();
@@ -66,21 +61,15 @@ impl SteppedRun {
         Ok(Self { scenario, engine, observers, led, desired_m, led_m: vec![], has_ended: false })
     }
 
-    /// Repeats the run of a scenario without user-defined parts from its [`SteppedRun::led_m`], in the time of its
-    /// ticks, and continues from the same state.
-    ///
-    /// # Errors
-    /// As [`SteppedRun::new`] and [`SteppedRun::step`].
+    /// Repeats the ticks of a run without user-defined parts from its [`SteppedRun::led_m`], and continues from the
+    /// same state.
     pub fn repeated(scenario: Scenario, led_m: &[f64]) -> Result<Self, RunError> {
         let mut run = Self::new(scenario, UserDefinedParts::default())?;
         run.repeat(led_m)?;
         Ok(run)
     }
 
-    /// Runs a tick for each position in m, as [`SteppedRun::step`]; NaN for the operator's own.
-    ///
-    /// # Errors
-    /// As [`SteppedRun::step`].
+    /// A tick for each position in m; NaN for the operator's own.
     pub fn repeat(&mut self, led_m: &[f64]) -> Result<(), RunError> {
         for position_m in led_m {
             self.step(Some(*position_m).filter(|position_m| !position_m.is_nan()))?;
@@ -88,11 +77,8 @@ impl SteppedRun {
         Ok(())
     }
 
-    /// Runs a tick: observes the signals and moves both machines to the next tick. The desired position moves linearly
-    /// to `desired_m` (m), or to the operator's position with `None`. Returns true if there are more ticks.
-    ///
-    /// # Errors
-    /// [`RunError::Engine`].
+    /// The desired position moves linearly to `desired_m`, or to the operator's position with `None`. Returns true if
+    /// there are more ticks.
     pub fn step(&mut self, desired_m: Option<f64>) -> Result<bool, RunError> {
         if self.has_ended {
             return Ok(false);
@@ -112,8 +98,6 @@ impl SteppedRun {
             }
         };
         if self.has_ended {
-            // A failure of the tissue is the cause of later errors.
-            let outcome = engine.parts.tissue_outcome().and(outcome);
             checked_outcome(&self.scenario, &self.observers.0, outcome)?;
         }
         self.led_m.push(desired_m.unwrap_or(f64::NAN));
@@ -187,43 +171,32 @@ impl SteppedRun {
         Ok(())
     }
 
-    /// The scenario.
     #[must_use]
     pub fn scenario(&self) -> &Scenario {
         &self.scenario
     }
 
-    /// Number of ticks so far.
     #[must_use]
     pub fn ticks(&self) -> u64 {
         self.led_m.len() as u64
     }
 
-    /// The position that a person gave at each tick so far, in m; NaN at ticks without one.
+    /// The position that a person gave at each tick; NaN at ticks without one.
     #[must_use]
     pub fn led_m(&self) -> &[f64] {
         &self.led_m
     }
 
-    /// True if there are no more ticks.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.has_ended
     }
 
-    /// The signals of the ticks so far.
     #[must_use]
     pub fn trace(&self) -> &Trace {
         &self.observers.1.1
     }
 
-    /// The metrics of the ticks so far.
-    #[must_use]
-    pub fn metrics(&self) -> Metrics {
-        self.observers.1.0.metrics(0)
-    }
-
-    /// The result of the ticks so far.
     #[must_use]
     pub fn conclude(self) -> Run {
         let (checked, (metrics, trace)) = self.observers;
@@ -238,8 +211,7 @@ impl std::fmt::Debug for SteppedRun {
     }
 }
 
-/// An operator whose position the caller can override. `led` holds the bits of the given position; NaN selects the
-/// operator's position.
+/// `led` holds the bits of the given position; NaN selects the operator's position.
 struct Led {
     operator: BuiltInOr<HumanOperator<f64>, dyn Operator<f64> + Send>,
     led: Arc<AtomicU64>,

@@ -1,10 +1,8 @@
-//! Swings in a signal: their number, their size, and the strength of the motion.
-
 use std::f64::consts::TAU;
 
 use trocar_base::interrupt;
 
-/// The changes of at least `min` from each peak to the next trough and back.
+/// Changes of at least `min` from each peak to the next trough and back.
 pub(super) fn swings(values: &[f64], min: f64) -> Vec<f64> {
     interrupt::check();
     let Some(&first) = values.first() else { return vec![] };

@@ -1,5 +1,3 @@
-//! Builds engines from scenarios.
-
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -20,28 +18,21 @@ use trocar_engine::engine::{
 use trocar_engine::plant::{GeneralMaster, MasterStep, PlantError, SlaveParameters, SlaveStep};
 use trocar_engine::sensor::AnySensor;
 use trocar_engine::teleoperation::LinkReport;
-use trocar_engine::tissue::{AnyTissue, UnitTissue};
+use trocar_engine::tissue::AnyTissue;
 
-/// An engine of any kind.
 #[derive(Debug, Clone)]
 pub enum ScenarioEngine {
-    /// Exact steps.
     Exact(Box<Wired<f64, ExactPlants<f64>>>),
     /// Exact steps, with motors that saturate.
     Limited(Box<Engine<LimitedPlants<f64>, Any<f64>>>),
     /// Exact steps, with samples that arrive between ticks.
     Split(Box<Engine<FractionalDelayPlants<f64>, Any<f64>>>),
-    /// Numerical integration.
     Integrated(Box<Engine<IntegratedPlants, Any<f64>>>),
     /// A master or slave other than the appendix'.
     General(Box<Engine<GeneralPlants, Any<f64>>>),
 }
 
 impl ScenarioEngine {
-    /// Runs the scenario.
-    ///
-    /// # Errors
-    /// The errors of [`Engine::run`].
     pub fn run(&mut self, mut observer: &mut dyn Observer<f64>) -> Result<(), EngineError> {
         match self {
             Self::Exact(engine) => engine.run(observer),
@@ -54,9 +45,6 @@ impl ScenarioEngine {
 
     /// Like [`ScenarioEngine::run`], with the exact engine compiled for its observer and the processor's registers. For
     /// the other engines this gain is small compared with their ticks.
-    ///
-    /// # Errors
-    /// The errors of [`Engine::run`].
     pub fn run_compiled<O: Observer<f64>>(&mut self, observer: &mut O) -> Result<(), EngineError> {
         match self {
             Self::Exact(engine) => engine.run_compiled(observer),
@@ -79,11 +67,7 @@ impl ScenarioEngine {
 
 impl Scenario {
     /// Builds the scenario's engine at tick 0.
-    ///
-    /// # Errors
-    /// [`ScenarioError`] if no plant can be computed from the parameters.
     pub fn build(&self) -> Result<ScenarioEngine, ScenarioError> {
-        self.load_unit()?;
         if self.has_general_machine() {
             return Ok(ScenarioEngine::General(Box::new(self.general(self.general_plants()?, 0)?)));
         }
@@ -113,20 +97,14 @@ impl Scenario {
             TissueSpec::Depth { presliding_m, .. } => {
                 positive("tissue.presliding_m", *presliding_m).map(drop).map_err(invalid)?
             }
-            TissueSpec::Recording { .. } | TissueSpec::Unit(_) => {}
+            TissueSpec::Recording { .. } => {}
         }
         self.master_reading::<f64>()?;
         AnySensor::<f64>::new(&self.sensor, tick_s, (self.seed, 0)).map(drop).map_err(invalid)
     }
 
-    /// Builds the scenario's engine with user-defined parts.
-    ///
-    /// # Errors
-    /// The errors of [`Scenario::build`].
     pub fn build_with(&self, parts: UserDefinedParts) -> Result<UserDefinedEngine, ScenarioError> {
-        if parts.tissue.is_none() {
-            self.load_unit()?;
-        } else if self.organ_motion.moves() {
+        if parts.tissue.is_some() && self.organ_motion.moves() {
             let message = "the motion of the organs does not act on a user-defined tissue";
             let place = self.values().section_place("tissue");
             let remedy = "set tissue.breathing_amplitude_m = 0 and tissue.heartbeat_amplitude_m = 0, and move the tissue in its own code";
@@ -143,36 +121,18 @@ impl Scenario {
     }
 
     /// Builds only the scenario's tissue, before its first tick.
-    ///
-    /// # Errors
-    /// The errors of [`Scenario::build`].
     pub fn tissue_part(&self) -> Result<AnyTissue<f64>, ScenarioError> {
-        self.load_unit()?;
         self.any_tissue()
-    }
-
-    /// Loads the library of a tissue in a unit. This is the first point at which third-party code runs.
-    fn load_unit(&self) -> Result<(), ScenarioError> {
-        let TissueSpec::Unit(tissue) = &self.tissue else { return Ok(()) };
-        let named =
-            |error| self.values().error(UnitTissue::file_key(), format!("{}: {error}", tissue.path().display()));
-        tissue.load().map_err(named)
     }
 
     /// Builds the master's side for a link to a remote slave. The delays of the scenario's link have no effect, because
     /// messages arrive in real time. A message counts as missing after the scenario's longest delay.
-    ///
-    /// # Errors
-    /// The errors of [`Scenario::build`], and for machines that are integrated together.
     pub fn master_side(&self) -> Result<MasterSide, ScenarioError> {
         let (_, initial) = self.initial_samples();
         Ok(MasterSide::new(self.side_engine()?, initial))
     }
 
     /// Builds the slave's side, like [`Scenario::master_side`].
-    ///
-    /// # Errors
-    /// The errors of [`Scenario::master_side`].
     pub fn slave_side(&self) -> Result<SlaveSide, ScenarioError> {
         let (initial, _) = self.initial_samples();
         Ok(SlaveSide::new(self.side_engine()?, initial))
@@ -185,7 +145,6 @@ impl Scenario {
             let error = ScenarioError::new(message).at(self.values().place("simulation.engine"));
             return Err(error.remedy(format!("use simulation.engine = \"{}\"", EngineKind::Exact.word())));
         }
-        self.load_unit()?;
         let mut apart = self.clone();
         let [forward, backward] = self.longest_delays_ticks();
         let whole = DelayTicks { whole: 0, share: 0.0 };
@@ -222,9 +181,6 @@ impl Scenario {
     }
 
     /// Like [`Scenario::exact_engine`], compiled for any parts.
-    ///
-    /// # Errors
-    /// The errors of [`Scenario::build`].
     pub fn general_engine<L: Lane>(&self, first_stream: u64) -> Result<Engine<ExactPlants<L>, Any<L>>, ScenarioError> {
         self.general(self.exact_plants()?, first_stream)
     }
@@ -234,9 +190,6 @@ impl Scenario {
     }
 
     /// Like [`Scenario::exact_engine`], with samples that arrive between ticks.
-    ///
-    /// # Errors
-    /// The errors of [`Scenario::build`].
     pub fn split_engine<L: Lane>(
         &self,
         first_stream: u64,
@@ -288,9 +241,6 @@ impl Scenario {
     }
 
     /// Like [`Scenario::exact_engine`], with sampled controllers and the scenario's actuator limits.
-    ///
-    /// # Errors
-    /// The errors of [`Scenario::build`].
     pub fn limited_engine<L: Lane>(
         &self,
         first_stream: u64,

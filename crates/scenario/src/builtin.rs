@@ -61,7 +61,6 @@ pub fn questions() -> impl Iterator<Item = (&'static str, &'static str)> {
     })
 }
 
-/// The names of the shipped recordings.
 pub fn recordings() -> impl Iterator<Item = &'static str> {
     FILES.iter().map(|(file, _)| *file).filter(|file| !file.ends_with(ENDING))
 }

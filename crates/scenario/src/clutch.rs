@@ -21,7 +21,6 @@ trocar_core::settings! {
 
 const CLUTCH: &str = ClutchSettings::KEYS[0].path;
 
-/// Reads the ticks at which the clutch is open.
 pub(super) fn clutch(values: &mut Values, grid: &TickGrid) -> Result<Arc<[Range<u64>]>, ScenarioError> {
     let times_s = ClutchSettings::read(values)?.clutch_s;
     let open = intervals(values, (CLUTCH, "opening"), &times_s, grid.tick_s())?;

@@ -1,5 +1,3 @@
-//! Error messages with the underlined line of the scenario and the remedy.
-
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 
 use crate::ScenarioError;

@@ -28,18 +28,14 @@ const MAX_LAYERS: usize = 1000;
 
 const LISTED: &str = "`trocar scenarios` lists the shipped scenarios";
 
-/// The origin of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Source {
-    /// A file on disk.
     Disk(PathBuf),
     /// An embedded file by its full name, for example `layers/skin-augmented.toml`.
     Builtin(String),
     /// A text in memory; paths in it are relative to the working directory.
     Text {
-        /// The name in messages.
         name: Arc<str>,
-        /// The text in TOML.
         text: Arc<str>,
     },
     /// A recording in memory, by the name that `trocar_recording::keep` returned.
@@ -60,7 +56,6 @@ impl Source {
         }
     }
 
-    /// The source for a path inside this source.
     #[must_use]
     pub fn relative(&self, text: &str) -> Self {
         if let Self::Kept(source, files) = self {
@@ -88,7 +83,6 @@ impl Source {
         Self::Kept(Box::new(self.plain().clone()), files)
     }
 
-    /// Returns this source without the content of files.
     #[must_use]
     pub fn plain(&self) -> &Self {
         if let Self::Kept(source, _) = self { source.plain() } else { self }
@@ -100,7 +94,6 @@ impl Source {
         if let Self::Kept(_, files) = self { Some(files) } else { None }
     }
 
-    /// The path of a file on disk.
     #[must_use]
     pub fn disk_path(&self) -> Option<&Path> {
         if let Self::Disk(path) = self.plain() { Some(path) } else { None }
@@ -116,7 +109,6 @@ impl Source {
         }
     }
 
-    /// The name in messages.
     #[must_use]
     pub fn display(&self) -> String {
         match self {
@@ -128,7 +120,6 @@ impl Source {
         }
     }
 
-    /// The file's name without its extension.
     #[must_use]
     pub fn stem(&self) -> String {
         let path = match self {
@@ -154,10 +145,6 @@ impl Source {
         }
     }
 
-    /// The text of the file.
-    ///
-    /// # Errors
-    /// The file does not exist, cannot be read, is too large, or is not UTF-8.
     pub fn read(&self) -> Result<String, ScenarioError> {
         self.read_relative_to("the file that contains it")
     }
@@ -221,18 +208,13 @@ fn joined(here: &str, path: &str) -> String {
     parts.join("/")
 }
 
-/// One key with its value in a file.
 #[derive(Debug, Clone)]
 pub struct Entry {
-    /// The dotted path.
     pub path: String,
-    /// The value.
     pub value: toml::Value,
     /// The text of the value, for messages.
     pub written: String,
-    /// The place of the key.
     pub key_place: Place,
-    /// The place of the value.
     pub value_place: Place,
     /// The file to which paths in the value are relative.
     pub source: Source,
@@ -243,9 +225,6 @@ pub struct Entry {
 
 /// Every entry of a scenario, its bases and the lists of settings, the last list first. The first entry of a path takes
 /// effect.
-///
-/// # Errors
-/// A file cannot be read, is not TOML, or is based on itself; a setting is not `section.key=value`.
 pub fn gather(source: &Source, settings: &[&[String]]) -> Result<Vec<Entry>, ScenarioError> {
     let mut entries = of_settings(settings)?;
     let earlier_lists = settings.len().saturating_sub(1);
@@ -310,7 +289,6 @@ fn kind_of_file(entry: &Entry) -> Option<&'static str> {
     is_design_goal(entry).then_some("design")
 }
 
-/// True if an entry is in a section that only a design file has.
 #[must_use]
 pub fn is_design_goal(entry: &Entry) -> bool {
     matches!(entry.path.split('.').next(), Some("free" | "objectives"))
@@ -323,9 +301,6 @@ pub fn is_axis(entry: &Entry) -> bool {
 }
 
 /// Returns every entry of a file in the syntax of a scenario, sorted by path.
-///
-/// # Errors
-/// The file cannot be read or is not TOML.
 pub fn entries(source: &Source) -> Result<Vec<Entry>, ScenarioError> {
     parse(&source.display(), &source.read_argument()?, source)
 }

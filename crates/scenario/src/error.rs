@@ -1,17 +1,12 @@
-//! Errors in scenarios, with their place in the file.
-
 use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
 use trocar_base::names;
 
-/// A range of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Place {
-    /// The file as the user named it.
     pub file: Arc<str>,
-    /// The whole text of the file.
     pub text: Arc<str>,
     /// The byte range within the text.
     pub span: Range<usize>,
@@ -28,16 +23,12 @@ impl Place {
     }
 }
 
-/// An error in a scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScenarioError {
     /// The error, with the value and the allowed range.
     pub message: String,
-    /// The place, if the error is in a file.
     pub place: Option<Place>,
-    /// The remedy.
     pub remedy: Option<String>,
-    /// Further errors of the same scenario.
     pub others: Box<[ScenarioError]>,
 }
 
@@ -49,7 +40,6 @@ impl ScenarioError {
         Self { message, place: None, remedy: None, others: Box::default() }
     }
 
-    /// Sets the place.
     #[must_use]
     pub fn at(mut self, place: Option<Place>) -> Self {
         self.place = place;
@@ -83,7 +73,6 @@ impl ScenarioError {
         Err(Self { others: errors.collect(), ..first })
     }
 
-    /// Sets the remedy.
     #[must_use]
     pub fn remedy(mut self, remedy: impl Into<String>) -> Self {
         self.remedy = Some(names::with_short_words(&remedy.into()).into_owned());

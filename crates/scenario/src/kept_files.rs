@@ -12,19 +12,16 @@ use trocar_recording::{Columns, Limits, Recording};
 #[derive(Debug, Clone, Default)]
 pub struct KeptFiles(Arc<Mutex<FileContents>>);
 
-/// The content of files.
 #[derive(Debug, Clone, Default)]
 pub struct FileContents {
     /// The canonical path of each path at the time of its first use.
     pub canonical: BTreeMap<PathBuf, PathBuf>,
-    /// The bytes of scenarios and tables, by path.
     pub bytes: BTreeMap<PathBuf, Arc<[u8]>>,
     /// The recordings by canonical path and settings for reading.
     pub recordings: BTreeMap<(PathBuf, String), Arc<Recording>>,
 }
 
 impl KeptFiles {
-    /// Wraps the content of files.
     #[must_use]
     pub fn of(content: FileContents) -> Self {
         Self(Arc::new(Mutex::new(content)))

@@ -1,5 +1,3 @@
-//! Lookup of keys.
-
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::ops::Deref;
@@ -19,7 +17,6 @@ static BY_PATH: LazyLock<HashMap<&str, &'static Key>> =
 pub struct KeyAt {
     /// The path of the value, for example `tissue.layer.dura.thickness_m`.
     pub path: Cow<'static, str>,
-    /// The declaration.
     pub key: &'static Key,
 }
 
@@ -54,7 +51,6 @@ pub fn find(path: &str) -> Option<KeyAt> {
     Some(KeyAt::of_layer(name, key))
 }
 
-/// True if a path names a section.
 #[must_use]
 pub fn is_section(path: &str) -> bool {
     SECTIONS.iter().any(|(section, _)| *section == path)

@@ -11,7 +11,6 @@ pub const NAME_RULE: &str = "at most 32 letters, digits, '-' and '_'";
 /// The rule for names, as a regular expression.
 pub const NAME_PATTERN: &str = "^[A-Za-z0-9_-]{1,32}$";
 
-/// The placeholder for the name of any layer.
 pub(super) const ANY: &str = "*";
 
 pub(super) fn is_name(name: &str) -> bool {

@@ -1,5 +1,3 @@
-//! Reads the settings of the link.
-
 use super::error::ScenarioError;
 use super::values::Values;
 use trocar_engine::plant::{

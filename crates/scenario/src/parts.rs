@@ -9,7 +9,6 @@ use super::specs::{OperatorSpec, TissueSpec};
 use trocar_core::augmentation::{AnyForceLaw, HeldReference, Supervisor};
 use trocar_core::chain::Chain;
 use trocar_core::detector::{CusumDetector, DistanceKind, SquaredResidual};
-use trocar_core::error::InvalidValue;
 use trocar_core::estimation::{AnyEstimator, Rls};
 use trocar_core::lane::Lane;
 use trocar_core::safety::CommandLimits;
@@ -21,7 +20,7 @@ use trocar_engine::engine::{
 use trocar_engine::operator::{HumanOperator, Motion, Ramp, Reflex, Replay};
 use trocar_engine::sensor::{AnySensor, ForceSensor, PerfectSensor};
 use trocar_engine::teleoperation::{DirectLink, Lines, Link, MasterReading, PAYLOAD};
-use trocar_engine::tissue::{AnyTissue, DepthReplay, Fmu, RecordedForce, Recording, StillTissue};
+use trocar_engine::tissue::{AnyTissue, DepthReplay, RecordedForce, Recording, StillTissue};
 
 const FORWARD: u64 = 0x66_6f72_7761_7264;
 const BACKWARD: u64 = 0x6261_636b_7761_7264;
@@ -208,14 +207,11 @@ impl Scenario {
                 DepthReplay::new(curves.clone(), ruptures, *presliding_m, start_m)
                     .map(|tissue| Recording::Depth(tissue).into())
             }
-            TissueSpec::Model(settings) => self.moved(settings.build(self.grid.tick_s(), start_m)),
-            TissueSpec::Unit(tissue) => self.moved(Ok(Fmu::new(tissue.clone()).into())),
+            TissueSpec::Model(settings) => settings
+                .build(self.grid.tick_s(), start_m)
+                .and_then(|tissue| self.organ_motion.applied_to(tissue, self.grid.tick_s())),
         };
         tissue.map_err(|error| self.values().out_of_range(&error))
-    }
-
-    fn moved<L: Lane>(&self, tissue: Result<StillTissue<L>, InvalidValue>) -> Result<AnyTissue<L>, InvalidValue> {
-        tissue.and_then(|tissue| self.organ_motion.applied_to(tissue, self.grid.tick_s()))
     }
 
     fn any_sensor<L: Lane>(&self, first_stream: u64) -> Result<AnySensor<L>, ScenarioError> {

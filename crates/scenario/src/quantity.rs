@@ -104,9 +104,6 @@ pub fn unit_of(path: &str) -> Option<String> {
 }
 
 /// Converts a text with a unit to a number in the key's unit.
-///
-/// # Errors
-/// The problem with the text, as a remedy.
 pub fn parse(text: &str, unit: &str) -> Result<f64, String> {
     let text = text.trim();
     let is_number = |end: &usize| {
@@ -155,9 +152,6 @@ fn units_of(unit: &str) -> (&str, String) {
 /// Parses `COLUMN`, `COLUMN:FACTOR`, or a column with its unit, for example `x:mm` if `unit` is `m`; `-mm` also changes
 /// the sign. An offset can follow, in `unit` or with its own unit, as in `x:-mm+100mm`. Any other text after the colon
 /// is part of the name. If the file has no such column, the error says that the text is no unit.
-///
-/// # Errors
-/// The name or the factor is invalid.
 pub fn parse_column(text: &str, unit: &str) -> Result<Column, String> {
     let with_unit = text.rsplit_once(':').and_then(|(name, written)| {
         let scale = |written: &str| {
@@ -173,10 +167,6 @@ pub fn parse_column(text: &str, unit: &str) -> Result<Column, String> {
     with_unit.unwrap_or_else(|| text.parse()).map_err(|error| error.to_string())
 }
 
-/// Converts a text with or without a unit to a number in `unit`.
-///
-/// # Errors
-/// The errors of [`parse`].
 pub fn parse_number(text: &str, unit: &str) -> Result<f64, String> {
     text.trim().parse().or_else(|_| parse(text, unit))
 }

@@ -1,5 +1,3 @@
-//! The recording of a scenario or a detection.
-
 use std::sync::{Arc, Mutex, PoisonError};
 
 use trocar_core::settings::{Key, KeySource as _};
@@ -26,7 +24,6 @@ const TARE: &str = FileSettings::KEYS[2].path;
 /// Maximum number of resampled samples, whatever recording.max_samples: the maximum ticks of a run.
 const MAX_EVEN_SAMPLES: u64 = 1_000_000_000;
 
-/// A recording with its labels.
 #[derive(Debug, Clone)]
 pub struct RecordingSpec {
     /// The samples in SI units and this crate's signs.
@@ -38,18 +35,13 @@ pub struct RecordingSpec {
 /// All inputs of rupture detection in a recording.
 #[derive(Debug, Clone)]
 pub struct DetectionSpec {
-    /// The recording with its labels.
     pub recording: RecordingSpec,
-    /// The settings.
     pub settings: DetectionSettings,
 }
 
-/// The settings of rupture detection.
 #[derive(Debug, Clone)]
 pub struct DetectionSettings {
-    /// The estimator.
     pub estimator: RlsSettings,
-    /// The detector.
     pub detector: DetectorSettings,
     /// Position of the tissue's surface in m.
     pub contact_m: f64,
@@ -61,9 +53,6 @@ pub struct DetectionSettings {
 
 impl DetectionSettings {
     /// Resolves the values of detection without a recording, and fills in derived values.
-    ///
-    /// # Errors
-    /// The errors of [`Scenario::load`](super::Scenario::load).
     pub fn resolve(values: &mut Values) -> Result<Self, ScenarioError> {
         let sensor = SensorSettings::read(values)?;
         let settings = Self {
@@ -80,10 +69,6 @@ impl DetectionSettings {
 }
 
 impl DetectionSpec {
-    /// Resolves the values of detection, and fills in derived values.
-    ///
-    /// # Errors
-    /// The errors of [`Scenario::load`](super::Scenario::load).
     pub fn resolve(values: &mut Values) -> Result<Self, ScenarioError> {
         let settings = DetectionSettings::resolve(values)?;
         if !values.is_given(FILE) {
@@ -95,9 +80,6 @@ impl DetectionSpec {
 
     /// Like [`DetectionSpec::resolve`], for samples in memory: uses the labels and limits of the values, not their
     /// columns and signs.
-    ///
-    /// # Errors
-    /// The errors of [`Scenario::load`](super::Scenario::load).
     pub fn of(values: &mut Values, recording: Recording) -> Result<Self, ScenarioError> {
         let settings = DetectionSettings::resolve(values)?;
         let recording = labelled(values, recording)?;
@@ -197,9 +179,6 @@ pub(super) fn embedded(values: &Values, key: &str, name: &str) -> Result<&'stati
 }
 
 /// Reads the columns of a recording's quantities, with scales and signs.
-///
-/// # Errors
-/// The errors of [`Scenario::load`](super::Scenario::load).
 pub fn recording_columns(values: &mut Values) -> Result<Columns, ScenarioError> {
     let (names, scales) = (ColumnSettings::read(values)?, ScaleSettings::read(values)?);
     let (signs, offsets) = (SignSettings::read(values)?, OffsetSettings::read(values)?);
@@ -217,10 +196,6 @@ pub fn recording_columns(values: &mut Values) -> Result<Columns, ScenarioError> 
     })
 }
 
-/// Lists the signals of the recording in the values.
-///
-/// # Errors
-/// The errors of [`Scenario::load`](super::Scenario::load); the file is missing or cannot be read.
 pub fn recording_signals(values: &mut Values) -> Result<Vec<Signal>, ScenarioError> {
     let Some(source) = values.file(FILE) else {
         return Err(no_recording(values));

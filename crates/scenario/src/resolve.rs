@@ -26,10 +26,8 @@ const DEFAULT_DURATION_S: f64 = 7.0;
 /// Maximum ticks of a scenario: about half an hour at 1 kHz, and a trace of 0.3 GB.
 const MAX_TICKS: f64 = 2e6;
 
-/// A delay in ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DelayTicks {
-    /// Whole ticks.
     pub whole: u64,
     /// The fraction of a tick after which a sample arrives, at least 0 and below 1.
     pub share: f64,
@@ -58,9 +56,6 @@ pub fn waits_for_tick(timing: ControlTiming, link: &LinkSettings, has_general_ma
 
 impl Scenario {
     /// Loads a scenario with its bases. The settings (`section.key=value`) override it.
-    ///
-    /// # Errors
-    /// [`ScenarioError`] with place and remedy, for the scenario or its recording.
     pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
         Self::load_changed(source, &[settings])
     }
@@ -80,9 +75,6 @@ impl Scenario {
     /// assert!(error.to_string().contains("did you mean scaling.force?"));
     /// # Ok::<(), trocar::scenario::ScenarioError>(())
     /// ```
-    ///
-    /// # Errors
-    /// The errors of [`Scenario::load`].
     pub fn load_with(source: &Source, settings: &[(&str, Value)]) -> Result<Self, ScenarioError> {
         let written: Vec<String> = settings.iter().map(|(key, value)| format!("{key}={}", value.to_toml())).collect();
         Self::load(source, &written)
@@ -90,18 +82,12 @@ impl Scenario {
 
     /// Like [`Scenario::load`], with several lists of settings. A later list overrides earlier ones and may change a
     /// kind, which disables earlier settings.
-    ///
-    /// # Errors
-    /// The errors of [`Scenario::load`].
     pub fn load_changed(source: &Source, settings: &[&[String]]) -> Result<Self, ScenarioError> {
         Self::load_sharing(None, source, settings)
     }
 
     /// Loads a scenario like [`Scenario::load_changed`], and takes over the steps of the plants of another scenario with
     /// the same machines.
-    ///
-    /// # Errors
-    /// The errors of [`Scenario::load`].
     pub fn load_sharing(other: Option<&Self>, source: &Source, settings: &[&[String]]) -> Result<Self, ScenarioError> {
         let values = Values::load_changed(source, settings)?;
         values.check_acting(|_| false)?;
@@ -109,9 +95,6 @@ impl Scenario {
     }
 
     /// Loads several scenarios with the same settings. Each setting must have an effect in at least one scenario.
-    ///
-    /// # Errors
-    /// The errors of [`Scenario::load`], for each scenario.
     #[must_use]
     pub fn load_all(sources: &[Source], settings: &[String]) -> Vec<Result<Self, ScenarioError>> {
         let all: Vec<_> = sources.iter().map(|source| Values::load(source, settings)).collect();
@@ -124,10 +107,6 @@ impl Scenario {
         all.iter().map(resolve).collect()
     }
 
-    /// Resolves values to a scenario.
-    ///
-    /// # Errors
-    /// The errors of [`Scenario::load`].
     pub fn resolve(values: Values) -> Result<Self, ScenarioError> {
         Self::resolve_sharing(None, values)
     }
@@ -163,7 +142,6 @@ impl Scenario {
         &self.values
     }
 
-    /// The same scenario with another seed.
     #[must_use]
     pub fn with_seed(&self, seed: u64) -> Self {
         let mut other = Self { seed, ..self.clone() };
@@ -193,7 +171,7 @@ impl Scenario {
             TissueSpec::Recording { rupture_ticks, .. } => {
                 rupture_ticks.iter().map(|&tick| self.grid.time_s(tick)).collect()
             }
-            TissueSpec::Depth { .. } | TissueSpec::Model(_) | TissueSpec::Unit(_) => vec![],
+            TissueSpec::Depth { .. } | TissueSpec::Model(_) => vec![],
         }
     }
 

@@ -14,9 +14,6 @@ const SIMULATION: [&str; 2] = ["operator.kind=ramp", "tissue.kind=kelvin-voigt"]
 
 impl Scenario {
     /// Loads a scenario for its rig. The text may leave out what only a simulation needs, the operator and the tissue.
-    ///
-    /// # Errors
-    /// The errors of [`Scenario::load`].
     pub fn load_for_rig(source: &Source) -> Result<Self, ScenarioError> {
         Self::load(source, &[]).or_else(|error| {
             let without_simulation = Self::load(source, &SIMULATION.map(str::to_owned));

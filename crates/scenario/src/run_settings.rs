@@ -1,5 +1,3 @@
-//! The settings of a scenario's run.
-
 use super::engine_kind::EngineKind;
 use trocar_engine::plant::ControlTiming;
 

@@ -48,32 +48,23 @@ use trocar_engine::teleoperation::{
 use trocar_engine::tissue::{LAYER_KEYS, OrganMotion, ReplayIndex, TissueSettings};
 use trocar_recording::{ColumnSettings, FileSettings, Limits, OffsetSettings, Resampled, ScaleSettings, SignSettings};
 
-/// A scenario that can be run.
 #[derive(Debug, Clone)]
 pub struct Scenario {
     /// Name of the output folder and of its lines in figures.
     pub name: String,
-    /// The ticks of the run.
     pub grid: TickGrid,
     /// The method that steps the plants.
     pub engine: EngineKind,
-    /// Continuous or sampled control.
     pub timing: ControlTiming,
-    /// The seed of the random numbers.
     pub seed: u64,
-    /// The master.
     pub master: MasterParameters,
     /// The model of a master other than the appendix'.
     pub master_model: MasterModelSettings,
-    /// The encoder of the master.
     pub encoder: EncoderSettings,
     /// The ticks at which the clutch of the master is open.
     pub clutch: Arc<[Range<u64>]>,
-    /// The arm.
     pub arm: ArmParameters,
-    /// The slave.
     pub slave: SlaveParameters,
-    /// The limits of the motors.
     pub actuators: ActuatorLimits,
     /// Controller, recovery and passivity of the link.
     pub link: LinkSettings,
@@ -89,9 +80,7 @@ pub struct Scenario {
     pub forward_schedule: Schedule,
     /// Scheduled outages and delays from slave to master.
     pub backward_schedule: Schedule,
-    /// The operator's motion.
     pub operator: OperatorSpec,
-    /// The operator's tremor.
     pub tremor: TremorSettings,
     /// The stretch reflexes of the operator's arm.
     pub stretch: StretchSettings,
@@ -101,22 +90,17 @@ pub struct Scenario {
     pub reflex: ReflexSettings,
     /// The operator's perception of a drop of the felt force.
     pub perception: Perception,
-    /// The tissue.
     pub tissue: TissueSpec,
     /// The spring (N/m) and the damper (N·s/m) that stand for a recorded force in the stability analysis, if stated.
     /// They do not affect a run.
     pub stated_tissue: Option<(f64, f64)>,
     /// The motion of the tissue with breathing and heartbeat.
     pub organ_motion: OrganMotion,
-    /// The sensors.
     pub sensor: SensorSettings,
-    /// The estimator.
     pub estimator: RlsSettings,
     /// The estimator's contact position in m.
     pub contact_m: f64,
-    /// The detector.
     pub detector: DetectorSettings,
-    /// The supervisor.
     pub augmentation: AugmentationSettings,
     /// The limits of a possible sample of a rig; they do not affect a run.
     pub rig_limits: rig::Limits,
@@ -201,7 +185,6 @@ impl Scenario {
 #[derive(Debug)]
 pub(super) struct Group {
     pub(super) sections: &'static [(&'static str, &'static str)],
-    /// The keys in the order of files.
     pub(super) keys: &'static [Key],
     also: &'static [&'static [Key]],
     /// Keys whose change needs a file or a recording, and therefore the whole scenario resolved again.
@@ -429,13 +412,7 @@ pub(super) const GROUPS: &[Group] = &[
         ..PLAIN
     },
     Group {
-        sections: &[
-            ("tissue", "The tissue that the needle enters."),
-            (
-                "tissue.fmu",
-                "A tissue in a third-party functional mock-up unit. trocar executes its code: run trusted units only.",
-            ),
-        ],
+        sections: &[("tissue", "The tissue that the needle enters.")],
         keys: TissueSettings::KEYS,
         also: &[LAYER_KEYS],
         whole: &[TissueSettings::KEY, ReplayIndex::KEY],

@@ -1,5 +1,3 @@
-//! The keys of scheduled events.
-
 use trocar_core::augmentation::WHEN_ENABLED;
 
 trocar_core::settings! {

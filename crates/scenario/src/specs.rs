@@ -1,5 +1,3 @@
-//! Descriptions of the operator's motion and the tissue in a scenario.
-
 use std::sync::Arc;
 
 use trocar_core::settings::KeySource as _;
@@ -7,22 +5,17 @@ use trocar_core::settings::KeySource as _;
 use super::error::ScenarioError;
 use super::replay::{RecordingSpec, rupture_depths, rupture_ticks};
 use super::scenario::ScenarioUpdate;
-use super::value::Value;
 use super::values::{STATED, Values};
 use trocar_core::error::non_negative;
 use trocar_core::time::TickGrid;
 use trocar_engine::operator::MotionSettings;
-use trocar_engine::tissue::{
-    DepthCurves, FmuSettings, ReplayIndex, ReplaySettings, TissueSettings, UnfitUnit, UnitProblem, UnitTissue,
-};
+use trocar_engine::tissue::{DepthCurves, ReplayIndex, ReplaySettings, TissueSettings};
 use trocar_recording::Resampled;
 
-/// The operator's motion.
 #[derive(Debug, Clone, PartialEq)]
 pub enum OperatorSpec {
     /// Positions in m, one per tick: recorded or precomputed.
     Recording(Arc<[f64]>),
-    /// A constant speed.
     Ramp {
         /// Start position in m.
         start_m: f64,
@@ -33,29 +26,22 @@ pub enum OperatorSpec {
     },
 }
 
-/// The tissue.
 #[derive(Debug, Clone, PartialEq)]
 pub enum TissueSpec {
     /// Forces in N, one per tick, and the ticks of the labelled ruptures.
     Recording {
         /// Forces in N, one per tick.
         force_n: Arc<[f64]>,
-        /// Ticks of the labelled ruptures.
         rupture_ticks: Arc<[u64]>,
     },
-    /// A recorded force over depth.
     Depth {
-        /// The recorded force at each depth.
         curves: Arc<DepthCurves>,
         /// Depths at which layers rupture, in m.
         rupture_depths_m: Arc<[f64]>,
         /// Travel over which the force changes to the withdrawal force, in m.
         presliding_m: f64,
     },
-    /// A tissue model that needs only settings.
     Model(Box<TissueSettings>),
-    /// A tissue in a functional mock-up unit.
-    Unit(Arc<UnitTissue>),
 }
 
 impl From<TissueSettings> for TissueSpec {
@@ -65,12 +51,12 @@ impl From<TissueSettings> for TissueSpec {
 }
 
 impl TissueSpec {
-    /// The settings of a tissue model; `None` if it needs a recording or a unit.
+    /// The settings of a tissue model; `None` for a recording.
     #[must_use]
     pub fn settings(&self) -> Option<&TissueSettings> {
         match self {
             Self::Model(settings) => Some(settings),
-            Self::Recording { .. } | Self::Depth { .. } | Self::Unit(_) => None,
+            Self::Recording { .. } | Self::Depth { .. } => None,
         }
     }
 }
@@ -121,7 +107,6 @@ pub(super) fn tissue(of: &mut ScenarioUpdate<'_>) -> Result<(), ScenarioError> {
             }
             return Ok(());
         }
-        (TissueSettings::Fmu(settings), _) => TissueSpec::Unit(unit(values, &settings, grid)?),
         (settings, _) => settings.into(),
     };
     Ok(())
@@ -136,24 +121,4 @@ pub(super) fn stated_tissue(values: &mut Values) -> Result<Option<(f64, f64)>, S
         non_negative(key, value).map_err(|error| values.out_of_range(&error))
     });
     Ok(Some((stiffness?, damping?)))
-}
-
-fn unit(values: &mut Values, settings: &FmuSettings, grid: &TickGrid) -> Result<Arc<UnitTissue>, ScenarioError> {
-    let (file, step) = (UnitTissue::file_key(), UnitTissue::step_key());
-    let Some(source) = values.file(file) else {
-        let error = values.error(TissueSettings::KEY.path, format!("the tissue is an FMU, but {file} is missing"));
-        return Err(error.remedy(format!("give its path as {file}")));
-    };
-    let source = source.canonical();
-    let Some(path) = source.disk_path() else {
-        return Err(values.error(file, format!("{} is not a file on disk", source.display())));
-    };
-    let unfit = |UnfitUnit { key, problem }: UnfitUnit| match problem {
-        UnitProblem::Unit(error) => values.error(key, format!("{}: {error}", source.display())),
-        UnitProblem::Setting(problem) => values.error(key, format!("{key} {problem}")),
-    };
-    let tissue = UnitTissue::open(path, settings, grid.tick_s()).map_err(unfit)?;
-    values.derive_keeping_place(file, Value::Text(source.display()));
-    values.derive_if_missing(step, Value::Number(grid.tick_s()));
-    Ok(Arc::new(tissue))
 }

@@ -9,24 +9,19 @@ use super::value::Value;
 use super::values::{harmless_name, keys_of};
 use trocar_engine::tissue::{LAYER_KEYS, LAYER_LIST};
 
-/// The subject of a starter scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Starter {
     /// A user-defined tissue with layers.
     Tissue,
-    /// A replay of a recording.
     Replay,
     /// The paper's augmented scenario and a few changes.
     Minimal,
-    /// Every key.
     All,
 }
 
 #[derive(Debug, Clone, Copy)]
 enum Line {
-    /// The key with this value.
     Set(&'static str, &'static str),
-    /// The key commented out, with its default.
     Default(&'static str),
     /// The key commented out with an example value; it has no fixed default.
     Example(&'static str, &'static str),
@@ -35,7 +30,6 @@ enum Line {
 
 use Line::{Default, Example, Layer, Set};
 
-/// The base of the starters that have one.
 const BASE: &str = "base = \"paper/augmented\" # Inherit from a shipped scenario, or from a file relative to this one, then override.\n";
 
 const TISSUE: &[Line] = &[

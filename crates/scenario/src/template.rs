@@ -82,7 +82,6 @@ impl Template {
         Ok(Self { written, first, keys, groups })
     }
 
-    /// The scenario with the first values.
     #[must_use]
     pub fn first(&self) -> &Scenario {
         &self.first
@@ -95,9 +94,6 @@ impl Template {
     }
 
     /// The scenario with these values of the open keys and this seed, resolved in full as from a file.
-    ///
-    /// # Errors
-    /// The errors of [`Scenario::load`].
     pub fn whole(&self, values: &[Value], seed: u64) -> Result<Scenario, ScenarioError> {
         let mut written = self.written.clone();
         for (key, value) in self.keys.iter().zip(values) {

@@ -11,18 +11,14 @@ pub const OVERSHOOT: f64 = 1.1;
 /// The origin of the stiffness of a scenario's tissue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TissueSource {
-    /// A spring and a damper.
     SpringDamper,
     /// The slopes of a tissue model without layers, down to the depth that the needle may reach.
     Model,
     /// The slopes of the layers between their ruptures.
     Layers,
-    /// The slopes of a recorded force over depth.
     RecordedDepth,
     /// The slopes of a tissue model without layers, down to the depth that the needle may reach in a run with a live hand.
     ModelInRun,
-    /// The slopes in a simulated run, for a tissue that does not state them.
-    Run,
     /// A recorded force over time. It does not depend on the needle, so the stiffness is 0.
     RecordedForce,
     /// A spring and a damper that the scenario states to represent a recorded force over time.
@@ -30,7 +26,6 @@ pub enum TissueSource {
 }
 
 impl TissueSource {
-    /// The word for this source in files.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -39,7 +34,6 @@ impl TissueSource {
             Self::Layers => "layer-slopes",
             Self::RecordedDepth => "recorded-depth",
             Self::ModelInRun => "model-slopes-of-run",
-            Self::Run => "run-slopes",
             Self::RecordedForce => "recorded-force",
             Self::Stated => "stated",
         }
@@ -49,21 +43,18 @@ impl TissueSource {
 /// The springs and dampers that a needle meets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TissueRange {
-    /// The origin of the range.
     pub source: TissueSource,
-    /// The springs and dampers.
     pub springs: Springs,
 }
 
 impl TissueRange {
-    /// A spring and a damper.
     #[must_use]
     pub fn spring(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Self {
         Self { source: TissueSource::SpringDamper, springs: Springs::constant(stiffness_n_per_m, damping_n_s_per_m) }
     }
 
-    /// The tissue from a scenario's parameters and recordings. `None` if only a run shows it: for the tissue of a unit,
-    /// and for one that stiffens with depth under a live hand.
+    /// The tissue from a scenario's parameters and recordings. `None` if only a run shows it: for a tissue
+    /// that stiffens with depth under a live hand.
     #[must_use]
     pub fn of_parameters(scenario: &Scenario) -> Option<Self> {
         let (source, springs) = match &scenario.tissue {
@@ -75,7 +66,6 @@ impl TissueRange {
                 let tissue = TissueByDepth::of(scenario)?;
                 return tissue.range(scenario.position_scale());
             }
-            TissueSpec::Unit(_) => return None,
         };
         Some(Self { source, springs })
     }
@@ -107,7 +97,7 @@ impl TissueRange {
     /// True if another run with the same scenario may show another range.
     #[must_use]
     pub fn is_of_run(&self) -> bool {
-        matches!(self.source, TissueSource::ModelInRun | TissueSource::Run)
+        self.source == TissueSource::ModelInRun
     }
 
     /// True if springs and dampers in the range model the whole tissue: no ruptures, friction or relaxation.
@@ -133,13 +123,13 @@ enum Scaled {
 }
 
 impl TissueByDepth {
-    /// From the intended motion of the hand, with its tremor; `None` for a recording over time and a unit.
+    /// From the intended motion of the hand, with its tremor; `None` for a recording over time.
     #[must_use]
     pub fn of(scenario: &Scenario) -> Option<Self> {
         let tissue = match &scenario.tissue {
             TissueSpec::Model(settings) => Scaled::Model(Arc::new((**settings).clone())),
             TissueSpec::Depth { curves, presliding_m, .. } => Scaled::Recording(curves.clone(), *presliding_m),
-            TissueSpec::Recording { .. } | TissueSpec::Unit(_) => return None,
+            TissueSpec::Recording { .. } => return None,
         };
         let (low_m, high_m) = match &scenario.operator {
             OperatorSpec::Recording(positions) => {

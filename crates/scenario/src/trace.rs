@@ -1,5 +1,3 @@
-//! The empty trace of a scenario's run.
-
 use super::Scenario;
 use trocar_engine::engine::{Trace, UserDefinedParts};
 

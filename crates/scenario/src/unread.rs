@@ -17,7 +17,6 @@ const CONTACT: &str = "estimator.contact_m";
 /// A command that reads keys about a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reader {
-    /// A detection in a file.
     Detection,
     /// A detection in a live stream, which has no labels and no tare.
     Stream,

@@ -1,5 +1,3 @@
-//! Values of keys, and their conversion from TOML.
-
 use std::borrow::Cow;
 
 use toml::Value as Toml;
@@ -10,15 +8,10 @@ use super::quantity;
 /// The written or default value of a key.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
-    /// A number.
     Number(f64),
-    /// A whole number.
     Whole(u64),
-    /// A list of numbers.
     Numbers(Vec<f64>),
-    /// True or false.
     Flag(bool),
-    /// A word or a text.
     Text(String),
 }
 

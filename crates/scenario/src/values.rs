@@ -76,17 +76,11 @@ pub struct Values {
 
 impl Values {
     /// Loads a file, its bases, the settings `section.key=value` that override them, and the defaults.
-    ///
-    /// # Errors
-    /// A file cannot be read or parsed, a key is unknown, or a value is invalid.
     pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
         Self::load_changed(source, &[settings])
     }
 
     /// Like [`Values::load`], with lists of settings that apply one after another. A later list may change kinds.
-    ///
-    /// # Errors
-    /// As [`Values::load`].
     pub fn load_changed(source: &Source, settings: &[&[String]]) -> Result<Self, ScenarioError> {
         Self::of_entries(source, gather(source, settings)?)
     }
@@ -106,9 +100,6 @@ impl Values {
     }
 
     /// Reads only settings, for the detection on a recording, which needs no scenario file.
-    ///
-    /// # Errors
-    /// The errors of [`Values::load`]; a key has no effect on a recording.
     pub fn from_settings(name: &str, settings: &[String]) -> Result<Self, ScenarioError> {
         let mut values = Self::default();
         for setting in settings.iter().rev() {
@@ -266,7 +257,6 @@ impl Values {
         ScenarioError::new(message).at(place).remedy(format!("remove it, or change {}", unmet.key))
     }
 
-    /// True if a key has an effect for the present kinds.
     #[must_use]
     pub fn is_acting(&self, key: &Key) -> bool {
         let is_stated = STATED.contains(&key.path) && self.states_tissue();
@@ -368,37 +358,31 @@ impl Values {
         self.given.remove(path);
     }
 
-    /// The scenario's name.
     #[must_use]
     pub fn name(&self) -> &str {
         self.text("name").unwrap_or("scenario")
     }
 
-    /// True if a key has a value.
     #[must_use]
     pub fn is_given(&self, path: &str) -> bool {
         self.slot(path).is_some()
     }
 
-    /// The value of a key, if it has one.
     #[must_use]
     pub fn get(&self, path: &str) -> Option<&Value> {
         self.slot(path).map(|given| &given.value)
     }
 
-    /// The place of a written value.
     #[must_use]
     pub fn place(&self, path: &str) -> Option<Place> {
         self.slot(path)?.place.clone()
     }
 
-    /// Creates an error about a key's value, at its place.
     #[must_use]
     pub fn error(&self, path: &str, message: impl Into<String>) -> ScenarioError {
         ScenarioError::new(message).at(self.place(path))
     }
 
-    /// Creates an error about a value out of range, at the place of its key.
     #[must_use]
     pub fn out_of_range(&self, error: &InvalidValue) -> ScenarioError {
         let layer = error.item.and_then(|index| self.names.get(index));
@@ -670,10 +654,6 @@ fn layer(path: &str) -> Option<String> {
     ))
 }
 
-/// The prefix of the reflex keys before release 0.3. The hint is for this release only.
-const MOVED_REFLEX: &str = "operator.reflex";
-
-/// An entry that is not taken.
 enum Refused {
     /// There is no such key.
     Unknown(Box<Entry>),
@@ -710,9 +690,6 @@ fn unknown(entry: &Entry) -> ScenarioError {
         return ScenarioError::new(message).at(place).remedy(format!("write [{path}] and its keys below"));
     }
     let error = ScenarioError::new(format!("there is no key {}", names::shortened(path))).at(place);
-    if let Some(name) = path.strip_prefix(MOVED_REFLEX) {
-        return error.remedy(format!("since 0.3 it is perception.reflex{name}"));
-    }
     if let Some(remedy) = layer(path) {
         return error.remedy(remedy);
     }
@@ -734,19 +711,6 @@ mod tests {
         let source = Source::Text { name: "mine.toml".into(), text: text.into() };
         let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
         Scenario::load(&source, &settings)
-    }
-
-    #[test]
-    fn a_key_of_the_reflex_at_its_former_place_is_rejected_with_its_new_name() {
-        let error = load("[operator]\nkind = \"ramp\"\nreflex_pause_s = 1.0\n", &[]).expect_err("moved").to_string();
-        assert!(error.contains("there is no key operator.reflex_pause_s"), "{error}");
-        assert!(error.contains("mine.toml") && error.contains('3'), "{error}");
-        assert!(error.contains("since 0.3 it is perception.reflex_pause_s"), "{error}");
-        let error = load("operator.kind = \"ramp\"\n", &["operator.reflex=stop"]).expect_err("moved").to_string();
-        assert!(
-            error.contains("since 0.3 it is perception.reflex\n") || error.ends_with("perception.reflex"),
-            "{error}"
-        );
     }
 
     /// The names of the layers in an echo, and the value of a field of the first layer.

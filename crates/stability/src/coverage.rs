@@ -98,7 +98,6 @@ fn present(parts: impl IntoIterator<Item = (bool, &'static str, &'static str)>) 
 fn has_unknown_tissue(scenario: &Scenario) -> bool {
     match &scenario.tissue {
         TissueSpec::Recording { .. } | TissueSpec::Depth { .. } => false,
-        TissueSpec::Unit(_) => true,
         TissueSpec::Model(settings) => settings.springs(Some(0.0)).is_none(),
     }
 }
@@ -118,7 +117,7 @@ pub fn inputs(scenario: &Scenario) -> Vec<LeftOut> {
     let falls = match &scenario.tissue {
         TissueSpec::Depth { .. } => true,
         TissueSpec::Model(settings) => !settings.layers().is_empty(),
-        TissueSpec::Recording { .. } | TissueSpec::Unit(_) => false,
+        TissueSpec::Recording { .. } => false,
     };
     present([
         (falls, "tissue.kind", "the falls of the tissue force, as at a rupture"),

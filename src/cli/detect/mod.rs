@@ -16,7 +16,6 @@ use clap::Args;
 
 use super::error::{CliError, DetectError};
 use super::format::FormatArgs;
-use super::moved::MovedWindow;
 use super::quantity::quantity;
 use super::recorded::{ColumnArgs, RecordedFlags};
 use super::warnings::Warnings;
@@ -59,8 +58,6 @@ pub(super) struct DetectArgs {
     labels: Option<PathBuf>,
     #[command(flatten)]
     within: WithinArgs,
-    #[command(flatten)]
-    moved: MovedWindow,
     /// Live stream: time between two samples, in s [default: the time between the first two samples]
     #[arg(long, value_name = "S", value_parser = quantity("s"), allow_hyphen_values = true)]
     interval_s: Option<f64>,
@@ -87,7 +84,6 @@ pub(super) struct DetectArgs {
 }
 
 pub(super) fn run(mut args: DetectArgs) -> Result<(), CliError> {
-    args.moved.check()?;
     if let Some(file) = &args.settings_file {
         args.tuning = tuning(file, &Warnings::new(&args.output))?;
     }

@@ -36,13 +36,6 @@ pub(super) enum CliError {
         same_name_remedy(first, second)
     )]
     SameName { name: String, first: String, second: String },
-    #[error("{flag} of `trocar {command}` is gone; use `{now}`")]
-    Moved {
-        command: &'static str,
-        flag: &'static str,
-        /// The new flag, or the new command with its flag.
-        now: &'static str,
-    },
     #[error("--drop-n, --sharpness-s and --depth-m vary the synthetic insertion; remove them or the other signals")]
     OnlySynthetic,
     #[error("interrupted: {}", .kept.as_deref().unwrap_or("nothing was written"))]
@@ -208,7 +201,6 @@ impl CliError {
             | Self::Setting(_)
             | Self::OnlySynthetic
             | Self::SameName { .. }
-            | Self::Moved { .. }
             | Self::Roc(_)
             | Self::Axis { .. }
             | Self::Response(_)

@@ -84,7 +84,7 @@ struct SlaveArgs {
 }
 
 #[derive(Debug, Args)]
-#[command(mut_arg("format", |arg| arg.help("Formats of the trace besides csv, separated by commas; mcap is a log for Foxglove and PlotJuggler")))]
+#[command(mut_arg("format", |arg| arg.help("Formats of the trace besides csv, separated by commas")))]
 struct SideArgs {
     /// A scenario file, or the name of a shipped scenario; the same on both sides
     #[arg(value_name = "SCENARIO")]

@@ -293,7 +293,7 @@ impl Side<'_> {
         let samples = self.args.format.with_csv().formats().to_vec();
         let trace = trace_table(either!(end, one => one.trace()), |name| columns.contains(&name));
         let mut document = summary.document();
-        document.data.push(trace.topic(self.role.word()));
+        document.data.push(trace);
         let mut file = |name: &'static str, text: String| document.files.push(TextFile { name: name.into(), text });
         file("delays.csv", delays_csv(&[(direction, either!(end, one => one.delays()))], &self.scenario.grid));
         file("scenario.toml", self.scenario.echo());

@@ -87,11 +87,6 @@ pub(super) fn run(args: &SweepArgs) -> Result<(), CliError> {
 
 fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
     let plan = Plan::load(&Source::parse(file), &args.settings)?;
-    if !args.output.quiet {
-        for (former, name) in &plan.former_names {
-            anstream::eprintln!("note: the metric {former} is called {name} now");
-        }
-    }
     let cases = plan.design.cases();
     if let Some(case) = args.case {
         if case >= cases {

@@ -13,7 +13,6 @@ use super::Chosen;
 use super::outputs::Outputs;
 use super::trials::trial_values;
 use crate::support::test_folder::TestFolder;
-use crate::support::unit::{Fault, description, library, unit_with};
 
 /// The common part of all scenarios: an insertion in which most parts have an effect.
 const COMMON: &str = r#"
@@ -65,14 +64,6 @@ layer = [
     { name = "capsule", thickness_m = 0.001, stiffness_n_per_m = 60.0, stiffening_n_per_m2 = 1e4, rupture_force_n = 1.2, relaxation_s = 0.015, friction_n_per_m = 0.0, grip_n = 0.1 },
     { name = "organ", thickness_m = 0.004, stiffness_n_per_m = 60.0, friction_n_per_m = 8.0 },
 ]
-
-[tissue.fmu]
-file = "tissue.fmu"
-position = "x"
-velocity = "v"
-force = "f"
-ruptured = "open"
-parameters = "k = 300"
 
 [sensor]
 force_noise_std_n = 0.005
@@ -258,10 +249,6 @@ impl Scenarios {
         folder.file("insertion.csv", insertion(1.0)).file("other.csv", insertion(1.1));
         folder.file("delays.csv", "time_s,forward_delay_s,backward_delay_s\n0,0.001,0.002\n0.3,0.004,0.001\n");
         folder.file("machine.toml", "A = [[0, 1], [0, -9]]\nB = [[0], [4]]\nC = [[1, 0]]\n");
-        let (plain, description) = (library(3, Fault::None), description(3));
-        // The force of the other FMU is the shaft force of the first.
-        let other = description.replace("\"f\"", "\"g\"").replace("reaction.shaft_force_n", "f");
-        folder.file("tissue.fmu", unit_with(&description, 3, &plain)).file("other.fmu", unit_with(&other, 3, &plain));
         let source = Source::Disk(folder.path("base.toml"));
         let all = VARIANTS.iter().map(|settings| Base::new(source.clone(), settings)).collect();
         let defaults = Base::new(Source::Text { name: "defaults".into(), text: "".into() }, "");
@@ -303,12 +290,6 @@ impl Scenarios {
             "recording.max_gap_s" => vec!["1e-4".into()],
             "augmentation.events_s" => vec!["[0.15, 0.3]".into()],
             "recording.ruptures_s" => vec!["[0.31, 0.52]".into()],
-            "tissue.fmu.file" => vec![file("other.fmu")],
-            "tissue.fmu.position" => vec!["y".into()],
-            "tissue.fmu.velocity" => vec!["w".into()],
-            "tissue.fmu.force" => vec!["reaction.shaft_force_n".into()],
-            "tissue.fmu.ruptured" => vec!["f".into()],
-            "tissue.fmu.parameters" => vec!["\"k = 200\"".into()],
             "tissue.spared_layer" => vec!["skin".into(), "muscle".into()],
             "slave.start_m" => vec!["-0.01".into()],
             "operator.clutch_s" => vec!["[0.2, 0.3]".into()],

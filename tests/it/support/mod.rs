@@ -5,7 +5,6 @@ pub mod pair;
 pub mod passive_cases;
 pub mod server;
 pub mod test_folder;
-pub mod unit;
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};

@@ -1,39 +1,34 @@
 //! Axis limits and ticks. Limits are finite for any data; ticks are few round numbers.
 
-/// Approximate maximum number of ticks of a vertical axis.
 pub const Y_TICKS: usize = 5;
-/// Approximate maximum number of ticks of a time axis.
 pub const X_TICKS: usize = 6;
 
-/// Maximum magnitude of values for limits; larger sums could overflow.
+/// Larger sums could overflow.
 const MAX_MAGNITUDE: f64 = 1e30;
 
-/// One axis: its limits and its maximum number of ticks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
-    /// The lower limit.
     pub low: f64,
-    /// The upper limit.
     pub high: f64,
-    /// True if the axis is logarithmic. Its limits and ticks are then exponents of ten.
+    /// Limits and ticks of a logarithmic axis are exponents of ten.
     pub log: bool,
     max_ticks: usize,
     /// Names at the positions 0, -1, -2, … instead of numbers.
     names: Vec<String>,
 }
 
-/// The ticks of an axis in its coordinate, with their labels.
+/// In the coordinate of the axis, with labels.
 pub type Ticks = Vec<(f64, String)>;
 
 impl Axis {
-    /// An axis with exactly these limits. With 0 ticks it has no labels.
+    /// With exactly these limits; without labels if there are 0 ticks.
     #[must_use]
     pub fn exact(range: (f64, f64), max_ticks: usize) -> Self {
         let (low, high) = sane(range);
         Self { low, high, log: false, max_ticks, names: vec![] }
     }
 
-    /// A vertical axis with a line for each name, at the positions 0, -1, -2, … from the top down.
+    /// A line for each name, at 0, -1, -2, … from the top down.
     #[must_use]
     pub fn of_names(names: impl IntoIterator<Item = String>) -> Self {
         let names: Vec<String> = names.into_iter().collect();
@@ -41,7 +36,7 @@ impl Axis {
         Self { names, ..Self::exact((low, 0.5), 0) }
     }
 
-    /// An axis with a margin around the data. The upper margin is larger for the marks of alarms.
+    /// With a margin around the data, larger above for the marks of alarms.
     #[must_use]
     pub fn padded(range: (f64, f64), max_ticks: usize) -> Self {
         let (low, high) = sane(range);
@@ -49,45 +44,39 @@ impl Axis {
         Self::exact((low - margin, high + 2.2 * margin), max_ticks)
     }
 
-    /// An axis from 0, for quantities that cannot be negative.
+    /// From 0, for quantities that cannot be negative.
     #[must_use]
     pub fn from_zero(high: f64, max_ticks: usize) -> Self {
         let high = if high.is_finite() && high > 0.0 { high } else { 1.0 };
         Self::exact((0.0, 1.14 * high), max_ticks)
     }
 
-    /// A logarithmic axis over a positive `range`.
     #[must_use]
     pub fn log10(range: (f64, f64)) -> Self {
         let (low, high) = sane((range.0.max(1e-300).log10(), range.1.max(1e-300).log10()));
         Self { low, high, log: true, max_ticks: X_TICKS, names: vec![] }
     }
 
-    /// A linear or logarithmic axis over a range of values.
     #[must_use]
     pub fn over(range: (f64, f64), is_log: bool, max_ticks: usize) -> Self {
         if is_log { Self::log10(range) } else { Self::exact(range, max_ticks) }
     }
 
-    /// The ticks without regard to the space for labels.
     #[must_use]
     pub fn all_ticks(&self) -> Ticks {
         self.ticks(|_| true)
     }
 
-    /// A position limited to the axis.
     #[must_use]
     pub fn within(&self, place: f64) -> f64 {
         place.max(self.low).min(self.high)
     }
 
-    /// Converts a value to the coordinate of the axis.
     #[must_use]
     pub fn place(&self, value: f64) -> f64 {
         if self.log && value.is_finite() { if value > 0.0 { value.log10() } else { self.low - 1.0 } } else { value }
     }
 
-    /// Returns as many ticks as `fits` allows.
     pub fn ticks(&self, fits: impl Fn(&Ticks) -> bool) -> Ticks {
         if !self.names.is_empty() {
             return self.names.iter().enumerate().map(|(line, name)| (-(line as f64), name.clone())).collect();
@@ -153,7 +142,7 @@ fn plain(tick: f64) -> String {
     }
 }
 
-/// The minimum and maximum of the finite values.
+/// Of the finite values.
 pub fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
     values.into_iter().filter(|v| v.abs() <= MAX_MAGNITUDE).fold(None, |range, v| match range {
         None => Some((v, v)),
@@ -161,7 +150,7 @@ pub fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
     })
 }
 
-/// The quantiles at `1 - level` and `level` of the finite values, against outliers.
+/// The quantiles `1 - level` and `level` of the finite values, against outliers.
 pub fn quantile_extent(values: impl IntoIterator<Item = f64>, level: f64) -> Option<(f64, f64)> {
     let mut kept: Vec<f64> = values.into_iter().filter(|v| v.abs() <= MAX_MAGNITUDE).collect();
     let last = kept.len().checked_sub(1)?;
@@ -172,7 +161,6 @@ pub fn quantile_extent(values: impl IntoIterator<Item = f64>, level: f64) -> Opt
     Some((low, high))
 }
 
-/// The smallest range that contains both ranges.
 pub fn union(a: Option<(f64, f64)>, b: Option<(f64, f64)>) -> Option<(f64, f64)> {
     match (a, b) {
         (Some(a), Some(b)) => Some((a.0.min(b.0), a.1.max(b.1))),

@@ -1,4 +1,4 @@
-//! A figure as data for other renderers: pages with `charts.js`, the Python package with matplotlib.
+//! For pages (`charts.js`) and the Python package (matplotlib).
 
 use serde_json::{Value as Json, json};
 
@@ -9,9 +9,9 @@ const INTERVALS: usize = 5000;
 
 struct Writer<'w> {
     color: fn(Color) -> String,
-    /// Writes the columns x and y of points. A point that is not finite is a gap.
+    /// A point that is not finite is a gap.
     points: &'w mut dyn FnMut(Vec<Point>) -> Json,
-    /// Number of intervals per line; the extremes of each are kept.
+    /// The extremes of each interval of a line are kept.
     intervals: usize,
     is_detailed: bool,
     legend: &'w [Entry],
@@ -34,7 +34,7 @@ impl Writer<'_> {
         json!({ "kind": kind, "style": style, "text": text })
     }
 
-    /// A line with its name in the legend. The only line of a panel has the name of the axis; others may have none.
+    /// The only line of a panel has the name of the axis; others may have none.
     fn line(&mut self, panel: &Panel<'_>, points: Vec<Point>, stroke: &Stroke) -> Json {
         let is_of = |sample: &Sample| matches!(sample, Sample::Line(of) | Sample::Dot(of) if of == stroke);
         let entry = panel.legend.iter().chain(self.legend).find(|(sample, _)| is_of(sample));
@@ -100,10 +100,8 @@ fn detailed(events: &Events) -> Vec<(f64, f64)> {
 }
 
 impl Figure<'_> {
-    /// The figure as data: `name`, `legend`, and `rows` of `panels` with their axes, lines, fills, levels, notes and
-    /// events. Each tick of an axis has its position and label. Positions are in axis coordinates: exponents of ten on
-    /// a logarithmic axis. A line with one point is a dot; `null` is a gap. Long lines are reduced to the minima and
-    /// maxima of 5000 intervals.
+    /// Positions are in axis coordinates: exponents of ten on a logarithmic axis. A line with one point is a dot;
+    /// `null` is a gap. Long lines are reduced to the minima and maxima of 5000 intervals.
     #[must_use]
     pub fn description(&self) -> Json {
         let mut points = |points: Vec<Point>| {
@@ -113,8 +111,7 @@ impl Figure<'_> {
         self.described(Color::hex, &mut points, INTERVALS, false)
     }
 
-    /// Like `description`, for a page: theme colours, five digits per value, lines of `intervals`, and more detail
-    /// around events.
+    /// For a page: theme colours, five digits per value, lines of `intervals`, and more detail around events.
     pub fn for_page(&self, intervals: usize) -> Json {
         let mut points = |points: Vec<Point>| {
             let (x, y): (Vec<Fine>, Vec<Few>) = points.into_iter().map(|(x, y)| (Fine(x), Few(y))).unzip();

@@ -1,32 +1,22 @@
-//! The kinds of shaded time intervals, and their colours.
-
 use super::{Color, GREY, ORANGE, SKY};
 
-/// The kind of a shaded time interval.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shade {
-    /// An event with a frozen slave.
     Frozen,
-    /// An event in which a speed limit or a region restrains the slave.
+    /// A speed limit or a region restrains the slave.
     Held,
-    /// An event in which the slave follows the hand.
+    /// The slave follows the hand.
     Event,
-    /// The slave is re-engaging.
     Reengaging,
-    /// The needle advances in the tissue.
     Insertion,
-    /// The needle rests in the tissue.
     Hold,
-    /// The needle leaves the tissue.
     Withdrawal,
 }
 
 impl Shade {
-    /// All shades.
     pub const ALL: [Self; 7] =
         [Self::Frozen, Self::Held, Self::Event, Self::Reengaging, Self::Insertion, Self::Hold, Self::Withdrawal];
 
-    /// The name.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -40,7 +30,7 @@ impl Shade {
         }
     }
 
-    /// The colour on white paper.
+    /// On white paper.
     #[must_use]
     pub fn color(self) -> Color {
         match self {
@@ -54,7 +44,6 @@ impl Shade {
         }
     }
 
-    /// The colour as CSS for a page.
     #[must_use]
     pub fn css(self) -> String {
         self.color().css()

@@ -17,11 +17,11 @@
 //!
 //! With more than two lines of one kind, for example detectors, [`LINES`] continues with the other colours.
 
-/// A colour as red, green and blue.
+/// Red, green and blue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Color(pub u8, pub u8, pub u8);
 
-/// The named colours of a page's theme, which has a light and a dark version of each.
+/// A page's theme has a light and a dark version of each.
 pub const NAMES: [(&str, Color); 10] = [
     ("page", WHITE),
     ("grid", GRID),
@@ -36,13 +36,12 @@ pub const NAMES: [(&str, Color); 10] = [
 ];
 
 impl Color {
-    /// The colour in hexadecimal digits.
     #[must_use]
     pub fn hex(self) -> String {
         format!("#{:02x}{:02x}{:02x}", self.0, self.1, self.2)
     }
 
-    /// The colour as CSS for a page. Colours without a name are the same in every theme.
+    /// Colours without a name are the same in every theme.
     #[must_use]
     pub fn css(self) -> String {
         if let Some((name, _)) = NAMES.iter().find(|(_, color)| *color == self) {
@@ -55,7 +54,7 @@ impl Color {
         NAMES[2..].iter().find_map(pale).unwrap_or_else(|| self.hex())
     }
 
-    /// The colour on white paper with a coverage of 0 to 1.
+    /// On white paper, with a coverage of 0 to 1.
     #[must_use]
     pub const fn pale(self, coverage: f64) -> Self {
         const fn mix(channel: u8, coverage: f64) -> u8 {
@@ -65,76 +64,54 @@ impl Color {
     }
 }
 
-/// The paper.
 pub const WHITE: Color = Color(0xff, 0xff, 0xff);
-/// Text, the estimator, the detector and the analysis.
 pub const BLACK: Color = Color(0x1a, 0x1a, 0x1a);
-/// Ruptures and guides.
 pub const GREY: Color = Color(0x6e, 0x6e, 0x6e);
-/// The grid.
 pub const GRID: Color = Color(0xe3, 0xe3, 0xe3);
-/// Frozen and re-engaging.
 pub const ORANGE: Color = Color(0xe6, 0x9f, 0x00);
-/// The tissue.
 pub const SKY: Color = Color(0x56, 0xb4, 0xe9);
-/// The hand.
 pub const GREEN: Color = Color(0x00, 0x9e, 0x73);
-/// Classical teleoperation.
 pub const BLUE: Color = Color(0x00, 0x72, 0xb2);
-/// Augmented teleoperation.
 pub const VERMILION: Color = Color(0xd5, 0x5e, 0x00);
-/// Limits and thresholds.
 pub const PURPLE: Color = Color(0xcc, 0x79, 0xa7);
 
-/// The style of a line. Dashes are `(on, off, on, off …)`, empty for a solid line.
+/// Dashes are `(on, off, on, off …)`, empty for a solid line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stroke {
-    /// The colour.
     pub color: Color,
-    /// The width in points.
+    /// In points.
     pub width: f64,
-    /// The dashes in points.
+    /// In points.
     pub dashes: &'static [f64],
 }
 
 impl Stroke {
-    /// A solid line.
     #[must_use]
     pub const fn solid(color: Color, width: f64) -> Self {
         Self { color, width, dashes: &[] }
     }
 
-    /// A dashed line.
     #[must_use]
     pub const fn dashed(color: Color, width: f64, dashes: &'static [f64]) -> Self {
         Self { color, width, dashes }
     }
 }
 
-/// A frame or an axis.
 pub const FRAME: Stroke = Stroke::solid(BLACK, 0.6);
-/// A line of the grid.
 pub const MESH: Stroke = Stroke::solid(GRID, 0.5);
-/// The tissue.
 pub const TISSUE: Stroke = Stroke::solid(SKY, 2.4);
-/// The hand: the master, and the felt force.
+/// The master, and the felt force.
 pub const HAND: Stroke = Stroke::dashed(GREEN, 1.3, &[1.5, 1.7]);
-/// The hand of another run in the same axes.
+/// In the same axes as another run.
 pub const HAND_OF_CLASSICAL: Stroke = Stroke::dashed(GREEN, 0.9, &[5.0, 2.5]);
-/// A run with classical teleoperation.
 pub const CLASSICAL: Stroke = Stroke::dashed(BLUE, 1.1, &[6.0, 1.8]);
-/// A run with augmented teleoperation.
 pub const AUGMENTED: Stroke = Stroke::solid(VERMILION, 1.2);
-/// A result of the estimator, the detector or the analysis.
 pub const COMPUTED: Stroke = Stroke::solid(BLACK, 0.9);
-/// A limit or a threshold.
 pub const LIMIT: Stroke = Stroke::dashed(PURPLE, 1.1, &[7.0, 2.5, 1.2, 2.5]);
-/// A guide, for example a zero line.
+/// For example a zero line.
 pub const GUIDE: Stroke = Stroke::solid(GREY, 0.6);
-/// A rupture.
 pub const RUPTURE: Stroke = Stroke::dashed(GREY, 0.8, &[2.2, 2.2]);
 
-/// Styles for lines of one kind in the same axes.
 pub const LINES: [Stroke; 12] = [
     CLASSICAL,
     AUGMENTED,
@@ -150,8 +127,7 @@ pub const LINES: [Stroke; 12] = [
     Stroke::solid(BLACK, 0.5),
 ];
 
-/// Styles of runs in the same axes. The first classical and the first augmented run have fixed styles; the others
-/// follow in the order of [`LINES`].
+/// The first classical and the first augmented run have fixed styles; the others follow [`LINES`].
 pub fn of_runs(is_augmented: impl IntoIterator<Item = bool>) -> Vec<Stroke> {
     let mut seen = [false; 2];
     let mut others = LINES[2..].iter().cycle();

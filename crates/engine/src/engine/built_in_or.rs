@@ -1,7 +1,7 @@
 use super::{IntegrationError, MasterOutput, Plants, SlaveOutput, TissueForce};
 use crate::operator::Operator;
 use crate::teleoperation::{AtMaster, AtSlave, Connection, LinkReport};
-use crate::tissue::{Reaction, Tissue, TissueFailure};
+use crate::tissue::{Reaction, Tissue};
 use trocar_core::augmentation::{AugmentedTick, ForceLaw, ModeChange, Modes, MotionLaw};
 use trocar_core::detector::{Decision, Detector, DetectorInput};
 use trocar_core::estimation::{Estimate, Estimator};
@@ -44,7 +44,6 @@ by_the_part_that_is_there!(Operator {
 by_the_part_that_is_there!(Tissue {
     fn react(&mut self)(tick: u64, position_m: f64, velocity_m_per_s: f64) -> Reaction<f64>;
     fn shaft_force_n(&self)() -> f64;
-    fn failure(&self)() -> Option<&TissueFailure>;
 });
 
 by_the_part_that_is_there!(Estimator {

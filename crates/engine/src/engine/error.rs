@@ -1,14 +1,11 @@
 use thiserror::Error;
 
 use super::IntegrationError;
-use crate::tissue::TissueFailure;
 
 #[derive(Debug, Error)]
 pub enum EngineError {
     #[error(transparent)]
     Integration(#[from] IntegrationError),
-    #[error(transparent)]
-    Tissue(#[from] TissueFailure),
     #[error(transparent)]
     Part(#[from] InvalidPart),
 }

@@ -89,11 +89,10 @@ impl<P: Plants<W::Lane>, W: Wiring> Engine<P, W> {
             interrupt::check_at(tick);
             match self.parts.tick(tick, desired_m, &mut self.plants, observer) {
                 ControlFlow::Continue(next) => desired_m = next,
-                // Report the tissue's failure as the cause, whatever else ended the run.
-                ControlFlow::Break(outcome) => return self.parts.tissue_outcome().and(outcome),
+                ControlFlow::Break(outcome) => return outcome,
             }
         }
-        self.parts.tissue_outcome()
+        Ok(())
     }
 }
 

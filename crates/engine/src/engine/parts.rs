@@ -28,9 +28,6 @@ pub trait Wiring {
         observer: &mut O,
     ) -> ControlFlow<Result<(), EngineError>, Self::Lane>;
 
-    /// Not part of a tick: a failed tissue returns NaN forces.
-    fn tissue_outcome(&self) -> Result<(), EngineError>;
-
     fn link_report(&self, index: usize) -> Option<LinkReport>;
 
     fn share_noise(&mut self, bank: &mut NoiseBank, ticks: u64);
@@ -194,10 +191,6 @@ where
             Ok(()) => ControlFlow::Continue(desired_next_m),
             Err(error) => ControlFlow::Break(Err(error.into())),
         }
-    }
-
-    fn tissue_outcome(&self) -> Result<(), EngineError> {
-        self.tissue.failure().map_or(Ok(()), |failure| Err(failure.clone().into()))
     }
 
     fn link_report(&self, index: usize) -> Option<LinkReport> {

@@ -131,7 +131,6 @@ impl SlaveSide {
         let command = parts.command_slave(self.tick, hand_m, &measured);
         let sent = parts.link.slave_sends(command.mode, &measured.at_slave);
         observer.observe(&Signals::of_both(self.tick, &self.at_rest, &(slave, measured, command)));
-        parts.tissue_outcome()?;
         let (deflection_m, force) = (parts.link.deflection_m(measured.reaction.force_n), measured.tissue_force());
         plants.step(0.0, 0.0, 0.0, command.slave_reference_m, deflection_m, force)?;
         self.reference_m = Some(command.slave_reference_m);

@@ -1,7 +1,4 @@
 mod depth;
-mod failure;
-#[cfg_attr(not(feature = "fmu"), path = "no_fmu.rs")]
-mod fmu;
 mod generalised;
 mod hunt_crossley;
 mod kelvin_voigt;
@@ -21,12 +18,9 @@ mod tearing;
 mod tearing_layer;
 #[cfg(test)]
 mod tests;
-mod unit_settings;
 mod viscoelastic;
 
 pub use depth::{DepthCurves, DepthReplay};
-pub use failure::TissueFailure;
-pub use fmu::{Fmu, FmuError, UnitTissue};
 pub use generalised::{Generalised, GeneralisedSettings, MAX_DEPTHS};
 pub use hunt_crossley::{HuntCrossley, HuntCrossleySettings};
 pub use kelvin_voigt::{KelvinVoigt, KelvinVoigtSettings};
@@ -42,7 +36,6 @@ pub use shaft::ShaftParameters;
 pub use surface::Surface;
 pub use tearing::{Crack, Tearing, TearingSettings};
 pub use tearing_layer::TearingLayer;
-pub use unit_settings::{FmuSettings, UnfitUnit, UnitProblem};
 
 use self::literature::Outside;
 use trocar_core::error::InvalidValue;
@@ -68,11 +61,6 @@ pub trait Tissue<L: Lane> {
     fn shaft_force_n(&self) -> L {
         L::zero()
     }
-
-    /// After a failure the forces are NaN, and the run ends with this error.
-    fn failure(&self) -> Option<&TissueFailure> {
-        None
-    }
 }
 
 impl<L: Lane, T: Tissue<L> + ?Sized> Tissue<L> for Box<T> {
@@ -85,15 +73,11 @@ impl<L: Lane, T: Tissue<L> + ?Sized> Tissue<L> for Box<T> {
     fn shaft_force_n(&self) -> L {
         (**self).shaft_force_n()
     }
-
-    fn failure(&self) -> Option<&TissueFailure> {
-        (**self).failure()
-    }
 }
 
 trocar_core::registry! {
     /// Tissue: the recording's force; a spring and damper, linear (eq. 1), stiffening (eq. 2) or varying with depth
-    /// (eq. 3-4); layers that rupture at a force, or by the energy that a crack releases; or an FMU.
+    /// (eq. 3-4); or layers that rupture at a force, or by the energy that a crack releases.
     #[derive(Debug, Clone, PartialEq)]
     pub enum TissueSettings at "tissue.kind" = Recording no const;
     pub enum StillTissue<L: Lane> by (each, of_kind);
@@ -104,7 +88,6 @@ trocar_core::registry! {
     "generalised" => Generalised(GeneralisedSettings) = generalised::Generalised,
     "layers" => Layers(LayersParameters) = layers::Layers,
     "tearing" => Tearing(TearingSettings) = tearing::Tearing,
-    "fmu" => Fmu(FmuSettings) = fmu::Fmu,
 }
 
 impl TissueSettings {
@@ -128,7 +111,7 @@ impl TissueSettings {
         of_kind!(self, Part(kind_settings) => Part::<f64>::layers(kind_settings))
     }
 
-    /// `None` for a recording and an FMU.
+    /// `None` for a recording.
     #[must_use]
     pub fn surface_m(&self) -> Option<f64> {
         of_kind!(self, Part(kind_settings) => Part::<f64>::surface_m(kind_settings))
@@ -163,10 +146,6 @@ impl<L: Lane> Tissue<L> for StillTissue<L> {
     fn shaft_force_n(&self) -> L {
         each!(self, tissue => tissue.shaft_force_n())
     }
-
-    fn failure(&self) -> Option<&TissueFailure> {
-        each!(self, tissue => tissue.failure())
-    }
 }
 
 #[derive(Debug, Clone)]
@@ -193,9 +172,5 @@ impl<L: Lane> Tissue<L> for AnyTissue<L> {
     #[inline(always)]
     fn shaft_force_n(&self) -> L {
         either!(self, tissue => tissue.shaft_force_n())
-    }
-
-    fn failure(&self) -> Option<&TissueFailure> {
-        either!(self, tissue => tissue.failure())
     }
 }

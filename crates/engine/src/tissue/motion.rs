@@ -2,7 +2,7 @@ use core::f64::consts::TAU;
 
 use trocar_core::settings::ActsFor;
 
-use super::{AnyTissue, Reaction, StillTissue, Tissue, TissueFailure, TissueSettings};
+use super::{AnyTissue, Reaction, StillTissue, Tissue, TissueSettings};
 use trocar_core::error::InvalidValue;
 use trocar_core::lane::Lane;
 
@@ -127,10 +127,6 @@ impl<L: Lane> Tissue<L> for Moving<L> {
     fn shaft_force_n(&self) -> L {
         self.tissue.shaft_force_n()
     }
-
-    fn failure(&self) -> Option<&TissueFailure> {
-        self.tissue.failure()
-    }
 }
 
 trocar_core::lane::gather!(Cycle { amplitude, rate, step_cos, step_sin, cos, sin });
@@ -198,11 +194,11 @@ mod tests {
     }
 
     #[test]
-    fn a_moving_tissue_reports_the_shaft_force_and_the_failure_of_the_tissue_in_it() {
+    fn a_moving_tissue_reports_the_shaft_force_of_the_tissue_in_it() {
         let spring = StillTissue::<f64>::KelvinVoigt(KelvinVoigt::new(&KelvinVoigtSettings::DEFAULT).expect("valid"));
         let motion = OrganMotion { breathing_amplitude_m: 4e-3, ..OrganMotion::DEFAULT };
         let tissue = motion.applied_to(spring, 1e-3).expect("valid");
-        assert_eq!((tissue.shaft_force_n(), tissue.failure().is_none()), (0.0, true));
+        assert_eq!(tissue.shaft_force_n(), 0.0);
         let bad = OrganMotion { breathing_period_s: 0.0, ..motion };
         let spring = StillTissue::<f64>::KelvinVoigt(KelvinVoigt::new(&KelvinVoigtSettings::DEFAULT).expect("valid"));
         assert_eq!(bad.applied_to(spring, 1e-3).expect_err("no period").name, "tissue.breathing_period_s");

@@ -3,7 +3,7 @@ use trocar_core::error::{InvalidValue, require};
 trocar_core::settings! {
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct Surface in "tissue." {
-        /// Position of the surface, for every tissue except a recording and an FMU.
+        /// Position of the surface, for every tissue except a recording.
         contact_m: f64 [ANY] = 0.0,
     }
 }

@@ -1,5 +1,3 @@
-//! Computes the metrics from the ticks of a run.
-
 mod open_windows;
 
 use self::open_windows::OpenWindows;
@@ -14,7 +12,7 @@ use trocar_core::time::TickGrid;
 use trocar_engine::engine::{Observer, Signals};
 use trocar_engine::operator::OperatorTraits;
 
-/// Maximum number of ruptures, events and alarms of a run that are recorded individually.
+/// Ruptures, events and alarms of a run that are recorded individually.
 const MAX_RECORDED: usize = 4096;
 
 /// The measured force in N beyond which, or at NaN, a run counts as diverged: over a million times a needle's forces.
@@ -76,11 +74,11 @@ struct Intent {
     withdraws: bool,
 }
 
-/// The events of one lane, separate from the sums because they change rarely.
+/// Separate from the sums because they change rarely.
 #[derive(Debug, Clone)]
 struct History {
     ruptures: Vec<RuptureWindow>,
-    /// Index of the first rupture whose window may be open.
+    /// The first rupture whose window may be open.
     first_open: usize,
     events: Vec<EventWindow>,
     is_event_open: bool,
@@ -211,17 +209,16 @@ fn update_horizon<L: Lane>(
     }
 }
 
-/// Computes every metric during a run.
 #[derive(Debug, Clone)]
 pub struct MetricsObserver<L: Lane> {
     grid: TickGrid,
     ticks: u64,
     sums: Sums<L>,
     first: Last<L>,
-    /// The last event tick and its signals. The sums hold these signals masked.
+    /// The sums hold the signals of the last event tick masked.
     last_event_tick: (u64, Last<L>),
     histories: Vec<History>,
-    /// The open windows over several lanes; `None` for one lane.
+    /// `None` for one lane.
     windows: Option<Box<OpenWindows<L>>>,
     running: usize,
     /// True if the next tick is always an event tick: at the first tick, and while a window is open.
@@ -232,7 +229,7 @@ pub struct MetricsObserver<L: Lane> {
 }
 
 impl<L: Lane> MetricsObserver<L> {
-    /// Creates an observer with capacity for an expected number of ruptures; more ruptures cause an allocation.
+    /// More ruptures than expected cause an allocation.
     #[must_use]
     pub fn new(grid: TickGrid, expected_ruptures: usize) -> Self {
         let zero = L::zero();
@@ -253,15 +250,13 @@ impl<L: Lane> MetricsObserver<L> {
         }
     }
 
-    /// Sets the known traits of each lane's operator. Without them, metrics of the intended motion and of noticed
-    /// changes are undefined.
+    /// Without traits, metrics of the intended motion and of noticed changes are undefined.
     #[must_use]
     pub fn of_operators(mut self, traits: impl Fn(usize) -> OperatorTraits) -> Self {
         self.pursuit.set_operators(traits);
         self
     }
 
-    /// The metrics of lane `index`.
     #[must_use]
     pub fn metrics(&self, index: usize) -> Metrics {
         let mut history = std::borrow::Cow::Borrowed(&self.histories[index]);

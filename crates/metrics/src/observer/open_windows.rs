@@ -17,7 +17,6 @@ const SLOTS: usize = 4;
 
 const NEVER: f64 = f64::INFINITY;
 
-/// At most one open rupture per lane.
 #[derive(Debug, Clone, Copy)]
 struct Slot<L> {
     /// The next tick at which the travel is read or the window closes.

@@ -1,5 +1,3 @@
-//! One member of a population.
-
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -18,9 +16,7 @@ const MAX_DEVIATIONS: f64 = 3.0;
 pub struct Draw {
     /// Factors of `k_a`, `b_a`, `k_h`, `b_h` and `m_h`.
     pub arm: [f64; 5],
-    /// Factor of the tissue stiffness.
     pub stiffness: f64,
-    /// Factor of the tissue damping.
     pub damping: f64,
     /// The delay of each direction in s; `None` for the scenario's.
     pub delay_s: Option<f64>,

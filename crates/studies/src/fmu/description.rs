@@ -1,9 +1,8 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use trocar_fmu_import::Version;
-
 use super::variables::{Causality, Model, Scalar, Type, Variable};
+use super::version::Version;
 use trocar_scenario::Scenario;
 
 fn escaped(text: &str) -> String {

@@ -6,8 +6,9 @@
 mod description;
 mod unit;
 mod variables;
+mod version;
 
 pub use description::describe;
-pub use trocar_fmu_import::Version;
 pub use unit::{Unit, UnitError, token};
 pub use variables::{Causality, FIRST_COLUMN, IS_LED, Model, POSITION, STOP, Scalar, Type, Variable, rig_outputs};
+pub use version::Version;

@@ -3,10 +3,10 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 use thiserror::Error;
-use trocar_fmu_import::Version;
 
 use super::description::describe;
 use super::variables::Model;
+use super::version::Version;
 use trocar_scenario::{Scenario, ScenarioError, Source, Values};
 
 /// Description and library compute the token from the scenario.

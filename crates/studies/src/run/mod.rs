@@ -13,7 +13,7 @@ pub use trocar_run::{
 
 pub(crate) use document::{REDUCED, about, state, windows};
 pub use document::{RunFile, add_figures, outcome};
-pub use promise::{force_bound_gap, promise_gaps};
+pub use promise::promise_gaps;
 pub use trace_table::trace_table;
 pub use views::event_shade;
 pub use warnings::{delays_rounded, foreseen, outside_measured, seeds_without_effect};

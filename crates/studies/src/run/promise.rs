@@ -5,7 +5,6 @@ use trocar_core::settings::KeySource as _;
 use trocar_base::warning::{Code, Warning};
 use trocar_engine::plant::Coupling;
 use trocar_engine::teleoperation::Scheme;
-use trocar_engine::tissue::TissueSettings;
 use trocar_scenario::{Scenario, TissueSpec};
 
 /// Key, sentence, remedy.
@@ -25,19 +24,6 @@ pub fn promise_gaps(scenario: &Scenario) -> Vec<Warning> {
             .remedy(remedy)
     };
     gaps.into_iter().flatten().map(warning).collect()
-}
-
-/// A passivity scheme bounds the energy but not the force.
-#[must_use]
-pub fn force_bound_gap(scenario: &Scenario) -> Option<Warning> {
-    (scenario.link.passivity.scheme != Scheme::None).then(|| {
-        let message = "the scheme bounds the energy but not the force, which may exceed the force of the loop without \
-            delay";
-        Warning::new(Code::ForceNotBounded, message.to_owned())
-            .of(&scenario.name)
-            .at("passivity.scheme")
-            .remedy("`trocar strategies --schemes` has the peak force with every scheme and without one")
-    })
 }
 
 fn actuators(scenario: &Scenario) -> Option<Gap> {
@@ -88,11 +74,6 @@ fn tissue(scenario: &Scenario) -> Option<Gap> {
                 "raise passivity.max_stiffness_n_per_m",
             )
         }
-        TissueSpec::Unit(_) => (
-            TissueSettings::KEY.path,
-            "the energy that an FMU gives is unknown".to_owned(),
-            "a run compares the true energy with the promise",
-        ),
         TissueSpec::Depth { .. } => return None,
     };
     Some((key, reason, remedy))

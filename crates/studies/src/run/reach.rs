@@ -76,7 +76,6 @@ impl<'a> RunReport<'a> {
             TissueSpec::Depth { rupture_depths_m, .. } => {
                 rupture_depths_m.iter().copied().find(|depth_m| *depth_m > reach.deepest_m).map(Unreached::Depth)
             }
-            TissueSpec::Unit(_) => None,
         }
     }
 

@@ -6,7 +6,7 @@ use trocar_engine::engine::{COLUMNS, TRUST_COLUMNS, Trace};
 
 #[must_use]
 pub fn trace_table(trace: &Trace, is_kept: impl Fn(&str) -> bool) -> DataTable<'_> {
-    let mut table = DataTable::new("trace").topic("run").sampled();
+    let mut table = DataTable::new("trace").sampled();
     for (name, values) in COLUMNS.into_iter().zip(trace.columns()).filter(|(name, _)| is_kept(name)) {
         table = table.with(name, column_values(values));
     }

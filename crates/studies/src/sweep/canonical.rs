@@ -96,10 +96,7 @@ pub(crate) fn hash_signals(scenario: &Scenario, hash: &mut Sha256) {
     match &scenario.tissue {
         TissueSpec::Recording { force_n, .. } => numbers(force_n),
         TissueSpec::Depth { curves, .. } => curves.tables_n().iter().for_each(|table| numbers(table)),
-        TissueSpec::Unit(_) | TissueSpec::Model(_) => {}
-    }
-    if let TissueSpec::Unit(tissue) = &scenario.tissue {
-        hash.update(tissue.sha256());
+        TissueSpec::Model(_) => {}
     }
     hash.update(format!("{:?} {:?}", scenario.forward_schedule, scenario.backward_schedule));
 }

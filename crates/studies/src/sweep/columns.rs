@@ -119,10 +119,6 @@ mod tests {
         assert!(Column::names().all(|name| Column::named(&name).is_some_and(|column| column.name == name)));
         assert!(Column::declarations().all(|metric| metric.meaning.ends_with('.') && metric.meaning.len() > 20));
         assert_eq!(Column::defaults().len(), DEFAULTS.len());
-        assert_eq!(
-            Column::named("least_felt_contrast").map(|column| column.name).as_deref(),
-            Some("min_felt_contrast")
-        );
         assert!(Column::named("stability_x").is_none());
         assert_eq!(Column::nearest("false_alarm").as_deref(), Some("false_alarms"));
         assert_eq!(Column::nearest("zzz"), None);

@@ -49,8 +49,6 @@ pub(super) struct SweepFile {
     pub(super) columns: Vec<Column>,
     pub(super) focus: Vec<usize>,
     pub(super) csv: bool,
-    /// Former and current names of metrics.
-    pub(super) former_names: Vec<(String, String)>,
 }
 
 impl SweepFile {
@@ -86,8 +84,7 @@ impl SweepFile {
             let message = "first_seed is given, and the seeds are a list";
             return Err(ScenarioError::new(message).at(Some(first.key_place.clone())).remedy("remove one of them"));
         }
-        let mut former_names = vec![];
-        let columns = columns(find("metrics"), &mut former_names)?;
+        let columns = columns(find("metrics"))?;
         let focus = focus(find("focus"), &columns)?;
         let strip = |mut entry: Entry| {
             entry.path.replace_range(..4, "");
@@ -110,7 +107,6 @@ impl SweepFile {
             columns,
             focus,
             csv: find("csv").map_or(Ok(true), flag)?,
-            former_names,
         })
     }
 }
@@ -199,7 +195,7 @@ fn with_listed_points(scheme: SamplingScheme, axes: &[Axis]) -> Result<SamplingS
     }
 }
 
-fn columns(entry: Option<&Entry>, former_names: &mut Vec<(String, String)>) -> Result<Vec<Column>, ScenarioError> {
+fn columns(entry: Option<&Entry>) -> Result<Vec<Column>, ScenarioError> {
     let Some(entry) = entry else { return Ok(Column::defaults()) };
     let mut columns: Vec<Column> = vec![];
     for name in texts(entry)? {
@@ -214,9 +210,6 @@ fn columns(entry: Option<&Entry>, former_names: &mut Vec<(String, String)>) -> R
             let message = format!("the metric {name} is listed twice");
             return Err(ScenarioError::new(message).at(Some(within(entry, name))));
         }
-        if column.name != name {
-            former_names.push((name.to_owned(), column.name.clone()));
-        }
         columns.push(column);
     }
     Ok(columns)
@@ -225,8 +218,7 @@ fn columns(entry: Option<&Entry>, former_names: &mut Vec<(String, String)>) -> R
 fn focus(entry: Option<&Entry>, columns: &[Column]) -> Result<Vec<usize>, ScenarioError> {
     let Some(entry) = entry else { return Ok((0..columns.len().min(4)).collect()) };
     let place = |name: &str| {
-        let wanted = Column::named(name).map_or_else(|| name.to_owned(), |column| column.name);
-        let known = columns.iter().position(|column| column.name == wanted);
+        let known = columns.iter().position(|column| column.name == name);
         known.ok_or_else(|| {
             let message = format!("focus has {name}, which is not among the kept metrics");
             ScenarioError::new(message).at(Some(within(entry, name))).remedy(format!("add \"{name}\" to metrics"))

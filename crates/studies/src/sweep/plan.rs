@@ -16,8 +16,6 @@ use trocar_scenario::{
 #[derive(Debug, Clone)]
 pub struct Plan {
     pub design: Design,
-    /// Former and current names of metrics.
-    pub former_names: Vec<(String, String)>,
     template: Template,
     canonical: String,
 }
@@ -59,14 +57,13 @@ impl Plan {
         let template = Template::new(base, file.set.clone(), settings, &open)
             .map_err(|error| if error.place.is_some() { error } else { error.at(place) })?;
         let first_seed = template.first().seed;
-        let former_names = file.former_names.clone();
         let mut design = design(file, harmless_name(&source.stem()), first_seed);
         if design.points().is_none() {
             let message = format!("{}: more than {MAX_CASES} cases", source.display());
             return Err(ScenarioError::new(message).remedy("use fewer points or seeds, or a design other than grid"));
         }
         design.focus.dedup();
-        let mut plan = Self { canonical: String::new(), design, former_names, template };
+        let mut plan = Self { canonical: String::new(), design, template };
         check_acting(&plan.design.axes, &[], plan.template.first(), "axes")?;
         plan.check_corners()?;
         plan.canonical = plan.write_canonical()?;

@@ -3,7 +3,7 @@ use std::sync::Arc;
 use super::super::{
     AnyTissue, DepthCurves, DepthReplay, GeneralisedSettings, HuntCrossleySettings, KelvinVoigtSettings,
     LayerParameters, LayersParameters, Model, OrganMotion, Reaction, RecordedForce, Recording, ReplaySettings,
-    ShaftParameters, Springs, StillTissue, Surface, TearingSettings, Tissue, TissueFailure, TissueSettings,
+    ShaftParameters, Springs, StillTissue, Surface, TearingSettings, Tissue, TissueSettings,
 };
 use super::{TICK_S, rupturing};
 use trocar_core::error::InvalidValue;
@@ -25,7 +25,7 @@ fn only_kinds_with_layers_have_default_layers() {
         |word| -> Vec<&str> { TissueSettings::default_layers(word).into_iter().map(|(name, _)| name).collect() };
     assert_eq!(names("layers"), ["skin", "fat", "muscle", "capsule", "organ"]);
     assert_eq!(names("tearing"), ["organ"]);
-    for word in ["recording", "kelvin-voigt", "hunt-crossley", "generalised", "fmu", "unknown"] {
+    for word in ["recording", "kelvin-voigt", "hunt-crossley", "generalised", "unknown"] {
         assert_eq!(names(word), [""; 0], "{word}");
     }
 }
@@ -107,10 +107,10 @@ fn a_minimal_kind_has_no_layers_surface_or_springs_and_is_checked_by_building_it
     assert!(Bare::outside_measured(&1.0).is_empty());
 }
 
-/// A tissue that has failed, with a force on the shaft.
-struct Failed(TissueFailure);
+/// A tissue with a force on the shaft.
+struct Gripping;
 
-impl Tissue<f64> for Failed {
+impl Tissue<f64> for Gripping {
     fn react(&mut self, _tick: u64, position_m: f64, velocity_m_per_s: f64) -> Reaction<f64> {
         Reaction { force_n: position_m + 10.0 * velocity_m_per_s, ruptured: true }
     }
@@ -118,19 +118,14 @@ impl Tissue<f64> for Failed {
     fn shaft_force_n(&self) -> f64 {
         0.25
     }
-
-    fn failure(&self) -> Option<&TissueFailure> {
-        Some(&self.0)
-    }
 }
 
 #[test]
 fn a_boxed_tissue_behaves_like_the_tissue_in_the_box() {
-    let mut boxed: Box<dyn Tissue<f64>> = Box::new(Failed(TissueFailure::new("torn")));
+    let mut boxed: Box<dyn Tissue<f64>> = Box::new(Gripping);
     let reaction = Tissue::<f64>::react(&mut boxed, 0, 3.0, 0.2);
     assert_eq!((reaction.force_n, reaction.ruptured), (5.0, true));
     assert_eq!(Tissue::<f64>::shaft_force_n(&boxed), 0.25);
-    assert_eq!(Tissue::<f64>::failure(&boxed).map(ToString::to_string).as_deref(), Some("torn"));
 }
 
 /// Tissues with state or with lists, of which eight may run side by side.

@@ -100,7 +100,6 @@ fn in_tissue(settings: &LinearLoop) -> String {
         }
         TissueSource::Layers => format!("{worst} (slopes of the layers between ruptures)"),
         TissueSource::RecordedDepth => format!("{worst} (slopes of the recorded force)"),
-        TissueSource::Run => format!("{worst} (slopes that the tissue showed in a run)"),
     }
 }
 
