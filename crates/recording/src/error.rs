@@ -160,30 +160,22 @@ pub enum Problem {
     /// A zero byte in a text.
     #[error("holds binary data (a zero byte); export it as CSV text in UTF-8")]
     Binary,
-    /// The format needs a feature that this build lacks.
+    /// A format other than text, in a build without the feature `formats`.
     #[error(
-        "is {0}, and this trocar was built without the feature {feature}; build it with {how}, or export the file as {instead}",
-        how = .0.command(),
-        feature = .0.feature(),
+        "is {0}, and this trocar was built without the feature formats; build it with features = [\"formats\"] in Cargo.toml, or \
+         export the file as {instead}",
         instead = .0.alternative()
     )]
     Unsupported(Format),
-    /// A text that gzip has compressed, and a build without the feature `formats`.
+    /// A file that gzip has compressed, in a build without the feature `formats`.
     #[error(
-        "is compressed by gzip, and this trocar was built without the feature formats; build it with {}, or decompress the file with \
-         gunzip",
-        Format::Csv.command()
+        "is compressed by gzip, and this trocar was built without the feature formats; build it with features = [\"formats\"] in \
+         Cargo.toml, or decompress the file with gunzip"
     )]
     GzipUnsupported,
-    /// A log of ROS 1, which another program converts.
-    #[error(
-        "is a ROS 1 bag, which trocar does not read; convert it with `mcap convert {0} {0}.mcap` (the program mcap, from \
-         github.com/foxglove/mcap), and give that file"
-    )]
-    Rosbag1(
-        /// The file.
-        Box<str>,
-    ),
+    /// A format that another program converts.
+    #[error("is {0}, which trocar does not read; convert it with {how}, and give the new file", how = .0.conversion().unwrap_or_default())]
+    NotRead(Format),
     /// A file that gzip has compressed, and whose content is not text.
     #[error("is {0} inside gzip, where only text is read; decompress it with gunzip, and give that file")]
     Gzipped(Format),

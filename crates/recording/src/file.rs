@@ -32,8 +32,7 @@ pub fn open_response(path: &Path, limits: &Limits) -> Result<Vec<ResponseRow>, R
 /// - Before reading: the file is missing, cannot be opened, is larger than [`Limits::max_bytes`], or is not a regular
 ///   file (reading a pipe or a device could block or never end).
 /// - As [`read_csv`], with samples instead of lines.
-/// - In formats other than text: the file is damaged, its signals have different lengths, or the format needs the
-///   feature `lab-formats`.
+/// - In formats other than text: the file is damaged, or its signals have different lengths.
 pub fn open_recording(path: &Path, columns: &Columns, limits: &Limits) -> Result<Recording, RecordingError> {
     let budget = Budget::new(limits);
     match opened(path, &budget)? {
@@ -77,7 +76,7 @@ fn opened(path: &Path, budget: &Budget) -> Result<(String, Opened), RecordingErr
     let unreadable = |error| refuse(Problem::Unreadable(error));
     let mut format = Format::of(path, &mut file).map_err(unreadable)?;
     let mut text: Box<dyn Read> = match is_gzipped(&mut file).map_err(unreadable)? {
-        false if format == Format::Rosbag1 => return Err(refuse(Problem::Rosbag1(name.as_str().into()))),
+        false if format.conversion().is_some() => return Err(refuse(Problem::NotRead(format))),
         false if !matches!(format, Format::Csv | Format::JsonLines) => {
             let arrays = ArrayFile::open(format, file, budget).map_err(refuse)?;
             return Ok((name, Opened::Arrays(arrays)));
@@ -203,19 +202,26 @@ mod tests {
         }
     }
 
-    #[cfg(not(feature = "lab-formats"))]
     #[test]
-    fn a_format_of_another_build_names_the_feature() {
-        let file = tempfile::NamedTempFile::new().expect("a file");
-        std::fs::write(file.path(), b"\x89HDF\r\n\x1a\n").expect("written");
-        let message = message(file.path());
-        assert!(
-            message
-                .contains("is an HDF5 file (or MATLAB 7.3), and this trocar was built without the feature lab-formats")
-        );
-        assert!(
-            message.contains("--features lab-formats`, or export the file as MATLAB v7 (save -v7), Parquet or CSV")
-        );
+    fn a_format_that_is_not_read_names_its_conversion() {
+        let folder = tempfile::tempdir().expect("a folder");
+        for (name, content, conversion) in [
+            ("a.xls", &b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"[..], "`pandas.read_excel('FILE').to_csv("),
+            (
+                "a.ods",
+                b"PK\x03\x04______________________\x08___mimetypeapplication/vnd.oasis.opendocument.spreadsheet",
+                "read_excel",
+            ),
+            ("a.mat", &[0; 200], "`scipy.io.savemat("),
+            ("a.feather", b"ARROW1\0\0", "`pandas.read_feather('FILE').to_parquet("),
+            ("a.db3", b"SQLite format 3\0", "`rosbags-convert --src "),
+            ("a.bag", b"#ROSBAG V2.0\n", "`mcap convert FILE "),
+        ] {
+            let path = folder.path().join(name);
+            std::fs::write(&path, content).expect("written");
+            let message = message(&path);
+            assert!(message.contains("which trocar does not read") && message.contains(conversion), "{message}");
+        }
     }
 
     #[cfg(not(feature = "formats"))]

@@ -6,16 +6,6 @@ use std::path::Path;
 
 use super::utf16;
 
-/// The feature that adds the formats of large libraries.
-const LAB_FORMATS: &str = "lab-formats";
-
-/// The feature that adds every format but tables in text, for programs that use trocar as a library.
-const FORMATS: &str = "formats";
-
-/// The features that add formats whose libraries take long to build.
-const ARROW_FORMATS: &str = "arrow-formats";
-const ROS_FORMATS: &str = "ros-formats";
-
 /// Declares the formats: variant, description, suffixes in lower case, and the alternative format to export.
 macro_rules! formats {
     ($($(#[doc = $doc:literal])* $Format:ident: $phrase:literal, [$($suffix:literal),*], $instead:literal;)*) => {
@@ -57,7 +47,7 @@ formats! {
     Npy: "an array of NumPy", ["npy"], "CSV";
     /// Arrays of NumPy in an archive.
     Npz: "an archive of NumPy", ["npz"], "CSV";
-    /// MATLAB, up to version 7.
+    /// MATLAB, versions 5 to 7.
     Mat: "a MATLAB file", ["mat"], "CSV";
     /// HDF5, including MATLAB 7.3.
     Hdf5: "an HDF5 file (or MATLAB 7.3)", ["h5", "hdf5"], "MATLAB v7 (save -v7), Parquet or CSV";
@@ -67,46 +57,52 @@ formats! {
     Mcap: "an MCAP log", ["mcap"], "CSV";
     /// LabVIEW's binary measurement files.
     Tdms: "a TDMS file", ["tdms"], "CSV";
-    /// Apache Arrow in a file, which is also Feather, version 2.
-    Arrow: "an Arrow or Feather file", ["arrow", "feather"], "Parquet or CSV";
-    /// Logs of ROS 2 in SQLite.
-    Rosbag2: "a ROS 2 bag in SQLite (.db3)", ["db3"], "MCAP (ros2 bag convert)";
-    /// Logs of ROS 1.
-    Rosbag1: "a ROS 1 bag (.bag)", ["bag"], "MCAP";
-    /// Excel and OpenDocument spreadsheets.
-    Excel: "a spreadsheet", ["xlsx", "xlsm", "xlsb", "xls", "ods"], "CSV";
+    /// Excel.
+    Excel: "a spreadsheet", ["xlsx", "xlsm", "xls"], "CSV";
+    /// Excel up to 2003; not read.
+    Xls: "an old Excel spreadsheet", [], "CSV";
+    /// Binary spreadsheets of Excel; not read.
+    Xlsb: "a binary spreadsheet (.xlsb)", [], "CSV";
+    /// OpenDocument spreadsheets; not read.
+    Ods: "an OpenDocument spreadsheet", [], "CSV";
+    /// MATLAB 4; not read.
+    Mat4: "a MATLAB file of version 4 (without the header of versions 5 to 7)", [], "MATLAB v7";
+    /// Apache Arrow in a file, which is also Feather; not read.
+    Arrow: "an Arrow or Feather file", [], "Parquet";
+    /// Logs of ROS 2 in SQLite; not read.
+    Rosbag2: "a ROS 2 bag in SQLite", ["db3"], "MCAP";
+    /// Logs of ROS 1; not read.
+    Rosbag1: "a ROS 1 bag", ["bag"], "MCAP";
 }
 
 impl Format {
-    /// The feature that adds the format.
-    pub(super) fn feature(self) -> &'static str {
+    /// The line of another program that converts a format that is not read; `None` for the formats that are read.
+    pub(super) fn conversion(self) -> Option<&'static str> {
         match self {
-            Self::Arrow => ARROW_FORMATS,
-            Self::Rosbag2 => ROS_FORMATS,
-            Self::Hdf5 | Self::Excel => LAB_FORMATS,
+            Self::Xls | Self::Xlsb | Self::Ods => {
+                Some("`pandas.read_excel('FILE').to_csv('FILE.csv', index=False)` (Python)")
+            }
+            Self::Mat4 => Some("`scipy.io.savemat('NEW.mat', scipy.io.loadmat('FILE'))` (Python)"),
+            Self::Arrow => Some("`pandas.read_feather('FILE').to_parquet('FILE.parquet')` (Python)"),
+            Self::Rosbag2 => {
+                Some("`rosbags-convert --src FOLDER --dst NEW --dst-storage mcap` (from `pip install rosbags`)")
+            }
+            Self::Rosbag1 => Some("`mcap convert FILE FILE.mcap` (from github.com/foxglove/mcap)"),
             Self::Csv
             | Self::JsonLines
             | Self::Npy
             | Self::Npz
             | Self::Mat
+            | Self::Hdf5
             | Self::Parquet
             | Self::Mcap
             | Self::Tdms
-            | Self::Rosbag1 => FORMATS,
-        }
-    }
-
-    /// How to add the format to a build.
-    pub(super) fn command(self) -> String {
-        match self.feature() {
-            // The program always has it.
-            FORMATS => "features = [\"formats\"] in Cargo.toml".into(),
-            feature => format!("`cargo install --path . --features {feature}`"),
+            | Self::Excel => None,
         }
     }
 
     /// Determines the format of a file by its first bytes. Unknown files count as text. A MATLAB file of version 4 has
-    /// no signature, and is recognised by its suffix.
+    /// no signature: it is binary and has the suffix.
     pub(super) fn of(path: &Path, file: &mut (impl Read + Seek)) -> io::Result<Self> {
         const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
         let mut head = vec![];
@@ -125,8 +121,10 @@ impl Format {
             () if at(0, b"ARROW1") => Self::Arrow,
             () if at(0, b"SQLite format 3\0") => Self::Rosbag2,
             () if at(0, b"#ROSBAG V") => Self::Rosbag1,
-            () if at(0, b"PK\x03\x04") || at(0, b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1") => Self::Excel,
-            () if is_mat && head.contains(&0) && !utf16::is_marked(&head) => Self::Mat,
+            () if at(30, b"mimetypeapplication/vnd.oasis.opendocument") => Self::Ods,
+            () if at(0, b"PK\x03\x04") => Self::Excel,
+            () if at(0, b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1") => Self::Xls,
+            () if is_mat && head.contains(&0) && !utf16::is_marked(&head) => Self::Mat4,
             () => Self::of_text(&head),
         })
     }

@@ -8,7 +8,7 @@ use std::io::{Cursor, Read};
 
 use calamine::{DataRef, DataType, Reader, Xlsx};
 
-use super::{Array, Container, Fault, Format, xls};
+use super::{Array, Container, Fault, Format};
 use crate::budget::{Budget, short};
 use crate::error::{Problem, Row, excerpt};
 use crate::units;
@@ -16,7 +16,7 @@ use crate::units;
 /// Maximum number of rows searched for the names of the columns.
 const HEAD_ROWS: u32 = 200;
 
-pub(super) const SECONDS_PER_DAY: f64 = 86_400.0;
+const SECONDS_PER_DAY: f64 = 86_400.0;
 
 /// Memory of a cell in bytes, besides its text.
 const CELL_BYTES: usize = 96;
@@ -26,7 +26,7 @@ const CELL_BYTES: usize = 96;
 const OPENING_BYTES: usize = 8;
 const OPEN_BYTES: usize = 2;
 
-pub(super) enum Cell {
+enum Cell {
     Number(f64),
     /// A time, in s.
     Time(f64),
@@ -35,13 +35,13 @@ pub(super) enum Cell {
 
 impl Cell {
     /// A cell with the beginning of a text.
-    pub(super) fn text(text: &str) -> Self {
+    fn text(text: &str) -> Self {
         Self::Text(short(text).into())
     }
 }
 
 /// The cells of a sheet, by column and row.
-pub(super) type Sheet = BTreeMap<u32, BTreeMap<u32, Cell>>;
+type Sheet = BTreeMap<u32, BTreeMap<u32, Cell>>;
 
 struct Stored {
     first_row: u32,
@@ -60,31 +60,25 @@ fn damaged(error: impl std::fmt::Display) -> Problem {
 impl Excel {
     pub(super) fn open(bytes: Vec<u8>, budget: &Budget) -> Result<Self, Problem> {
         let mut found = Self { arrays: vec![], stored: vec![] };
-        if bytes.starts_with(b"PK") {
-            let (longest, all) = check_archive(&bytes, budget)?;
-            let mut book = Xlsx::new(Cursor::new(bytes)).map_err(damaged)?;
-            budget.release((OPENING_BYTES - OPEN_BYTES) * all);
-            for name in book.sheet_names() {
-                // Several sheets can refer to one part of the archive, and the library searches the list of sheets.
-                budget.work("sheets", longest)?;
-                let mut sheet = Sheet::new();
-                let mut cells = book.worksheet_cells_reader(&name).map_err(damaged)?;
-                while let Some(cell) = cells.next_cell().map_err(damaged)? {
-                    let text = match cell.get_value() {
-                        DataRef::SharedString(text) => Some(*text),
-                        DataRef::String(text) => Some(text.as_str()),
-                        _ => None,
-                    };
-                    if let Some(content) = content(cell.get_value(), text) {
-                        keep(&mut sheet, cell.get_position(), content, budget)?;
-                    }
+        let (longest, all) = check_archive(&bytes, budget)?;
+        let mut book = Xlsx::new(Cursor::new(bytes)).map_err(damaged)?;
+        budget.release((OPENING_BYTES - OPEN_BYTES) * all);
+        for name in book.sheet_names() {
+            // Several sheets can refer to one part of the archive, and the library searches the list of sheets.
+            budget.work("sheets", longest)?;
+            let mut sheet = Sheet::new();
+            let mut cells = book.worksheet_cells_reader(&name).map_err(damaged)?;
+            while let Some(cell) = cells.next_cell().map_err(damaged)? {
+                let text = match cell.get_value() {
+                    DataRef::SharedString(text) => Some(*text),
+                    DataRef::String(text) => Some(text.as_str()),
+                    _ => None,
+                };
+                if let Some(content) = content(cell.get_value(), text) {
+                    keep(&mut sheet, cell.get_position(), content, budget)?;
                 }
-                found.sheet(&name, sheet, budget)?;
             }
-        } else {
-            for (name, sheet) in xls::sheets(&bytes, budget)? {
-                found.sheet(&name, sheet, budget)?;
-            }
+            found.sheet(&name, sheet, budget)?;
         }
         if super::has_signals(&found.arrays) { Ok(found) } else { Err(Problem::no_signal(Format::Excel, &[])) }
     }
@@ -142,7 +136,7 @@ fn content(value: &impl DataType, text: Option<&str>) -> Option<Cell> {
 }
 
 /// Adds a cell to a sheet, unless it is blank.
-pub(super) fn keep(sheet: &mut Sheet, (row, column): (u32, u32), cell: Cell, budget: &Budget) -> Result<(), Problem> {
+fn keep(sheet: &mut Sheet, (row, column): (u32, u32), cell: Cell, budget: &Budget) -> Result<(), Problem> {
     let text_bytes = match &cell {
         Cell::Text(text) if text.trim().is_empty() => return Ok(()),
         Cell::Text(text) => text.len(),
@@ -168,6 +162,9 @@ fn check_archive(bytes: &[u8], budget: &Budget) -> Result<(usize, usize), Proble
     let mut chunk = vec![0; CHUNK_BYTES];
     for index in 0..archive.len() {
         let mut entry = archive.by_index(index).map_err(damaged)?;
+        if entry.name_raw() == b"xl/workbook.bin" {
+            return Err(Problem::NotRead(Format::Xlsb));
+        }
         let has_texts = entry.name_raw().to_ascii_lowercase().ends_with(b"sharedstrings.xml");
         let mut texts = StatedTexts::default();
         let mut size = 0;

@@ -8,7 +8,6 @@ use std::ops::Range;
 use flate2::read::ZlibDecoder;
 
 use super::bytes::{Cursor, Order, Scalar};
-use super::mat4::Mat4;
 use super::{Array, Container, Fault, Format};
 use crate::budget::{Budget, MAX_DIMENSIONS, recover, short};
 use crate::error::Problem;
@@ -44,7 +43,7 @@ pub(crate) fn open(bytes: Vec<u8>, budget: &Budget) -> Result<Box<dyn Container>
         Some(b"IM") => Order::Little,
         Some(b"MI") => Order::Big,
         _ if bytes.starts_with(b"MATLAB") => return Err(Format::Mat.damaged("its header is cut off")),
-        _ => return Ok(Box::new(Mat4::open(bytes, budget)?)),
+        _ => return Err(Problem::NotRead(Format::Mat4)),
     };
     Ok(Box::new(Mat::index(bytes, order, budget)?))
 }

@@ -14,7 +14,7 @@ use crate::budget::Budget;
 use crate::error::Problem;
 
 /// Memory in bytes per byte of a definition.
-pub(super) const DEFINITION_BYTES: usize = 128;
+const DEFINITION_BYTES: usize = 128;
 
 pub(super) fn open(bytes: &[u8], budget: &Budget) -> Result<Loaded, Problem> {
     let mut topics = Topics::new(Format::Mcap);

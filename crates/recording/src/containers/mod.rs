@@ -12,7 +12,6 @@ mod json;
 mod json_lines;
 mod loaded;
 mod mat;
-mod mat4;
 mod mcap;
 mod mcap_chunks;
 mod name;
@@ -27,18 +26,10 @@ mod thrift;
 mod topics;
 mod unpack;
 
-#[cfg(feature = "arrow-formats")]
-mod arrow;
-#[cfg(feature = "lab-formats")]
-mod compound_file;
 #[cfg(feature = "lab-formats")]
 mod excel;
 #[cfg(feature = "lab-formats")]
 mod hdf5;
-#[cfg(feature = "ros-formats")]
-mod rosbag2;
-#[cfg(feature = "lab-formats")]
-mod xls;
 
 use std::fs::File;
 use std::io::Read;
@@ -138,7 +129,6 @@ fn open(format: Format, mut file: File, budget: &Budget) -> Result<Box<dyn Conta
         Ok::<_, Problem>(bytes)
     };
     Ok(match format {
-        Format::Csv | Format::JsonLines | Format::Rosbag1 => return Err(Problem::Unsupported(format)),
         Format::Npy => {
             let bytes = whole()?;
             guarded(format, || Ok(Box::new(npy::open_array(&bytes, budget)?)))?
@@ -164,21 +154,6 @@ fn open(format: Format, mut file: File, budget: &Budget) -> Result<Box<dyn Conta
             let bytes = whole()?;
             guarded(format, || Ok(Box::new(excel::Excel::open(bytes, budget)?)))?
         }
-        #[cfg(feature = "arrow-formats")]
-        Format::Arrow => {
-            let bytes = whole()?;
-            guarded(format, || Ok(Box::new(arrow::open(bytes, budget)?)))?
-        }
-        #[cfg(not(feature = "arrow-formats"))]
-        Format::Arrow => return Err(Problem::Unsupported(format)),
-        #[cfg(feature = "ros-formats")]
-        Format::Rosbag2 => {
-            let bytes = whole()?;
-            guarded(format, || Ok(Box::new(rosbag2::open(&bytes, budget)?)))?
-        }
-        #[cfg(not(feature = "ros-formats"))]
-        Format::Rosbag2 => return Err(Problem::Unsupported(format)),
-        #[cfg(not(feature = "lab-formats"))]
-        Format::Hdf5 | Format::Excel => return Err(Problem::Unsupported(format)),
+        _ => return Err(Problem::Unsupported(format)),
     })
 }
