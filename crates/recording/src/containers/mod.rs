@@ -5,8 +5,10 @@
 
 mod array_file;
 mod bytes;
+mod excel;
 mod foreign;
 mod gzip;
+mod hdf5;
 mod join;
 mod json;
 mod json_lines;
@@ -25,11 +27,6 @@ mod tdms;
 mod thrift;
 mod topics;
 mod unpack;
-
-#[cfg(feature = "lab-formats")]
-mod excel;
-#[cfg(feature = "lab-formats")]
-mod hdf5;
 
 use std::fs::File;
 use std::io::Read;
@@ -144,12 +141,10 @@ fn open(format: Format, mut file: File, budget: &Budget) -> Result<Box<dyn Conta
             guarded(format, || Ok(Box::new(mcap::open(&bytes, budget)?)))?
         }
         Format::Parquet => guarded(format, || Ok(Box::new(parquet::Parquet::open(file, budget)?)))?,
-        #[cfg(feature = "lab-formats")]
         Format::Hdf5 => {
             let bytes = whole()?;
             guarded(format, || Ok(Box::new(hdf5::Hdf5::open(bytes, budget)?)))?
         }
-        #[cfg(feature = "lab-formats")]
         Format::Excel => {
             let bytes = whole()?;
             guarded(format, || Ok(Box::new(excel::Excel::open(bytes, budget)?)))?

@@ -202,7 +202,6 @@ fn groups_of_parquet_are_not_deep() {
 }
 
 /// A spreadsheet with the same sheet `sheets` times, whose table of texts has attributes.
-#[cfg(feature = "lab-formats")]
 pub(crate) fn book(sheets: usize, texts: &str, cells: &str) -> Vec<u8> {
     const SHEETS: &str = "http://schemas.openxmlformats.org/spreadsheetml/2006/main";
     const RELATIONS: &str = "http://schemas.openxmlformats.org/officeDocument/2006/relationships";
@@ -235,7 +234,6 @@ pub(crate) fn book(sheets: usize, texts: &str, cells: &str) -> Vec<u8> {
     ])
 }
 
-#[cfg(feature = "lab-formats")]
 #[test]
 fn parts_of_spreadsheets_are_within_the_budget() {
     let cell = "<row><c><v>1</v></c></row>";
