@@ -122,21 +122,9 @@ pub enum Problem {
         /// The limit in bytes.
         limit: u64,
     },
-    /// The data of unknown size exceeds the limit.
+    /// The content exceeds the limit of a text, or of what a file unpacks to.
     #[error("holds more than {} ({limit} bytes); keep fewer rows or columns, or raise recording.max_bytes", mebibytes(*.limit))]
     TooManyBytes {
-        /// The limit in bytes.
-        limit: u64,
-    },
-    /// The content of the file needs more memory than the limit, or more work in proportion to it.
-    #[error(
-        "needs more than {} of memory for its {part}; keep fewer signals or samples, or raise --max-memory \
-         (recording.max_memory_bytes)",
-        mebibytes(*.limit)
-    )]
-    OverBudget {
-        /// The part of the content.
-        part: &'static str,
         /// The limit in bytes.
         limit: u64,
     },

@@ -4,10 +4,10 @@ use std::fs::{File, FileType, Metadata};
 use std::io::{BufRead, Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use super::budget::Budget;
 use super::containers::{ArrayFile, gunzipped};
 use super::error::{Place, Problem};
 use super::read::{names_csv, scan_csv};
+use super::room::Room;
 use super::signals::Signal;
 use super::{
     Columns, DelayRow, Format, LabelRow, Limits, Recording, RecordingError, ResponseRow, read_csv, read_delays,
@@ -34,10 +34,10 @@ pub fn open_response(path: &Path, limits: &Limits) -> Result<Vec<ResponseRow>, R
 /// - As [`read_csv`], with samples instead of lines.
 /// - In formats other than text: the file is damaged, or its signals have different lengths.
 pub fn open_recording(path: &Path, columns: &Columns, limits: &Limits) -> Result<Recording, RecordingError> {
-    let budget = Budget::new(limits);
-    match opened(path, &budget)? {
+    let room = Room::new(limits);
+    match opened(path, &room)? {
         (name, Opened::Text(file)) => read_csv(&name, file, columns, limits),
-        (name, Opened::Arrays(mut file)) => file.recording(&name, columns, &budget),
+        (name, Opened::Arrays(mut file)) => file.recording(&name, columns, &room),
     }
 }
 
@@ -46,10 +46,10 @@ pub fn open_recording(path: &Path, columns: &Columns, limits: &Limits) -> Result
 /// # Errors
 /// As [`open_recording`] for an unreadable file, and for a file without a signal.
 pub fn list_signals(path: &Path, limits: &Limits) -> Result<Vec<Signal>, RecordingError> {
-    let budget = Budget::new(limits);
-    match opened(path, &budget)? {
+    let room = Room::new(limits);
+    match opened(path, &room)? {
         (name, Opened::Text(file)) => scan_csv(&name, file, limits),
-        (name, Opened::Arrays(mut file)) => file.signals(&name, &budget),
+        (name, Opened::Arrays(mut file)) => file.signals(&name, &room),
     }
 }
 
@@ -58,7 +58,7 @@ pub fn list_signals(path: &Path, limits: &Limits) -> Result<Vec<Signal>, Recordi
 /// # Errors
 /// As [`list_signals`].
 pub fn signal_names(path: &Path, limits: &Limits) -> Result<Vec<String>, RecordingError> {
-    match opened(path, &Budget::new(limits))? {
+    match opened(path, &Room::new(limits))? {
         (name, Opened::Text(file)) => names_csv(&name, file, limits),
         (_, Opened::Arrays(file)) => Ok(file.signal_names()),
     }
@@ -70,15 +70,15 @@ enum Opened {
 }
 
 /// Opens a file of any format, and returns it with its name in messages.
-fn opened(path: &Path, budget: &Budget) -> Result<(String, Opened), RecordingError> {
-    let (name, mut file) = open(path, budget.limits())?;
+fn opened(path: &Path, room: &Room) -> Result<(String, Opened), RecordingError> {
+    let (name, mut file) = open(path, room.limits())?;
     let refuse = |problem| Place::file(&name).error(problem);
     let unreadable = |error| refuse(Problem::Unreadable(error));
     let mut format = Format::of(path, &mut file).map_err(unreadable)?;
     let mut text: Box<dyn Read> = match is_gzipped(&mut file).map_err(unreadable)? {
         false if format.conversion().is_some() => return Err(refuse(Problem::NotRead(format))),
         false if !matches!(format, Format::Csv | Format::JsonLines) => {
-            let arrays = ArrayFile::open(format, file, budget).map_err(refuse)?;
+            let arrays = ArrayFile::open(format, file, room).map_err(refuse)?;
             return Ok((name, Opened::Arrays(arrays)));
         }
         false => Box::new(file),
@@ -91,7 +91,7 @@ fn opened(path: &Path, budget: &Budget) -> Result<(String, Opened), RecordingErr
     };
     let opened = match format {
         Format::Csv => Opened::Text(text),
-        Format::JsonLines => Opened::Arrays(ArrayFile::of_json_lines(&name, &mut text, budget)?),
+        Format::JsonLines => Opened::Arrays(ArrayFile::of_json_lines(&name, &mut text, room)?),
         other => return Err(refuse(Problem::Gzipped(other))),
     };
     Ok((name, opened))

@@ -35,7 +35,6 @@
 
 mod arrays;
 mod block;
-mod budget;
 mod column;
 #[cfg_attr(not(feature = "formats"), path = "no_containers.rs")]
 mod containers;
@@ -60,6 +59,7 @@ mod quantity;
 mod read;
 mod resample;
 mod responses;
+mod room;
 mod samples;
 mod settings;
 mod signals;

@@ -10,13 +10,9 @@ trocar_core::settings! {
         max_gap_s: Option<f64> [POSITIVE],
         /// Maximum size of a file.
         ///
-        /// In bytes; a larger file is rejected before anything is read.
+        /// In bytes; a larger file is rejected before anything is read. Its decompressed content, its values and the names
+        /// of its signals may have twice as many.
         max_bytes: u64 [1..] = 256 << 20,
-        /// Maximum memory for reading a file.
-        ///
-        /// In bytes. It holds the file, its decompressed content, its values and the names of its signals. Twice as many
-        /// bytes may be read and decompressed in all.
-        max_memory_bytes: u64 [1..] = 512 << 20,
         /// Maximum number of samples.
         ///
         /// The default is 83 minutes at 1 kHz.

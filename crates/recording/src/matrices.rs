@@ -1,8 +1,8 @@
 //! Matrices in MATLAB files.
 
-use super::budget::Budget;
 use super::containers::ArrayFile;
 use super::error::Place;
+use super::room::Room;
 use super::{Limits, RecordingError};
 
 /// A matrix of a file.
@@ -20,9 +20,9 @@ pub struct Matrix {
 /// # Errors
 /// [`RecordingError`] for a damaged file, and for one that exceeds the limits.
 pub fn read_matrices(file: &str, bytes: Vec<u8>, limits: &Limits) -> Result<Vec<Matrix>, RecordingError> {
-    let budget = Budget::new(limits);
-    let mut opened = ArrayFile::of_matlab(bytes, &budget).map_err(|problem| Place::file(file).error(problem))?;
-    opened.matrices(file, &budget)
+    let room = Room::new(limits);
+    let mut opened = ArrayFile::of_matlab(bytes, &room).map_err(|problem| Place::file(file).error(problem))?;
+    opened.matrices(file, &room)
 }
 
 #[cfg(all(test, feature = "formats"))]

@@ -131,7 +131,7 @@ pub(super) fn is_date(text: &str) -> bool {
 }
 
 /// A fast test for a date or a time of the day: most texts in tables are neither.
-pub(super) fn may_be_date(text: &[u8]) -> bool {
+fn may_be_date(text: &[u8]) -> bool {
     let text = text.trim_ascii();
     text.first().is_some_and(u8::is_ascii_digit) && text.contains(&b':')
 }

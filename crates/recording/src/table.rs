@@ -6,24 +6,20 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use csv::ByteRecord;
 
-use super::budget::{check_name, short};
 use super::error::{Place, Problem, Row};
 use super::guard::{Guard, recover};
 use super::head::head;
 use super::header::{names, numbered, text};
 use super::labview::Clock;
 use super::number::{Decimals, trimmed};
+use super::room::{check_name, short};
 use super::spaces::Spaces;
-use super::stamp::{Stamps, may_be_date};
+use super::stamp::Stamps;
 use super::units;
 use super::utf16::Utf8;
 use super::{Column, Limits, RecordingError};
 
 const BUFFER_BYTES: usize = 64 << 10;
-
-/// Work in bytes of reading a field as a number, and further work of reading it as a date in all its forms.
-const FIELD_BYTES: usize = 16;
-const DATE_BYTES: usize = 84;
 
 /// The text of a table: its header line, then the rest.
 type Text<R> = Spaces<Chain<Cursor<Vec<u8>>, BufReader<Guard<Utf8<R>>>>>;
@@ -198,23 +194,16 @@ impl<'a, R: Read> Rows<'a, R> {
         }
     }
 
-    /// The number of a field, or for a date its time in s since the first date of the column, which `stamps` keeps. Adds
-    /// the work in bytes to `work`.
-    pub(super) fn number_or_date(&self, index: usize, stamps: &mut Stamps, work: &mut usize) -> Option<f64> {
+    /// The number of a field, or for a date its time in s since the first date of the column, which `stamps` keeps.
+    pub(super) fn number_or_date(&self, index: usize, stamps: &mut Stamps) -> Option<f64> {
         let field = self.record.get(index).unwrap_or_default();
-        *work += FIELD_BYTES;
         // A fast test for words: numbers begin with a letter only as "nan" and "inf".
         if field.first().is_some_and(|first| first.is_ascii_alphabetic() && !b"nNiI".contains(first)) {
             return None;
         }
         match self.parse(index, 1.0) {
             Ok(number) => Some(number),
-            Err(problem) => {
-                if may_be_date(field) {
-                    *work += DATE_BYTES;
-                }
-                stamps.time_s(field, Err(problem), 1.0).ok()
-            }
+            Err(problem) => stamps.time_s(field, Err(problem), 1.0).ok(),
         }
     }
 

@@ -1,8 +1,8 @@
 //! Arrays whose values are in memory.
 
 use super::{Array, Container, Fault, Format};
-use crate::budget::Budget;
 use crate::error::{Problem, Row};
+use crate::room::Room;
 
 pub(crate) struct Loaded {
     arrays: Vec<Array>,
@@ -36,8 +36,7 @@ impl Container for Loaded {
         &self.arrays
     }
 
-    fn values(&mut self, index: usize, budget: &Budget) -> Result<Vec<f64>, Fault> {
-        budget.values(self.values[index].len())?;
+    fn values(&mut self, index: usize, _: &Room) -> Result<Vec<f64>, Fault> {
         Ok(self.values[index].clone())
     }
 

@@ -15,25 +15,20 @@ mod json_lines;
 mod loaded;
 mod mat;
 mod mcap;
-mod mcap_chunks;
 mod name;
 mod npy;
 mod parquet;
-mod parquet_footer;
-mod parquet_pages;
 mod read;
 mod ros;
 mod tdms;
-mod thrift;
 mod topics;
-mod unpack;
 
 use std::fs::File;
 use std::io::Read;
 
 use super::Format;
-use super::budget::Budget;
 use super::error::{Problem, Row};
+use super::room::{Room, check_dimensions};
 
 pub(super) use array_file::ArrayFile;
 use foreign::guarded;
@@ -75,16 +70,15 @@ impl Array {
         }
     }
 
+    /// Creates an array if there is room for its signals.
+    fn in_room(name: &str, dims: Vec<usize>, room: &Room) -> Result<Self, Problem> {
+        check_dimensions(dims.len())?;
+        room.take_signals(name, listed(&dims))?;
+        Ok(Self::new(name, dims))
+    }
+
     pub(super) fn len(&self) -> usize {
         self.dims.iter().fold(1, |product, dim| product.saturating_mul(*dim))
-    }
-}
-
-impl Budget {
-    /// Charges an array with its signals, and creates it without texts.
-    fn array(&self, name: &str, dims: Vec<usize>) -> Result<Array, Problem> {
-        self.charge_array(name, &dims, listed(&dims))?;
-        Ok(Array::new(name, dims))
     }
 }
 
@@ -104,8 +98,8 @@ impl From<Problem> for Fault {
 pub(super) trait Container {
     fn arrays(&self) -> &[Array];
 
-    /// All elements of an array, in its order; NaN if the file has no number.
-    fn values(&mut self, index: usize, budget: &Budget) -> Result<Vec<f64>, Fault>;
+    /// All elements of an array, in its order; NaN if the file has no number. The caller takes the room for them.
+    fn values(&mut self, index: usize, room: &Room) -> Result<Vec<f64>, Fault>;
 
     /// The reason why the file seems to end before its recording did.
     fn unfinished(&self) -> Option<&str> {
@@ -118,36 +112,35 @@ pub(super) trait Container {
     }
 }
 
-fn open(format: Format, mut file: File, budget: &Budget) -> Result<Box<dyn Container>, Problem> {
+fn open(format: Format, mut file: File, room: &Room) -> Result<Box<dyn Container>, Problem> {
     let mut whole = || {
         let mut bytes = vec![];
-        file.by_ref().take(budget.limits().max_bytes).read_to_end(&mut bytes).map_err(Problem::Unreadable)?;
-        budget.hold("bytes", bytes.len())?;
+        file.by_ref().take(room.limits().max_bytes).read_to_end(&mut bytes).map_err(Problem::Unreadable)?;
         Ok::<_, Problem>(bytes)
     };
     Ok(match format {
         Format::Npy => {
             let bytes = whole()?;
-            guarded(format, || Ok(Box::new(npy::open_array(&bytes, budget)?)))?
+            guarded(format, || Ok(Box::new(npy::open_array(&bytes, room)?)))?
         }
         Format::Npz => {
             let bytes = whole()?;
-            guarded(format, || Ok(Box::new(npy::open_archive(bytes, budget)?)))?
+            guarded(format, || Ok(Box::new(npy::open_archive(bytes, room)?)))?
         }
-        Format::Mat => mat::open(whole()?, budget)?,
-        Format::Tdms => Box::new(tdms::Tdms::open(whole()?, budget)?),
+        Format::Mat => mat::open(whole()?, room)?,
+        Format::Tdms => Box::new(tdms::Tdms::open(whole()?, room)?),
         Format::Mcap => {
             let bytes = whole()?;
-            guarded(format, || Ok(Box::new(mcap::open(&bytes, budget)?)))?
+            guarded(format, || Ok(Box::new(mcap::open(&bytes, room)?)))?
         }
-        Format::Parquet => guarded(format, || Ok(Box::new(parquet::Parquet::open(file, budget)?)))?,
+        Format::Parquet => guarded(format, || Ok(Box::new(parquet::Parquet::open(file, room)?)))?,
         Format::Hdf5 => {
             let bytes = whole()?;
-            guarded(format, || Ok(Box::new(hdf5::Hdf5::open(bytes, budget)?)))?
+            guarded(format, || Ok(Box::new(hdf5::Hdf5::open(bytes, room)?)))?
         }
         Format::Excel => {
             let bytes = whole()?;
-            guarded(format, || Ok(Box::new(excel::Excel::open(bytes, budget)?)))?
+            guarded(format, || Ok(Box::new(excel::Excel::open(bytes, room)?)))?
         }
         _ => return Err(Problem::Unsupported(format)),
     })

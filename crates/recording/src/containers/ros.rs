@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 use super::bytes::{Cursor, Order, Scalar};
 use super::topics::Refusal;
-use crate::budget::Budget;
+use crate::room::{Room, check_name as check_path};
 
 /// Maximum number of elements of an array that is read. Longer arrays, such as images and point clouds, are not
 /// signals.
@@ -20,7 +20,7 @@ const MAX_DEPTH: usize = 16;
 /// Maximum number of bytes of the name of a message, with its package.
 const MAX_MESSAGE_NAME_BYTES: usize = 256;
 
-/// Memory of a column in bytes, besides its name and its numbers.
+/// Bytes of a column besides its name and its numbers.
 const COLUMN_BYTES: usize = 128;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -187,11 +187,11 @@ impl Decoder {
         bytes: &[u8],
         values: &mut Vec<f64>,
         first_stamps: &mut FirstStamps,
-        budget: &Budget,
+        room: &Room,
     ) -> Result<(), Refusal> {
         values.clear();
         let mut reader = Reader {
-            budget,
+            room,
             definition: &self.definition,
             cursor: Cursor::new(bytes, Order::Little),
             start: 0,
@@ -224,7 +224,7 @@ impl Decoder {
 }
 
 struct Reader<'a> {
-    budget: &'a Budget,
+    room: &'a Room,
     definition: &'a Definition,
     cursor: Cursor<'a>,
     /// The origin of the alignment.
@@ -299,7 +299,7 @@ impl Reader<'_> {
 
     fn field(&mut self, field: &Field, depth: usize) -> Result<(), Refusal> {
         let before = self.path.len();
-        self.budget.check_name(before + 1 + field.name.len())?;
+        check_path(before + 1 + field.name.len())?;
         if before > 0 {
             self.path.push('.');
         }
@@ -367,7 +367,7 @@ impl Reader<'_> {
             Kind::Message(name) => return self.message(name, depth + 1),
         };
         if let Some(names) = &mut self.names {
-            self.budget.hold("signals and their names", self.path.len() + COLUMN_BYTES)?;
+            self.room.take(self.path.len() + COLUMN_BYTES)?;
             names.push(self.path.clone());
         }
         self.values.push(value);
@@ -432,8 +432,8 @@ float64 y";
         bytes
     }
 
-    fn budget() -> Budget {
-        Budget::new(&crate::Limits::default())
+    fn room() -> Room {
+        Room::new(&crate::Limits::default())
     }
 
     fn reason(refusal: Refusal) -> String {
@@ -452,7 +452,7 @@ float64 y";
         for order in [Order::Little, Order::Big] {
             let (mut decoder, mut values) = (decoder(), vec![]);
             decoder
-                .decode(&message(order, 1_700_000_000, &[7.0]), &mut values, &mut FirstStamps::new(), &budget())
+                .decode(&message(order, 1_700_000_000, &[7.0]), &mut values, &mut FirstStamps::new(), &room())
                 .expect("numbers");
             let names =
                 ["header.stamp", "wrench.force.x", "wrench.force.y", "joints[0]", "state[0]", "state[1]", "gain"];
@@ -460,11 +460,11 @@ float64 y";
             assert_eq!(values, [0.0, 1.5, -2.5, 7.0, 1.0, 2.0, 0.5]);
             values.clear();
             decoder
-                .decode(&message(order, 1_700_000_002, &[8.0]), &mut values, &mut FirstStamps::new(), &budget())
+                .decode(&message(order, 1_700_000_002, &[8.0]), &mut values, &mut FirstStamps::new(), &room())
                 .expect("numbers");
             assert_eq!(values[..4], [2.0, 1.5, -2.5, 8.0]);
             let refused = decoder
-                .decode(&message(order, 0, &[7.0, 8.0]), &mut values, &mut FirstStamps::new(), &budget())
+                .decode(&message(order, 0, &[7.0, 8.0]), &mut values, &mut FirstStamps::new(), &room())
                 .map_err(reason)
                 .expect_err("another length");
             assert_eq!(refused, "the length of an array in it changes");
@@ -482,7 +482,7 @@ float64 y";
         bytes.extend((-4_i16).to_le_bytes());
         // A byte of ROS 1 is signed.
         bytes.push(0xff);
-        decoder.decode(&bytes, &mut values, &mut FirstStamps::new(), &budget()).expect("numbers");
+        decoder.decode(&bytes, &mut values, &mut FirstStamps::new(), &room()).expect("numbers");
         assert_eq!((values, decoder.names().join(" ").as_str()), (vec![0.0, 3.0, 2.5, -4.0, -1.0], "t a b d e"));
     }
 
@@ -498,7 +498,7 @@ float64 y";
         bytes.extend([0; 100]);
         bytes.resize(4 + (bytes.len() - 4).next_multiple_of(8), 0);
         bytes.extend(6.5_f64.to_le_bytes());
-        decoder.decode(&bytes, &mut values, &mut FirstStamps::new(), &budget()).expect("numbers");
+        decoder.decode(&bytes, &mut values, &mut FirstStamps::new(), &room()).expect("numbers");
         assert_eq!((values, decoder.names()), (vec![6.5], &["after".to_owned()][..]));
     }
 
@@ -506,12 +506,12 @@ float64 y";
     fn damaged_messages_and_definitions_are_refused() {
         let whole = message(Order::Little, 3, &[7.0]);
         for len in 0..whole.len() {
-            assert!(decoder().decode(&whole[..len], &mut vec![], &mut FirstStamps::new(), &budget()).is_err(), "{len}");
+            assert!(decoder().decode(&whole[..len], &mut vec![], &mut FirstStamps::new(), &room()).is_err(), "{len}");
         }
         let refused = |text: &str, bytes: &[u8]| {
             let definition = Definition::parse(Encoding::Cdr, "lab/A", text);
             let mut numbers = |definition| {
-                Decoder::new(definition).decode(bytes, &mut vec![], &mut FirstStamps::new(), &budget()).map_err(reason)
+                Decoder::new(definition).decode(bytes, &mut vec![], &mut FirstStamps::new(), &room()).map_err(reason)
             };
             definition.and_then(&mut numbers).expect_err("refused")
         };

@@ -9,8 +9,8 @@ use std::collections::HashMap;
 
 use super::bytes::{Cursor, Order, Scalar};
 use super::{Array, Container, Fault, Format};
-use crate::budget::{Budget, short};
 use crate::error::Problem;
+use crate::room::{Room, check_name, short};
 
 const LEAD_IN_BYTES: usize = 28;
 
@@ -24,9 +24,6 @@ const DAQMX: u32 = 1 << 7;
 /// Raw data index of an object without data, and of an object with the index of the previous segment.
 const NO_DATA: u32 = 0xffff_ffff;
 const SAME_DATA: u32 = 0;
-
-/// Work in bytes per channel of a new list of objects.
-const LAYOUT_BYTES: usize = 64;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Kind {
@@ -137,10 +134,10 @@ pub(super) struct Tdms {
 }
 
 impl Tdms {
-    pub(super) fn open(bytes: Vec<u8>, budget: &Budget) -> Result<Self, Problem> {
+    pub(super) fn open(bytes: Vec<u8>, room: &Room) -> Result<Self, Problem> {
         let mut reader = Reader {
             bytes: &bytes,
-            budget,
+            room,
             channels: vec![],
             by_path: HashMap::new(),
             active: vec![],
@@ -161,11 +158,11 @@ impl Tdms {
                 continue;
             }
             if channel.increment_s.is_some() {
-                let array = budget.array(&format!("time({})", channel.path), vec![channel.len])?;
+                let array = Array::in_room(&format!("time({})", channel.path), vec![channel.len], room)?;
                 arrays.push(Array { unit: Some("s".into()), ..array });
                 sources.push(ArraySource::Clock(index));
             }
-            let array = budget.array(&channel.path, vec![channel.len])?;
+            let array = Array::in_room(&channel.path, vec![channel.len], room)?;
             arrays.push(Array { unit: channel.unit.clone(), ..array });
             sources.push(ArraySource::Values(index));
         }
@@ -178,7 +175,7 @@ impl Tdms {
 
 struct Reader<'a> {
     bytes: &'a [u8],
-    budget: &'a Budget,
+    room: &'a Room,
     channels: Vec<Channel>,
     by_path: HashMap<String, usize>,
     /// The objects of the segment with raw data, in the order of their data, with their entries. An object with another
@@ -262,8 +259,8 @@ impl Reader<'_> {
         for _ in 0..count {
             let Some(path) = text(at) else { return Ok(None) };
             if !self.by_path.contains_key(&*path) {
-                self.budget.check_name(path.len())?;
-                self.budget.hold("channels and their names", size_of::<Channel>() + 4 * path.len())?;
+                check_name(path.len())?;
+                self.room.take(size_of::<Channel>() + path.len())?;
             }
             if self.object(at, &path).is_none() {
                 return Ok(None);
@@ -353,7 +350,7 @@ impl Reader<'_> {
         let damaged = || Format::Tdms.damaged("its raw data is damaged");
         if self.is_layout_new {
             // Every segment can change the list of objects.
-            self.budget.work("channels in its segments", LAYOUT_BYTES * self.active.len())?;
+            self.room.take(size_of::<(usize, Index)>() * self.active.len())?;
             self.renew_layout().ok_or_else(damaged)?;
         }
         let Layout { chunk_bytes, row_bytes, is_even, .. } = self.layout;
@@ -381,7 +378,7 @@ impl Reader<'_> {
         for (channel, index) in &self.layout.indices {
             let stride = if raw.is_interleaved { row_bytes } else { index.kind.size() };
             if matches!(index.kind, Kind::Number(_) | Kind::Stamp) {
-                self.budget.hold("channels in its segments", size_of::<Run>())?;
+                self.room.take(size_of::<Run>())?;
                 let channel = &mut self.channels[*channel];
                 let run = Run { start: from, count: index.count, stride, chunks, chunk_bytes, order: raw.order };
                 channel.runs.push(run);
@@ -443,8 +440,7 @@ impl Container for Tdms {
         self.unfinished.as_deref()
     }
 
-    fn values(&mut self, index: usize, budget: &Budget) -> Result<Vec<f64>, Fault> {
-        budget.values(self.arrays[index].len())?;
+    fn values(&mut self, index: usize, _: &Room) -> Result<Vec<f64>, Fault> {
         let channel = match self.sources[index] {
             ArraySource::Values(channel) => &self.channels[channel],
             ArraySource::Clock(channel) => {

@@ -3,10 +3,10 @@
 use std::io::Read;
 
 use super::arrays::first_where;
-use super::budget::Budget;
 use super::error::{Place, Problem, Row};
 use super::header::Layout;
 use super::labview::X_VALUE;
+use super::room::Room;
 use super::signals::{Signal, Statistics};
 use super::stamp::Stamps;
 use super::table::Rows;
@@ -76,9 +76,9 @@ pub(super) fn names_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Re
 /// As [`read_csv`], for a text that is not a table.
 pub fn scan_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Result<Vec<Signal>, RecordingError> {
     let (mut rows, names) = Rows::open(source, reader, limits, |names| Ok(names.to_vec()))?;
-    let budget = Budget::new(limits);
-    let charged = names.iter().try_for_each(|name| budget.signals(1, name.len()));
-    charged.map_err(|problem| Place::file(source).error(problem))?;
+    let room = Room::new(limits);
+    let taken = names.iter().try_for_each(|name| room.take_signals(name, 1));
+    taken.map_err(|problem| Place::file(source).error(problem))?;
     let mut statistics = vec![(Statistics::default(), Stamps::default()); names.len()];
     let mut has_row = rows.next()?;
     if has_row && rows.take_units() {
@@ -88,15 +88,13 @@ pub fn scan_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Result<Vec
     let mut count = 0;
     while has_row {
         rows.check_room(count, limits.max_samples)?;
-        let mut work = 0;
         for (index, (statistics, stamps)) in statistics.iter_mut().enumerate() {
             let value = match clock {
                 Some(clock) if names[index] == X_VALUE && rows.is_empty_or(index, &[]) => clock.time_s(count),
-                _ => rows.number_or_date(index, stamps, &mut work).unwrap_or(f64::NAN),
+                _ => rows.number_or_date(index, stamps).unwrap_or(f64::NAN),
             };
             statistics.push(value);
         }
-        budget.work("fields", work).map_err(|problem| rows.place().error(problem))?;
         count += 1;
         has_row = rows.next()?;
     }

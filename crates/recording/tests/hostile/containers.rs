@@ -39,9 +39,9 @@ fn matlab_multiplies_neither_names_nor_bytes() {
     let names = matlab(&packed(&matrix(1, [1, 20_000], &b"a".repeat(200_000), &leaves)));
     refused("names.mat", &names, &["a name of 200000 bytes"]);
     let cells = matlab(&packed(&matrix(1, [1, 20_000], b"a", &leaves)));
-    refused("cells.mat", &cells, &["--max-memory"]);
+    refused("cells.mat", &cells, &["recording.max_bytes"]);
     let zeros = packed(&matrix(4, [1, 30_000_000], b"t", &element(16, &vec![0; 30_000_000])));
-    refused("inflate.mat", &matlab(&zeros.repeat(40)), &["--max-memory"]);
+    refused("inflate.mat", &matlab(&zeros.repeat(40)), &["recording.max_bytes"]);
     let deep = (0..2000).fold(leaf(b"a"), |inner, _| matrix(1, [1, 1], b"a", &inner));
     refused("deep.mat", &matlab(&deep), &["at depth 33"]);
     refused("dims.mat", &matlab(&matrix(6, [i32::MAX; 2], b"a", &element(9, &[0; 16]))), &["contradict"]);
@@ -50,7 +50,7 @@ fn matlab_multiplies_neither_names_nor_bytes() {
 #[test]
 fn many_small_arrays_are_refused() {
     let arrays: Vec<u8> = (0..30_000).flat_map(|k: u32| leaf(format!("a{k}").as_bytes())).collect();
-    refused("arrays.mat", &matlab(&arrays), &["--max-memory"]);
+    refused("arrays.mat", &matlab(&arrays), &["recording.max_bytes"]);
 }
 
 pub(crate) fn lead_in(flags: u32, following: u64, raw: u64) -> Vec<u8> {
@@ -85,11 +85,15 @@ fn segments_and_channels_of_tdms_take_linear_time() {
     let first = segment(0x0e, &channels(1000, 1), &[1; 2000]);
     let messages = answers("empty.tdms", &[first.clone(), lead_in(0x08, 0, 0).repeat(50_000)].concat());
     assert_eq!(messages.len(), 1, "only the columns are missing: {messages:?}");
-    refused("data.tdms", &[first.clone(), segment(0x08, &[], &[1; 1000]).repeat(500)].concat(), &["--max-memory"]);
+    refused(
+        "data.tdms",
+        &[first.clone(), segment(0x08, &[], &[1; 1000]).repeat(500)].concat(),
+        &["recording.max_bytes"],
+    );
     // Every list changes the number of values of the first channel.
     let lists: Vec<u8> = (0..30_000).flat_map(|k| segment(0x0a, &channels(1, 2 + k % 2), &[])).collect();
-    refused("lists.tdms", &[first, lists].concat(), &["--max-memory"]);
-    refused("channels.tdms", &segment(0x0e, &channels(50_000, 1), &[1; 100_000]), &["--max-memory"]);
+    refused("lists.tdms", &[first, lists].concat(), &["recording.max_bytes"]);
+    refused("channels.tdms", &segment(0x0e, &channels(50_000, 1), &[1; 100_000]), &["recording.max_bytes"]);
 }
 
 #[test]
@@ -141,12 +145,12 @@ fn logs_multiply_neither_names_nor_bytes() {
     let nested = "B[64] b\n===\nMSG: lab/B\nC[64] c\n===\nMSG: lab/C\nuint8[64] d\n";
     let data = vec![0; 4 + 64 * 64 * 64];
     let names = [channel("cdr", Some(("lab/A", nested))), message(1, &data), message(2, &data)].concat();
-    refused("names.mcap", &log(&names), &["--max-memory"]);
+    refused("names.mcap", &log(&names), &["recording.max_bytes"]);
     let mut frame = lz4_flex::frame::FrameEncoder::new(vec![]);
     frame.write_all(&vec![0; 30_000_000]).expect("memory");
     let frame = frame.finish().expect("memory");
-    refused("bombs.mcap", &log(&chunk("lz4", 30_000_000, &frame).repeat(20)), &["--max-memory"]);
-    refused("claims.mcap", &log(&chunk("lz4", 1 << 60, &frame[..1000])), &["cannot be read", "--max-memory"]);
+    refused("bombs.mcap", &log(&chunk("lz4", 30_000_000, &frame).repeat(20)), &["recording.max_bytes"]);
+    refused("claims.mcap", &log(&chunk("lz4", 1 << 60, &frame[..1000])), &["cannot be read", "recording.max_bytes"]);
 }
 
 #[test]
@@ -180,7 +184,7 @@ pub(crate) fn archive(entries: &[(String, Vec<u8>)]) -> Vec<u8> {
 }
 
 #[test]
-fn arrays_of_numpy_are_within_the_budget() {
+fn arrays_of_numpy_are_within_the_limits() {
     let huge = "{'descr':'<f8','fortran_order':False,'shape':(4000000000,4000000000,),}\n";
     refused("huge.npy", &numpy(huge, &[0; 100]), &["cannot be read"]);
     let deep =
@@ -188,7 +192,7 @@ fn arrays_of_numpy_are_within_the_budget() {
     refused("deep.npy", &numpy(&deep, &[]), &["nested too deeply"]);
     let zeros = numpy("{'descr':'|i1','fortran_order':False,'shape':(4000000,),}\n", &vec![0; 4_000_000]);
     let bombs: Vec<(String, Vec<u8>)> = (0..10).map(|k| (format!("a{k}.npy"), zeros.clone())).collect();
-    refused("bombs.npz", &archive(&bombs), &["--max-memory"]);
+    refused("bombs.npz", &archive(&bombs), &["recording.max_bytes"]);
 }
 
 /// A file of Parquet whose footer is a schema of groups within one another.
@@ -235,7 +239,7 @@ pub(crate) fn book(sheets: usize, texts: &str, cells: &str) -> Vec<u8> {
 }
 
 #[test]
-fn parts_of_spreadsheets_are_within_the_budget() {
+fn parts_of_spreadsheets_are_within_the_limits() {
     let cell = "<row><c><v>1</v></c></row>";
     assert_eq!(
         answers("good.xlsx", &book(1, "uniqueCount=\"1\"", &cell.repeat(3))).len(),
@@ -244,10 +248,10 @@ fn parts_of_spreadsheets_are_within_the_budget() {
     );
     refused("texts.xlsx", &book(1, "uniqueCount=\"4000000000\"", cell), &["states more texts"]);
     answers("attributes.xlsx", &book(1, &"a=\"\" ".repeat(50_000), cell));
-    refused("sheets.xlsx", &book(5000, "", &cell.repeat(1000)), &["--max-memory"]);
+    refused("sheets.xlsx", &book(5000, "", &cell.repeat(1000)), &["recording.max_bytes"]);
     refused(
         "cells.xlsx",
         &book(1, "", &format!("<row>{}</row>", "<c><v>1</v></c>".repeat(16_000)).repeat(20)),
-        &["--max-memory"],
+        &["recording.max_bytes"],
     );
 }
