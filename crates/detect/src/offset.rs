@@ -1,21 +1,10 @@
-//! Detects exchanged columns and an untared force in a recording.
+//! Detects an untared force in a recording.
 
 use super::calibration::noise_std;
 use super::plausibility::{Signals, range};
-use super::position_step_m;
-use trocar_base::interrupt;
 use trocar_base::warning::{Code, Warning};
 
 const MIN_SAMPLES: usize = 100;
-
-/// Minimum ratio of the positions' roughness to the forces' roughness at which the columns count as swapped.
-///
-/// A needle has mass and a guide: in this project's recordings and scenarios, positions are 2.2 to 12,000 times *less*
-/// rough than the force.
-const SWAPPED_RATIO: f64 = 3.0;
-
-/// Maximum roughness of positions that the encoder explains, in steps of the encoder.
-const ENCODER_STEPS: f64 = 5.0;
 
 /// Samples per block, whose mean force is compared with the initial force.
 const BLOCK: usize = 20;
@@ -29,36 +18,6 @@ const CONSTANT_N: f64 = 0.02;
 
 /// Largest offset, as a share of the largest change of the force. A larger constant force is a load.
 const MAX_OFFSET_SHARE: f64 = 0.5;
-
-fn roughness(values: &[f64]) -> Option<(f64, f64)> {
-    let (low, high) = range(values)?;
-    let mut sum = 0.0;
-    for (sample, w) in values.windows(3).enumerate() {
-        interrupt::check_at(sample as u64);
-        sum += (w[2] - 2.0 * w[1] + w[0]).powi(2);
-    }
-    (high > low).then(|| ((sum / values.len().saturating_sub(2).max(1) as f64).sqrt(), high - low))
-}
-
-pub(super) fn swapped(signals: &Signals<'_>) -> Option<Warning> {
-    if signals.position_m.len() < MIN_SAMPLES {
-        return None;
-    }
-    let (position_m, travel_m) = roughness(signals.position_m)?;
-    let (force_n, span_n) = roughness(signals.force_n)?;
-    let ratio = (position_m / travel_m) / (force_n / span_n).max(f64::MIN_POSITIVE);
-    let is_encoder = position_m <= ENCODER_STEPS * position_step_m(signals.position_m, 0.0);
-    (ratio > SWAPPED_RATIO && !is_encoder).then(|| {
-        let times = if ratio > 1e3 { "over 1000 times".to_owned() } else { format!("{ratio:.0} times") };
-        let message = format!(
-            "the second difference of the position is {:.2e} of its range (root mean square), {times} that of the \
-             force: the columns of position and force seem to be swapped",
-            position_m / travel_m
-        );
-        let remedy = "exchange --position and --force, each with its unit";
-        Warning::new(Code::ColumnsSwapped, message).at("--position and --force").remedy(remedy)
-    })
-}
 
 /// Warns of a force that is not 0 at the beginning, before the needle is loaded.
 pub(super) fn offset(signals: &Signals<'_>) -> Option<Warning> {
