@@ -90,21 +90,16 @@ impl Signal {
 /// Other words for a quantity, in lower case, separated by spaces.
 fn words(quantity: Quantity) -> &'static str {
     match quantity {
-        Quantity::Time => {
-            "t times timestamp timestamps stamp elapsed datetime seconds sec zeit prüfzeit temps tiempo tempo"
-        }
-        Quantity::Position => {
-            "x z xs pos positions depth displacement disp distance stroke insertion travel extension crosshead weg \
-             standardweg traversenweg tiefe"
-        }
-        Quantity::Velocity => "v vs vel velocities speed twist geschwindigkeit vitesse",
-        Quantity::Force => "f fx fy fz forces load kraft standardkraft prüfkraft effort fuerza forza",
+        Quantity::Time => "t times timestamp stamp elapsed seconds sec",
+        Quantity::Position => "x z xs pos positions depth displacement distance travel extension",
+        Quantity::Velocity => "v vs vel velocities speed twist",
+        Quantity::Force => "f fx fy fz forces load effort",
     }
 }
 
 /// Words of other quantities, in lower case. A signal with one of them has no role, even with an axis in its name.
-const OTHER_WORDS: &str = "torque torques moment moments drehmoment tau mx my mz angle angles angular rotation orientation \
-    quaternion roll pitch yaw accel acceleration covariance temperature temperatur current voltage pressure stress strain \
+const OTHER_WORDS: &str = "torque torques moment moments tau mx my mz angle angles angular rotation orientation \
+    quaternion roll pitch yaw accel acceleration covariance temperature current voltage pressure stress strain \
     stiffness energy power index seq frame_id";
 
 /// Words that name only an axis or a value, so that the rest of the path names the quantity.
