@@ -1,5 +1,3 @@
-//! Opens recordings, delay traces and labels on disk.
-
 use std::fs::{File, FileType, Metadata};
 use std::io::{BufRead, Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -14,25 +12,13 @@ use super::{
     read_labels, read_response,
 };
 
-/// Reads a frequency response from a CSV file, see [`read_response`].
-///
-/// # Errors
-/// As [`open_recording`] for an unreadable file, and as [`read_response`].
 pub fn open_response(path: &Path, limits: &Limits) -> Result<Vec<ResponseRow>, RecordingError> {
     let (name, file) = open(path, limits)?;
     read_response(&name, file, limits)
 }
 
-/// Reads a recording from a file of any [`Format`], which the first bytes determine. For text see [`read_csv`].
-///
-/// In other formats the columns are signals, named as by [`list_signals`]: a name, or `name[:,1]` for one of several
-/// signals in an array.
-///
-/// # Errors
-/// - Before reading: the file is missing, cannot be opened, is larger than [`Limits::max_bytes`], or is not a regular
-///   file (reading a pipe or a device could block or never end).
-/// - As [`read_csv`], with samples instead of lines.
-/// - In formats other than text: the file is damaged, or its signals have different lengths.
+/// Reads a recording from a file of any [`Format`], which the first bytes determine. In other formats than text the columns
+/// are signals, named as by [`list_signals`]: a name, or `name[:,1]` for one of several signals in an array.
 pub fn open_recording(path: &Path, columns: &Columns, limits: &Limits) -> Result<Recording, RecordingError> {
     let room = Room::new(limits);
     match opened(path, &room)? {
@@ -41,10 +27,6 @@ pub fn open_recording(path: &Path, columns: &Columns, limits: &Limits) -> Result
     }
 }
 
-/// Lists the signals of a file of any [`Format`], without columns and arrays that contain no number.
-///
-/// # Errors
-/// As [`open_recording`] for an unreadable file, and for a file without a signal.
 pub fn list_signals(path: &Path, limits: &Limits) -> Result<Vec<Signal>, RecordingError> {
     let room = Room::new(limits);
     match opened(path, &room)? {
@@ -53,10 +35,6 @@ pub fn list_signals(path: &Path, limits: &Limits) -> Result<Vec<Signal>, Recordi
     }
 }
 
-/// The names of the signals of a file of any [`Format`], from its header or index.
-///
-/// # Errors
-/// As [`list_signals`].
 pub fn signal_names(path: &Path, limits: &Limits) -> Result<Vec<String>, RecordingError> {
     match opened(path, &Room::new(limits))? {
         (name, Opened::Text(file)) => names_csv(&name, file, limits),
@@ -69,7 +47,6 @@ enum Opened {
     Arrays(ArrayFile),
 }
 
-/// Opens a file of any format, and returns it with its name in messages.
 fn opened(path: &Path, room: &Room) -> Result<(String, Opened), RecordingError> {
     let (name, mut file) = open(path, room.limits())?;
     let refuse = |problem| Place::file(&name).error(problem);
@@ -97,7 +74,6 @@ fn opened(path: &Path, room: &Room) -> Result<(String, Opened), RecordingError> 
     Ok((name, opened))
 }
 
-/// Returns true for a file that gzip has compressed. The file is then read from its beginning.
 fn is_gzipped(file: &mut File) -> std::io::Result<bool> {
     let mut mark = vec![];
     file.by_ref().take(2).read_to_end(&mut mark)?;
@@ -105,10 +81,6 @@ fn is_gzipped(file: &mut File) -> std::io::Result<bool> {
     Ok(mark == b"\x1f\x8b")
 }
 
-/// Reads a delay trace from a file; see [`read_delays`].
-///
-/// # Errors
-/// As [`read_delays`], and as [`open_recording`] for an unreadable file.
 pub fn open_delays(
     path: &Path,
     limits: &Limits,
@@ -119,10 +91,6 @@ pub fn open_delays(
     read_delays(&name, file, limits, max_s, take)
 }
 
-/// Reads all bytes of a file.
-///
-/// # Errors
-/// As [`open_recording`] for an unreadable file.
 pub fn read_file(path: &Path, limits: &Limits) -> Result<Vec<u8>, RecordingError> {
     let (name, mut file) = open(path, limits)?;
     let mut bytes = vec![];
@@ -130,16 +98,11 @@ pub fn read_file(path: &Path, limits: &Limits) -> Result<Vec<u8>, RecordingError
     Ok(bytes)
 }
 
-/// Reads labels from a file; see [`read_labels`].
-///
-/// # Errors
-/// As [`read_labels`], and as [`open_recording`] for an unreadable file.
 pub fn open_labels(path: &Path, limits: &Limits, needs_file: bool) -> Result<Vec<LabelRow>, RecordingError> {
     let (name, file) = open(path, limits)?;
     read_labels(&name, file, limits, needs_file)
 }
 
-/// Opens a regular file of allowed size, and returns it with its name in messages.
 fn open(path: &Path, limits: &Limits) -> Result<(String, File), RecordingError> {
     let name = path.display().to_string();
     let refuse = |problem| Place::file(&name).error(problem);

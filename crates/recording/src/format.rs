@@ -1,5 +1,3 @@
-//! The file formats of recordings.
-
 use std::fmt;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -9,17 +7,14 @@ use super::utf16;
 /// Declares the formats: variant, description, suffixes in lower case, and the alternative format to export.
 macro_rules! formats {
     ($($(#[doc = $doc:literal])* $Format:ident: $phrase:literal, [$($suffix:literal),*], $instead:literal;)*) => {
-        /// The file format of a recording.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub enum Format {
             $($(#[doc = $doc])* $Format,)*
         }
 
         impl Format {
-            /// All formats.
             pub const ALL: &'static [Self] = &[$(Self::$Format),*];
 
-            /// The suffixes of files, in lower case.
             #[must_use]
             pub fn suffixes(self) -> &'static [&'static str] {
                 match self { $(Self::$Format => &[$($suffix),*],)* }
@@ -39,44 +34,27 @@ macro_rules! formats {
 }
 
 formats! {
-    /// Text with one sample per line, including LabVIEW's measurement files, also compressed by gzip.
     Csv: "a table in text", ["csv", "tsv", "lvm", "gz"], "CSV";
-    /// Text with a JSON object per line, also compressed by gzip.
     JsonLines: "a file of JSON lines", ["jsonl", "ndjson"], "CSV";
-    /// An array of NumPy.
     Npy: "an array of NumPy", ["npy"], "CSV";
-    /// Arrays of NumPy in an archive.
     Npz: "an archive of NumPy", ["npz"], "CSV";
-    /// MATLAB, versions 5 to 7.
     Mat: "a MATLAB file", ["mat"], "CSV";
-    /// HDF5, including MATLAB 7.3.
     Hdf5: "an HDF5 file (or MATLAB 7.3)", ["h5", "hdf5"], "MATLAB v7 (save -v7), Parquet or CSV";
-    /// Apache Parquet.
     Parquet: "a Parquet file", ["parquet"], "CSV";
-    /// Robot logs: MCAP with messages of ROS or in JSON.
     Mcap: "an MCAP log", ["mcap"], "CSV";
-    /// LabVIEW's binary measurement files.
     Tdms: "a TDMS file", ["tdms"], "CSV";
-    /// Excel.
     Excel: "a spreadsheet", ["xlsx", "xlsm", "xls"], "CSV";
-    /// Excel up to 2003; not read.
+    // Not read; [`Format::conversion`] names the program that converts them.
     Xls: "an old Excel spreadsheet", [], "CSV";
-    /// Binary spreadsheets of Excel; not read.
     Xlsb: "a binary spreadsheet (.xlsb)", [], "CSV";
-    /// OpenDocument spreadsheets; not read.
     Ods: "an OpenDocument spreadsheet", [], "CSV";
-    /// MATLAB 4; not read.
     Mat4: "a MATLAB file of version 4 (without the header of versions 5 to 7)", [], "MATLAB v7";
-    /// Apache Arrow in a file, which is also Feather; not read.
     Arrow: "an Arrow or Feather file", [], "Parquet";
-    /// Logs of ROS 2 in SQLite; not read.
     Rosbag2: "a ROS 2 bag in SQLite", ["db3"], "MCAP";
-    /// Logs of ROS 1; not read.
     Rosbag1: "a ROS 1 bag", ["bag"], "MCAP";
 }
 
 impl Format {
-    /// The line of another program that converts a format that is not read; `None` for the formats that are read.
     pub(super) fn conversion(self) -> Option<&'static str> {
         match self {
             Self::Xls | Self::Xlsb | Self::Ods => {
@@ -129,15 +107,13 @@ impl Format {
         })
     }
 
-    /// The format of a text with this beginning.
     pub(super) fn of_text(head: &[u8]) -> Self {
         let content = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start();
         if content.starts_with(b"{") { Self::JsonLines } else { Self::Csv }
     }
 }
 
-/// Returns true for a ZIP archive whose first file is an array of NumPy. The name of the first file is at byte 30, its
-/// length at byte 26.
+/// The name of the first file is at byte 30, its length at byte 26.
 fn is_npz(head: &[u8]) -> bool {
     let name = |length: &[u8]| head.get(30..)?.get(..usize::from(u16::from_le_bytes(*length.first_chunk()?)));
     head.starts_with(b"PK\x03\x04") && head.get(26..).and_then(name).is_some_and(|name| name.ends_with(b".npy"))

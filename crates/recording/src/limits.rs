@@ -1,5 +1,3 @@
-//! Limits on the size of a file and on its gaps, and the parts of a file that are not its signals.
-
 trocar_core::settings! {
     /// Limits on reading. The memory for text stays below about `32 * max_samples` bytes plus the longest row.
     #[derive(Clone, Debug, PartialEq)]
@@ -32,7 +30,6 @@ impl Limits {
     /// and indicate a missing scale.
     pub const MAX_MAGNITUDE: f64 = 1e6;
 
-    /// The limits of a table of labels or delays, beside a recording.
     pub(super) fn of_table(&self) -> Self {
         Self { skip_lines: 0, rate_hz: None, ..self.clone() }
     }

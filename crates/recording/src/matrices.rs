@@ -1,24 +1,15 @@
-//! Matrices in MATLAB files.
-
 use super::containers::ArrayFile;
 use super::error::Place;
 use super::room::Room;
 use super::{Limits, RecordingError};
 
-/// A matrix of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Matrix {
     /// Name, with the path of a matrix inside a structure: `sys.A`.
     pub name: String,
-    /// The rows, all of the same length.
     pub rows: Vec<Vec<f64>>,
 }
 
-/// Reads the matrices of a MATLAB file (versions 5 to 7), without arrays of other dimensions. `file` names the file in
-/// messages.
-///
-/// # Errors
-/// [`RecordingError`] for a damaged file, and for one that exceeds the limits.
 pub fn read_matrices(file: &str, bytes: Vec<u8>, limits: &Limits) -> Result<Vec<Matrix>, RecordingError> {
     let room = Room::new(limits);
     let mut opened = ArrayFile::of_matlab(bytes, &room).map_err(|problem| Place::file(file).error(problem))?;

@@ -1,5 +1,4 @@
-//! Files of named arrays and gzip in a build without the feature `formats`: none can be opened, so [`ArrayFile`] has no
-//! values.
+//! A build without the feature `formats` opens no file of arrays.
 
 use std::convert::Infallible;
 use std::fs::File;

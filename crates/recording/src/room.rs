@@ -14,19 +14,15 @@ const CONTENT_PER_FILE: u64 = 2;
 /// Maximum number of bytes of the name of a signal, with the path to it.
 const MAX_NAME_BYTES: usize = 1000;
 
-/// Maximum number of dimensions of an array.
 pub(crate) const MAX_DIMENSIONS: usize = 32;
 
-/// Maximum depth of structures within one another.
 const MAX_DEPTH: usize = 32;
 
-/// Maximum number of characters of the label or the unit of a signal.
 const MAX_TEXT_CHARACTERS: usize = 100;
 
 /// Bytes of a signal besides its samples: its description, its statistics, its row in a list.
 const SIGNAL_BYTES: usize = 4096;
 
-/// The bytes that the content of a file may still take.
 #[derive(Debug)]
 pub(crate) struct Room {
     limits: Limits,
@@ -52,7 +48,6 @@ impl Room {
         if bytes <= self.left.get() { Ok(()) } else { Err(self.full()) }
     }
 
-    /// Takes room before it is filled.
     pub(crate) fn take(&self, bytes: usize) -> Result<(), Problem> {
         self.left.set(self.left.get().checked_sub(bytes as u64).ok_or_else(|| self.full())?);
         Ok(())
@@ -62,7 +57,6 @@ impl Room {
         self.take(count.saturating_mul(size_of::<f64>()))
     }
 
-    /// Takes room for `signals` signals of an array.
     pub(crate) fn take_signals(&self, name: &str, signals: usize) -> Result<(), Problem> {
         check_name(name.len())?;
         self.take(signals.saturating_mul(SIGNAL_BYTES + name.len()).max(name.len()))
@@ -77,12 +71,10 @@ impl Room {
     }
 }
 
-/// Checks the length of a name before it is copied.
 pub(crate) fn check_name(bytes: usize) -> Result<(), Problem> {
     check(bytes, MAX_NAME_BYTES, || format!("a name of {bytes} bytes with its path"))
 }
 
-/// Checks the depth of a structure before its parts are read.
 pub(crate) fn check_depth(depth: usize) -> Result<(), Problem> {
     check(depth, MAX_DEPTH, || format!("parts within one another at depth {depth}"))
 }
@@ -95,7 +87,6 @@ fn check(found: usize, limit: usize, part: impl FnOnce() -> String) -> Result<()
     if found <= limit { Ok(()) } else { Err(Problem::OverLimit { part: part().into(), limit }) }
 }
 
-/// Extracts the problem of a full room from an error of reading, or returns that of a damaged file.
 pub(crate) fn recover(format: Format, error: io::Error) -> Problem {
     match error.downcast::<Problem>() {
         Ok(problem) => problem,

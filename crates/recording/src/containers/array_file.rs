@@ -1,5 +1,3 @@
-//! A file of named arrays of any format.
-
 use std::fs::File;
 use std::io::Read;
 
@@ -8,26 +6,21 @@ use crate::error::{Place, Problem};
 use crate::room::Room;
 use crate::{Columns, Format, Matrix, Recording, RecordingError, Signal};
 
-/// An open file of named arrays. `file` in the methods names it in messages.
 pub(crate) struct ArrayFile(Box<dyn Container>);
 
 impl ArrayFile {
-    /// Opens a file in a binary format.
     pub(crate) fn open(format: Format, file: File, room: &Room) -> Result<Self, Problem> {
         open(format, file, room).map(Self)
     }
 
-    /// Reads JSON lines.
     pub(crate) fn of_json_lines(file: &str, text: impl Read, room: &Room) -> Result<Self, RecordingError> {
         Ok(Self(Box::new(json_lines::open(file, text, room)?)))
     }
 
-    /// Opens the content of a MATLAB file, up to version 7.
     pub(crate) fn of_matlab(bytes: Vec<u8>, room: &Room) -> Result<Self, Problem> {
         mat::open(bytes, room).map(Self)
     }
 
-    /// Combines signals to a recording.
     pub(crate) fn recording(
         &mut self,
         file: &str,
@@ -37,17 +30,14 @@ impl ArrayFile {
         read::read(file, self.0.as_mut(), columns, room)
     }
 
-    /// Lists the signals with their statistics.
     pub(crate) fn signals(&mut self, file: &str, room: &Room) -> Result<Vec<Signal>, RecordingError> {
         read::scan(file, self.0.as_mut(), room)
     }
 
-    /// The names of the signals, from the index of the file.
     pub(crate) fn signal_names(&self) -> Vec<String> {
         name::vectors(self.0.arrays()).into_iter().map(|vector| vector.name).collect()
     }
 
-    /// Reads the arrays of two dimensions.
     pub(crate) fn matrices(&mut self, file: &str, room: &Room) -> Result<Vec<Matrix>, RecordingError> {
         let refuse = |problem| Place::file(file).error(problem);
         let arrays = self.0.arrays().to_vec();

@@ -13,7 +13,6 @@ use crate::error::{Problem, Row, excerpt};
 use crate::room::{Room, check_name, recover, short};
 use crate::units;
 
-/// Maximum number of rows searched for the names of the columns.
 const HEAD_ROWS: u32 = 200;
 
 const SECONDS_PER_DAY: f64 = 86_400.0;
@@ -29,7 +28,6 @@ enum Cell {
 }
 
 impl Cell {
-    /// A cell with the beginning of a text.
     fn text(text: &str) -> Self {
         Self::Text(short(text).into())
     }
@@ -79,18 +77,22 @@ impl Excel {
 
     fn sheet(&mut self, name: &str, mut sheet: Sheet, room: &Room) -> Result<(), Problem> {
         check_name(name.len())?;
-        let texts = |row: u32| -> Vec<&str> {
-            let texts = sheet.values().filter_map(|cells| cells.get(&row)).map(|cell| match cell {
-                Cell::Text(text) => Some(&**text),
+        let texts = |row: u32| {
+            sheet.values().filter_map(move |cells| match cells.get(&row) {
+                Some(Cell::Text(text)) => Some(&**text),
                 _ => None,
-            });
-            texts.collect::<Option<Vec<_>>>().unwrap_or_default()
+            })
         };
-        let last_texts = |below: u32| (0..below).rev().find(|row| !texts(*row).is_empty());
+        let mut text_rows = BTreeMap::<u32, bool>::new();
+        for (row, cell) in sheet.values().flat_map(|cells| cells.range(..HEAD_ROWS)) {
+            *text_rows.entry(*row).or_insert(true) &= matches!(cell, Cell::Text(_));
+        }
+        let last_texts =
+            |below: u32| text_rows.range(..below).rev().find(|(_, is_text)| **is_text).map(|(row, _)| *row);
         let mut header = last_texts(HEAD_ROWS);
         let first_row = header.map_or(0, |row| row + 1);
         let mut units = None;
-        if header.is_some_and(|row| texts(row).into_iter().any(units::is_known)) {
+        if header.is_some_and(|row| texts(row).any(units::is_known)) {
             units = header;
             header = header.and_then(last_texts);
         }
@@ -118,7 +120,6 @@ impl Excel {
     }
 }
 
-/// The content of a cell; `None` if it is empty.
 fn content(value: &impl DataType, text: Option<&str>) -> Option<Cell> {
     Some(match (text, value.as_f64()) {
         (Some(text), _) => Cell::text(text),
@@ -129,7 +130,6 @@ fn content(value: &impl DataType, text: Option<&str>) -> Option<Cell> {
     })
 }
 
-/// Adds a cell to a sheet, unless it is blank.
 fn keep(sheet: &mut Sheet, (row, column): (u32, u32), cell: Cell, room: &Room) -> Result<(), Problem> {
     let text_bytes = match &cell {
         Cell::Text(text) if text.trim().is_empty() => return Ok(()),
@@ -147,8 +147,8 @@ fn letters(column: u32) -> String {
     if column < 26 { last.to_string() } else { format!("{}{last}", letters(column / 26 - 1)) }
 }
 
-/// Checks that the archive has room when it is decompressed, and the number of texts that its list states, for which the
-/// library allocates memory. Returns the size of the longest part in bytes.
+/// Checks the unpacked size and the number of texts that the list of texts states, for which the library allocates memory.
+/// Returns the size of the longest part in bytes.
 fn check_archive(bytes: &[u8], room: &Room) -> Result<usize, Problem> {
     let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(damaged)?;
     let mut longest = 0;
@@ -167,7 +167,6 @@ fn check_archive(bytes: &[u8], room: &Room) -> Result<usize, Problem> {
     Ok(longest)
 }
 
-/// The number of texts that a list of texts states.
 fn stated_texts(content: &[u8]) -> usize {
     let content = String::from_utf8_lossy(content);
     let stated = content.split("uniqueCount").skip(1).filter_map(|rest| {

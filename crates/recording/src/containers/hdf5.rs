@@ -11,7 +11,6 @@ use super::{Array, Container, Fault, Format, guarded};
 use crate::error::Problem;
 use crate::room::{Room, check_name, short};
 
-/// Maximum depth of nested groups.
 const MAX_DEPTH: usize = 16;
 
 /// Room of a link in bytes. Links can form cycles.
@@ -19,7 +18,6 @@ const LINK_BYTES: usize = 4096;
 
 const UNITS: [&str; 4] = ["units", "unit", "Units", "Unit"];
 
-/// Datasets of a MATLAB structure that describe its arrays.
 const LABELS: [&str; 3] = ["label", "title", "name"];
 
 struct Field {
@@ -186,7 +184,6 @@ fn class(attributes: &std::collections::HashMap<String, AttrValue>) -> Option<&s
     }
 }
 
-/// The text of a MATLAB character array.
 fn text(dataset: &Dataset) -> Option<String> {
     const MAX_CHARACTERS: u64 = 1000;
     let attributes = dataset.attrs().ok()?;
@@ -227,7 +224,7 @@ fn scalar(kind: &Datatype) -> Option<(Scalar, Order)> {
 }
 
 impl Stored {
-    /// All elements. The stated sizes are checked before the library allocates memory for them.
+    /// The stated sizes are checked before the library allocates memory for them.
     fn values(&self, room: &Room) -> Result<Vec<f64>, Fault> {
         let chunk = self.dataset.chunk_shape().map_err(damaged)?.unwrap_or_default();
         let size = self.dataset.element_size().map_err(damaged)?;

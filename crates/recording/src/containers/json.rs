@@ -10,16 +10,13 @@ use crate::error::Problem;
 use crate::room::{Room, check_name};
 use crate::stamp::Stamps;
 
-/// Maximum number of values in an object.
 const MAX_NUMBERS: usize = 1024;
 
-/// The columns of the objects, named by the paths of their numbers.
 #[derive(Debug, Default)]
 pub(super) struct JsonColumns {
     pub(super) names: Vec<String>,
     by_name: HashMap<String, usize>,
     pub(super) columns: Vec<Vec<f64>>,
-    /// The dates of each column.
     stamps: Vec<Stamps>,
     rows: usize,
 }
@@ -66,7 +63,6 @@ impl JsonColumns {
         Ok(())
     }
 
-    /// Returns the names, the columns with one value per object, and for each column true if it holds dates.
     pub(super) fn finish(mut self) -> impl Iterator<Item = (String, Vec<f64>, bool)> {
         self.columns.iter_mut().for_each(|column| column.resize(self.rows, f64::NAN));
         let dates: Vec<bool> = self.stamps.iter().map(Stamps::has_dates).collect();
@@ -79,7 +75,6 @@ enum Leaf<'a> {
     Text(&'a str),
 }
 
-/// Visits the values of an object, with their paths.
 fn visit<'a>(
     json: &'a Json,
     path: &mut String,

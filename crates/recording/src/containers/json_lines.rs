@@ -1,5 +1,3 @@
-//! JSON lines: an object per line, with the numbers of a sample.
-
 use std::io::{BufRead, BufReader, Read};
 
 use super::json::JsonColumns;

@@ -1,5 +1,3 @@
-//! Arrays whose values are in memory.
-
 use super::{Array, Container, Fault, Format};
 use crate::error::{Problem, Row};
 use crate::room::Room;
@@ -12,8 +10,6 @@ pub(crate) struct Loaded {
 }
 
 impl Loaded {
-    /// Arrays with their values. The file is refused if none of them has signals; `left_out` says which parts were not
-    /// read.
     pub(super) fn new(
         format: Format,
         arrays: Vec<Array>,

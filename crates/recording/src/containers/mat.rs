@@ -14,10 +14,8 @@ use crate::room::{MAX_DIMENSIONS, Room, check_depth, check_name, recover, short}
 
 const HEADER_BYTES: usize = 128;
 
-/// Maximum number of bytes of a text that is kept, such as a label.
 const MAX_TEXT_BYTES: usize = 1000;
 
-/// Fields of a structure that contain the label of its arrays, and their unit.
 const LABELS: [&str; 4] = ["label", "name", "title", "signalName"];
 const UNITS: [&str; 3] = ["unit", "units", "Units"];
 
@@ -106,7 +104,6 @@ fn element(at: &mut Cursor<'_>, at_top: bool) -> Option<(u32, Range<usize>)> {
     Some((first, start..start + size))
 }
 
-/// The arrays of an element. Appends the objects of classes, which are not read.
 fn matrices(
     buffer: &[u8],
     range: Range<usize>,
@@ -122,7 +119,6 @@ fn matrices(
     }
 }
 
-/// The reason why an element is not read.
 enum Stop {
     Damaged,
     Problem(Problem),
@@ -134,12 +130,10 @@ impl From<Problem> for Stop {
     }
 }
 
-/// Reads the type and the data range of the next element inside another one.
 fn part(at: &mut Cursor<'_>) -> Result<(u32, Range<usize>), Stop> {
     element(at, false).ok_or(Stop::Damaged)
 }
 
-/// The bytes of a range.
 fn slice(bytes: &[u8], range: Range<usize>) -> Result<&[u8], Stop> {
     bytes.get(range).ok_or(Stop::Damaged)
 }
@@ -149,7 +143,6 @@ struct Walk<'a> {
     order: Order,
     room: &'a Room,
     found: Vec<Found>,
-    /// The objects at the top level, with the remedy.
     objects: &'a mut Vec<String>,
 }
 
@@ -167,7 +160,6 @@ impl Walk<'_> {
             Some(short(&String::from_utf8_lossy(&text[..text.len().min(MAX_TEXT_BYTES)])))
         };
         let (Some(name), Some(_), Some(class)) = (text(), text(), text()) else { return };
-        // The message lists the first of them.
         const MAX_OBJECTS: usize = 100;
         if !name.is_empty() && self.objects.len() < MAX_OBJECTS {
             self.objects.push(format!(
@@ -176,7 +168,6 @@ impl Walk<'_> {
         }
     }
 
-    /// Reads a matrix; inside another one its name is `given`.
     fn matrix(&mut self, range: Range<usize>, given: Option<&str>, depth: usize) -> Result<Content, Stop> {
         let bytes = slice(self.buffer, range.clone())?;
         if bytes.is_empty() {
@@ -250,7 +241,6 @@ impl Walk<'_> {
         Ok(Content::Other)
     }
 
-    /// Reads the matrices of a cell or a structure: one per element and field.
     fn parts(
         &mut self,
         at: &mut Cursor<'_>,

@@ -38,25 +38,20 @@ use name::{has_signals, listed};
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Array {
-    /// Name, with the path to the array.
     pub(super) name: String,
     /// Other names, such as the header of a column.
     pub(super) aliases: Vec<String>,
-    /// Size in each dimension, in the order of the program that wrote the file.
     pub(super) dims: Vec<usize>,
     /// True if the first index varies fastest in [`Container::values`], false if the last does.
     pub(super) column_major: bool,
-    /// Description in the file.
     pub(super) label: Option<String>,
     pub(super) unit: Option<String>,
-    /// The index of the array with the times of the samples, in a log of several topics.
     pub(super) clock: Option<usize>,
     /// True for times that count from one time in all topics of a log.
     pub(super) is_shared_time: bool,
 }
 
 impl Array {
-    /// Creates a row-major array without texts.
     pub(super) fn new(name: impl Into<String>, dims: Vec<usize>) -> Self {
         Self {
             name: name.into(),
@@ -70,7 +65,6 @@ impl Array {
         }
     }
 
-    /// Creates an array if there is room for its signals.
     fn in_room(name: &str, dims: Vec<usize>, room: &Room) -> Result<Self, Problem> {
         check_dimensions(dims.len())?;
         room.take_signals(name, listed(&dims))?;
@@ -82,7 +76,6 @@ impl Array {
     }
 }
 
-/// A problem at a sample of an array.
 #[derive(Debug)]
 pub(super) struct Fault {
     pub(super) row: Option<Row>,
@@ -101,12 +94,10 @@ pub(super) trait Container {
     /// All elements of an array, in its order; NaN if the file has no number. The caller takes the room for them.
     fn values(&mut self, index: usize, room: &Room) -> Result<Vec<f64>, Fault>;
 
-    /// The reason why the file seems to end before its recording did.
     fn unfinished(&self) -> Option<&str> {
         None
     }
 
-    /// The location of a sample, for messages.
     fn row(&self, _index: usize, sample: usize) -> Row {
         Row::Sample(sample as u64)
     }

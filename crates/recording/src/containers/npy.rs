@@ -15,10 +15,8 @@ use crate::room::{Room, check_name, recover};
 /// takes exponential time in the depth.
 const MAX_DEPTH: i32 = 16;
 
-/// Maximum size of a header.
 const MAX_HEADER_BYTES: usize = 1 << 20;
 
-/// A file without names for its arrays gives them this one.
 const UNNAMED: &str = "array";
 
 #[derive(Default)]
@@ -28,14 +26,12 @@ struct Numpy {
     left_out: Vec<String>,
 }
 
-/// Reads an array.
 pub(super) fn open_array(bytes: &[u8], room: &Room) -> Result<Loaded, Problem> {
     let mut found = Numpy::default();
     found.add(Format::Npy, UNNAMED, bytes, room)?;
     found.finish(Format::Npy)
 }
 
-/// Reads the arrays of an archive.
 pub(super) fn open_archive(bytes: Vec<u8>, room: &Room) -> Result<Loaded, Problem> {
     let mut found = Numpy::default();
     let damaged = |error: &dyn std::fmt::Display| Format::Npz.damaged(error);
@@ -101,10 +97,8 @@ impl Numpy {
     }
 }
 
-/// Checks that the header is in the file and not deeply nested.
 fn check_header(bytes: &[u8]) -> Result<(), &'static str> {
     const CUT_OFF: &str = "its header is cut off";
-    // The magic text, the version, and the length of the header: two bytes in version 1, four later.
     let version = *bytes.get(6).ok_or(CUT_OFF)?;
     let (length, rest) = if version == 1 {
         let (length, rest) = bytes.get(8..).and_then(<[u8]>::split_first_chunk).ok_or(CUT_OFF)?;
@@ -136,7 +130,6 @@ fn whole(bytes: &[u8], order: Order) -> Option<i64> {
     Some(if order == Order::Little { i64::from_le_bytes(bytes) } else { i64::from_be_bytes(bytes) })
 }
 
-/// The encoding of a number, and the unit of a time.
 fn number(dtype: &DType) -> Option<(Scalar, Order, Option<&'static str>)> {
     let DType::Plain(kind) = dtype else { return None };
     let order = if kind.endianness() == Endianness::Big { Order::Big } else { Order::Little };

@@ -18,7 +18,6 @@ use crate::room::{Room, check_depth};
 
 const BATCH: usize = 1 << 16;
 
-/// Maximum size of the footer.
 const MAX_FOOTER_BYTES: u32 = 4 << 20;
 
 /// Stack for the library, which follows groups within one another on it: a group has at least eight bytes in the footer
@@ -29,7 +28,6 @@ const STACK_BYTES_PER_FOOTER_BYTE: usize = 256;
 pub(super) struct Parquet {
     reader: SerializedFileReader<File>,
     arrays: Vec<Array>,
-    /// The column index of each array.
     columns: Vec<usize>,
 }
 
@@ -118,7 +116,6 @@ impl Parquet {
     }
 }
 
-/// Opens a file in a thread whose stack suffices for its schema.
 fn reader(mut file: File) -> Result<SerializedFileReader<File>, Problem> {
     // The size of the footer and the signature are the last eight bytes. The library reports a file without them.
     let mut size = [0; 4];
@@ -165,15 +162,12 @@ fn time_unit(unit: &TimeUnit) -> &'static str {
 /// The lists of a column; without lists their length is 1.
 #[derive(Clone, Copy)]
 struct List {
-    /// Number of rows of the file.
     rows: usize,
-    /// Number of elements per row.
     length: usize,
     /// The definition level of a defined value.
     defined: i16,
 }
 
-/// Appends the numbers of a column, with NaN for undefined values, up to those of all rows.
 fn numbers<T: DataType>(
     mut column: ColumnReaderImpl<T>,
     List { rows, length, defined }: List,

@@ -1,5 +1,3 @@
-//! Creates a recording or a list of the signals of a container.
-
 use super::join::{Clock, Timed, join, other_clock};
 use super::name::{Vector, find, vectors};
 use super::{Container, Fault};
@@ -12,7 +10,6 @@ use crate::stamp::CALENDAR_S;
 use crate::table::not_increasing;
 use crate::{Column, Columns, IgnoredUnit, Quantity, Recording, RecordingError};
 
-/// Reads a recording of the signals that `columns` names.
 pub(crate) fn read(
     file: &str,
     container: &mut dyn Container,
@@ -122,21 +119,19 @@ pub(crate) fn read(
     check_gaps(file, recording, columns, limits, row)
 }
 
-/// Checks that times increase. `row` gives the place of a sample.
 fn check_order(file: &str, column: &Column, time_s: &[f64], row: impl Fn(usize) -> Row) -> Result<(), RecordingError> {
     let Some(before) = time_s.windows(2).position(|pair| pair[1] <= pair[0]) else { return Ok(()) };
     let place = Place::file(file).at(row(before + 1)).in_column(column.name());
     Err(place.error(not_increasing(row(before), time_s[before], time_s[before + 1])))
 }
 
-/// Counts times of the calendar from the first one, and returns that one, in s since 1970; 0 for other times.
+/// Returns the first time of the calendar, in s since 1970; 0 for other times.
 fn since_first(time_s: &mut [f64]) -> f64 {
     let origin_s = time_s.first().copied().filter(|first_s| first_s.abs() >= CALENDAR_S).unwrap_or(0.0);
     time_s.iter_mut().for_each(|time_s| *time_s -= origin_s);
     origin_s
 }
 
-/// Reads the samples of a signal in SI units, and checks that they are finite.
 fn values(
     file: &str,
     container: &mut dyn Container,
@@ -167,8 +162,7 @@ fn values(
 /// An array with less than this share of the longest signal's samples is a setting, such as the style of a plot.
 const MIN_SHARE: f64 = 0.01;
 
-/// Lists the signals of a container, without unreadable arrays and arrays below [`MIN_SHARE`]. If no array is readable,
-/// the error is that of the first one. A file without room is refused.
+/// An array with fewer samples than [`MIN_SHARE`] is left out. If no array is readable, the error is that of the first one.
 pub(crate) fn scan(file: &str, container: &mut dyn Container, room: &Room) -> Result<Vec<Signal>, RecordingError> {
     let mut vectors = vectors(container.arrays());
     let longest = vectors.iter().map(|vector| vector.len).max().unwrap_or(0);

@@ -17,10 +17,8 @@ pub(super) const MAX_ELEMENTS: usize = 64;
 
 const MAX_DEPTH: usize = 16;
 
-/// Maximum number of bytes of the name of a message, with its package.
 const MAX_MESSAGE_NAME_BYTES: usize = 256;
 
-/// Bytes of a column besides its name and its numbers.
 const COLUMN_BYTES: usize = 128;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,7 +51,6 @@ struct Field {
     count: Count,
 }
 
-/// The definition of a message, with the definitions that it uses.
 #[derive(Debug, Clone)]
 pub(super) struct Definition {
     encoding: Encoding,
@@ -97,13 +94,11 @@ fn check_name(name: &str) -> Result<(), String> {
     Err(format!("the name of a message has {} bytes, the limit is {MAX_MESSAGE_NAME_BYTES}", name.len()))
 }
 
-/// The name of a message without the folder `msg`.
 fn short(name: &str) -> String {
     name.replace("/msg/", "/")
 }
 
 impl Field {
-    /// Parses a line of a definition; `None` for a constant.
     fn parse(encoding: Encoding, line: &str, owner: &str) -> Result<Option<Self>, String> {
         let unclear = || format!("'{line}' is no field of a message");
         let (kind, rest) = line.split_once(char::is_whitespace).ok_or_else(unclear)?;
@@ -156,14 +151,12 @@ impl Field {
 #[derive(Debug)]
 pub(super) struct Decoder {
     definition: Definition,
-    /// The paths of the numbers in the first message.
     names: Option<Vec<String>>,
     lengths: Vec<usize>,
     /// The index of each time stamp among the numbers, and the time from which it counts, in nanoseconds.
     stamps: Vec<(usize, i64)>,
 }
 
-/// The first time stamp of a log at each path within a message, in nanoseconds.
 pub(super) type FirstStamps = HashMap<String, i64>;
 
 impl Decoder {
@@ -171,17 +164,14 @@ impl Decoder {
         Self { definition, names: None, lengths: vec![], stamps: vec![] }
     }
 
-    /// The paths of the numbers of a message; empty before the first message.
     pub(super) fn names(&self) -> &[String] {
         self.names.as_deref().unwrap_or_default()
     }
 
-    /// Returns true if a number is a time stamp.
     pub(super) fn is_stamp(&self, index: usize) -> bool {
         self.stamps.binary_search_by_key(&index, |(stamp, _)| *stamp).is_ok()
     }
 
-    /// Replaces `values` by the numbers of a message, one per name in [`Self::names`].
     pub(super) fn decode(
         &mut self,
         bytes: &[u8],
@@ -231,10 +221,8 @@ struct Reader<'a> {
     start: usize,
     values: &'a mut Vec<f64>,
     path: String,
-    /// The names of the numbers, while the first message is read.
     names: Option<Vec<String>>,
     lengths: Vec<usize>,
-    /// As in [`Decoder`], of this message.
     stamps: Vec<(usize, i64)>,
     known_stamps: &'a [(usize, i64)],
 }

@@ -21,7 +21,6 @@ const INTERLEAVED: u32 = 1 << 5;
 const BIG_ENDIAN: u32 = 1 << 6;
 const DAQMX: u32 = 1 << 7;
 
-/// Raw data index of an object without data, and of an object with the index of the previous segment.
 const NO_DATA: u32 = 0xffff_ffff;
 const SAME_DATA: u32 = 0;
 
@@ -85,7 +84,6 @@ impl Kind {
 struct Index {
     kind: Kind,
     count: usize,
-    /// Size of all values in bytes.
     size: usize,
 }
 
@@ -116,7 +114,6 @@ struct Channel {
     increment_s: Option<f64>,
     offset_s: f64,
     unit: Option<String>,
-    /// The entry in the list of active objects.
     entry: Option<u64>,
 }
 
@@ -182,25 +179,20 @@ struct Reader<'a> {
     /// entry is no longer active at this place.
     active: Vec<(usize, u64)>,
     entries: u64,
-    /// The data of the active objects, unless the list of objects has changed.
     layout: Layout,
     is_layout_new: bool,
     unfinished: Option<String>,
 }
 
-/// The data of a chunk.
 #[derive(Debug, Default)]
 struct Layout {
-    /// The objects with data, in the order of their data.
     indices: Vec<(usize, Index)>,
     chunk_bytes: usize,
     row_bytes: usize,
-    /// True if every object has as many values as the first one.
     is_even: bool,
 }
 
 impl Reader<'_> {
-    /// Reads the segment at `start` and returns the start of the next one.
     fn segment(&mut self, start: usize) -> Result<usize, Problem> {
         let damaged = |detail: &str| Format::Tdms.damaged(detail);
         let cut = || damaged("it is cut off");
@@ -249,7 +241,6 @@ impl Reader<'_> {
         Ok(content + next)
     }
 
-    /// Reads a list of objects; `None` if it is damaged.
     fn objects(&mut self, at: &mut Cursor<'_>, are_new: bool) -> Result<Option<()>, Problem> {
         if are_new {
             self.is_layout_new = true;
@@ -269,7 +260,6 @@ impl Reader<'_> {
         Ok(Some(()))
     }
 
-    /// Reads the description of an object after its path; `None` if it is damaged.
     fn object(&mut self, at: &mut Cursor<'_>, path: &str) -> Option<()> {
         let index = match self.by_path.get(path) {
             Some(index) => *index,
@@ -329,7 +319,6 @@ impl Reader<'_> {
         Some(())
     }
 
-    /// Computes the data of a chunk from the active objects; `None` if their sizes are too large.
     fn renew_layout(&mut self) -> Option<()> {
         let channels = &self.channels;
         self.active.retain(|(index, entry)| channels[*index].entry == Some(*entry));
@@ -345,7 +334,6 @@ impl Reader<'_> {
         Some(())
     }
 
-    /// Notes where the values of the active objects are in the raw data of a segment.
     fn raw(&mut self, raw: &Raw) -> Result<(), Problem> {
         let damaged = || Format::Tdms.damaged("its raw data is damaged");
         if self.is_layout_new {
@@ -391,7 +379,6 @@ impl Reader<'_> {
     }
 }
 
-/// The raw data of a segment.
 struct Raw {
     start: usize,
     size: usize,

@@ -11,11 +11,9 @@ use super::{Array, Format, Loaded};
 use crate::error::Problem;
 use crate::room::{Room, check_name};
 
-/// The topics of a log while its messages are read.
 #[derive(Default)]
 pub(super) struct Topics {
     topics: Vec<Topic>,
-    /// The index of the topic of each channel.
     by_channel: HashMap<u16, usize>,
     start_ns: Option<i128>,
     first_stamps: FirstStamps,
@@ -28,7 +26,6 @@ struct Topic {
     columns: Vec<Vec<f64>>,
 }
 
-/// The reason why a message is not read.
 #[derive(Debug)]
 pub(super) enum Refusal {
     /// The messages of the topic are omitted.
@@ -49,25 +46,18 @@ impl From<Problem> for Refusal {
     }
 }
 
-/// The encoding of the messages of a topic.
 pub(super) enum Kind {
-    Ros {
-        decoder: Decoder,
-        row: Vec<f64>,
-    },
+    Ros { decoder: Decoder, row: Vec<f64> },
     Json(JsonColumns),
-    /// The reason why the messages are not read.
     LeftOut(String),
 }
 
 impl Kind {
-    /// Messages of ROS, or the reason why they are not read.
     pub(super) fn ros(definition: Result<Definition, String>) -> Self {
         definition.map_or_else(Self::LeftOut, |definition| Self::Ros { decoder: Decoder::new(definition), row: vec![] })
     }
 }
 
-/// The meaning of the numbers of a column.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Meaning {
     Number,
@@ -96,7 +86,6 @@ impl Topic {
         Ok(())
     }
 
-    /// Number of columns.
     fn width(&self) -> usize {
         match &self.kind {
             Kind::Json(columns) => columns.names.len(),
@@ -104,7 +93,6 @@ impl Topic {
         }
     }
 
-    /// The names, the columns and their meanings.
     fn finish(self) -> Vec<(String, Vec<f64>, Meaning)> {
         match self.kind {
             Kind::Ros { decoder, .. } => {
@@ -122,7 +110,6 @@ impl Topic {
 }
 
 impl Topics {
-    /// Adds a message of a channel. `describe` gives the name and the encoding of a new channel.
     pub(super) fn push(
         &mut self,
         channel: u16,

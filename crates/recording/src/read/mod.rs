@@ -1,5 +1,3 @@
-//! Reads samples from CSV text.
-
 use std::io::Read;
 
 use super::arrays::first_where;
@@ -12,28 +10,10 @@ use super::stamp::Stamps;
 use super::table::Rows;
 use super::{Column, Columns, IgnoredUnit, Limits, Quantity, Recording, RecordingError};
 
-/// Reads a recording from CSV text in UTF-8; `source` is its name in messages.
+/// Reads a recording from CSV text; `source` is its name in messages.
 ///
-/// The first line is the header, which must contain each requested name exactly once. The separator is the most
-/// frequent of `,`, `;` and tab in the header; without any of them it is `|`, or spaces. Comment lines that begin with
-/// `#`, blank lines (also with separators), a byte order mark, any kind of line end, quotes, and spaces around names
-/// and numbers are allowed. Numbers have a decimal point and may have an exponent. Other columns may contain anything.
-///
-/// Typical files of laboratories are also accepted:
-///
-/// - UTF-16 with a byte order mark, and names in Latin-1;
-/// - `%` before comments, and names in the comment above the numbers;
-/// - a preamble of any length: the names are then on the line above the longest block of numbers;
-/// - no names: the columns are named by their numbers, from 1;
-/// - a row of units below the names, or in the comment;
-/// - times as dates of ISO 8601 or as Unix times, which then count from the first one;
-/// - decimal commas, unless the comma is the separator or the file also has decimal points;
-/// - the header of LabVIEW's `.lvm`, whose `Delta_X` gives the times if `X_Value` is empty.
-///
-/// # Errors
-/// A [`RecordingError`] with the place and the remedy if the text is not such a table; if a requested number is
-/// missing, malformed or not finite after scaling; if time does not increase strictly or has a gap above
-/// [`Limits::max_gap_s`]; if there are fewer than two samples, or more text or samples than the limits allow.
+/// The header must contain each requested name exactly once; other columns may contain anything. The manual lists the
+/// accepted forms of tables (*Read the files of a lab*).
 pub fn read_csv<R: Read>(
     source: &str,
     reader: R,
@@ -71,9 +51,6 @@ pub(super) fn names_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Re
 }
 
 /// Lists the columns of a table that contain a number, as signals. Other fields count as undefined.
-///
-/// # Errors
-/// As [`read_csv`], for a text that is not a table.
 pub fn scan_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Result<Vec<Signal>, RecordingError> {
     let (mut rows, names) = Rows::open(source, reader, limits, |names| Ok(names.to_vec()))?;
     let room = Room::new(limits);
@@ -192,7 +169,6 @@ impl<'a> Samples<'a> {
     }
 }
 
-/// Checks that no gap and no value exceeds its limit, and returns the recording. `row` gives the place of a sample.
 pub(super) fn check_gaps(
     source: &str,
     recording: Recording,
@@ -217,7 +193,6 @@ pub(super) fn check_gaps(
     Ok(recording)
 }
 
-/// Checks that no gap of increasing times (s), with their median interval (s), exceeds the limit.
 pub(super) fn check_times(
     source: &str,
     column: &Column,

@@ -195,14 +195,21 @@ fn arrays_of_numpy_are_within_the_limits() {
     refused("bombs.npz", &archive(&bombs), &["recording.max_bytes"]);
 }
 
-/// A file of Parquet whose footer is a schema of groups within one another.
+/// A file of Parquet without rows, whose schema is groups within one another.
 #[test]
 fn groups_of_parquet_are_not_deep() {
-    let mut footer = vec![0x29, 0xfc, 0x80, 0xf1, 0x04];
-    (0..79_999).for_each(|_| footer.extend(*b"\x48\x01g\x15\x02\0"));
-    footer.extend(*b"\x48\x01x\0\0");
+    // The version, and a list of 80,000 elements: the root, groups of one part, and a column of numbers.
+    let mut footer = b"\x15\x02\x19\xfc\x80\xf1\x04\x48\x01g\x15\x02\0".to_vec();
+    (0..79_998).for_each(|_| footer.extend(*b"\x35\0\x18\x01g\x15\x02\0"));
+    footer.extend(*b"\x15\x0a\x25\0\x18\x01x\0");
+    footer.extend(*b"\x16\0\x19\x0c\0");
     let file = [b"PAR1", &footer[..], &(footer.len() as u32).to_le_bytes(), b"PAR1"].concat();
     refused("deep.parquet", &file, &["at depth 33"]);
+    refused(
+        "footer.parquet",
+        &[b"PAR1", &[0; 5 << 20][..], &(5_u32 << 20).to_le_bytes(), b"PAR1"].concat(),
+        &["a footer of"],
+    );
 }
 
 /// A spreadsheet with the same sheet `sheets` times, whose table of texts has attributes.
