@@ -32,7 +32,7 @@
 //! |---|---|
 //! | `cli` | the program `trocar`; has `studies` |
 //! | `studies` | the modules [`compare`], [`design`](mod@design), [`detect`], [`document`], [`figures`], [`identify`](mod@identify), [`reference`], [`report`], [`roc`], [`stability`], [`stability_check`], [`sweep`], and the documents and warnings of a [`run`]; has the two features below |
-//! | `formats`, `lab-formats`, `arrow-formats`, `ros-formats` | recordings in other files than text |
+//! | `formats` | recordings in other files than text |
 //! | `dop853` | `simulation.engine = "dop853"` |
 //!
 //! ```

@@ -20,7 +20,7 @@ static COLUMNS: LazyLock<Columns> = LazyLock::new(|| {
 
 pub fn recording(content: &[u8]) {
     std::fs::write(&*FILE, content).expect("the file can be written");
-    let limits = Limits { max_memory_bytes: 64 << 20, ..Limits::default() };
+    let limits = Limits { max_bytes: 32 << 20, ..Limits::default() };
     let listed = list_signals(&FILE, &limits);
     let opened = open_recording(&FILE, &COLUMNS, &limits);
     for message in [listed.err(), opened.err()].into_iter().flatten() {

@@ -93,11 +93,10 @@ pub(crate) fn identify<'py>(
     predict: Vec<PathBuf>,
     folder: PathBuf,
     columns: Columns,
-    max_memory_mib: u64,
     tell: Option<Py<PyAny>>,
 ) -> PyResult<Identified<'py>> {
     let used = Used::of(machine, &columns)?;
-    let limits = Limits { max_memory_bytes: max_memory_mib.saturating_mul(1 << 20), ..Limits::default() };
+    let limits = Limits::default();
     let counts = Arc::new([AtomicUsize::new(0), AtomicUsize::new(STEPS)]);
     let counted = counts.clone();
     let tell = |py: Python<'_>| {

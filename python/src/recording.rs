@@ -82,19 +82,10 @@ impl Recording {
     }
 }
 
-fn bytes(mebibytes: u64) -> u64 {
-    mebibytes.saturating_mul(1 << 20)
-}
-
 /// Lists the signals of a file, like `trocar detect --list --json`.
 #[pyfunction]
-pub(crate) fn list_signals(
-    py: Python<'_>,
-    path: PathBuf,
-    skip_lines: u64,
-    max_memory_mib: u64,
-) -> PyResult<Bound<'_, PyAny>> {
-    let limits = Limits { skip_lines, max_memory_bytes: bytes(max_memory_mib), ..Limits::default() };
+pub(crate) fn list_signals(py: Python<'_>, path: PathBuf, skip_lines: u64) -> PyResult<Bound<'_, PyAny>> {
+    let limits = Limits { skip_lines, ..Limits::default() };
     let signals = trocar_recording::list_signals(&path, &limits).map_err(error::value)?;
     convert::python(py, &signals_document(&path.display().to_string(), &signals).json)
 }
@@ -111,7 +102,6 @@ pub(crate) fn read_recording<'py>(
     rate_hz: Option<f64>,
     skip_lines: u64,
     zero_at_start: bool,
-    max_memory_mib: u64,
 ) -> PyResult<Bound<'py, PyDict>> {
     if let Some(rate_hz) = rate_hz {
         positive("rate_hz", rate_hz).map_err(error::value)?;
@@ -123,7 +113,7 @@ pub(crate) fn read_recording<'py>(
         velocity: velocity.map(|velocity| column(velocity, Quantity::Velocity)).transpose()?,
         force: column(force, Quantity::Force)?,
     };
-    let limits = Limits { skip_lines, rate_hz, max_memory_bytes: bytes(max_memory_mib), ..Limits::default() };
+    let limits = Limits { skip_lines, rate_hz, ..Limits::default() };
     let recording = trocar_recording::open_recording(&path, &columns, &limits).map_err(error::value)?;
     let recording = recording.zeroed(zero_at_start);
     for ignored in recording.ignored_units() {

@@ -70,12 +70,6 @@ def write_mat_compressed(path: Path, data: dict[str, np.ndarray]) -> Names:
     return write_mat(path, data, do_compression=True)
 
 
-def write_mat4(path: Path, data: dict[str, np.ndarray]) -> Names:
-    both = np.column_stack([data["f"], data["x"]])
-    scipy.io.savemat(path, {"t": data["t"], "both": both, "note": "text"}, format="4")
-    return {"t": "t", "x": "both[:,1]", "f": "both[:,0]"}
-
-
 def write_parquet(path: Path, data: dict[str, np.ndarray], compression: str = "snappy") -> Names:
     columns = {**data, "note": ["a"] * ROWS}
     pyarrow.parquet.write_table(pyarrow.table(columns), path, compression=compression, row_group_size=1000)
@@ -197,7 +191,6 @@ WRITERS: dict[str, Callable[[Path, dict[str, np.ndarray]], Names]] = {
     "spaces.txt": write_savetxt,
     "v5.mat": write_mat,
     "v7.mat": write_mat_compressed,
-    "v4.mat": write_mat4,
     "snappy.parquet": write_parquet,
     "gzip.parquet": write_parquet_gzip,
     "rig.tdms": write_tdms,

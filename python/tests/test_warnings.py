@@ -62,13 +62,10 @@ def insertion(offset_n=0.0):
 def test_mistakes_in_a_recording_are_reported(command):
     time_s, position_m, force_n = insertion()
     with warnings.catch_warnings():
-        warnings.simplefilter("error", trocar.warnings.ColumnsSwappedWarning)
         warnings.simplefilter("error", trocar.warnings.ForceOffsetWarning)
         warnings.simplefilter("error", trocar.warnings.ForceMagnitudeWarning)
         warnings.simplefilter("error", trocar.warnings.KeyWithoutEffectWarning)
         command(time=time_s, position=position_m, force=force_n)
-    with pytest.warns(trocar.warnings.ColumnsSwappedWarning, match="seem to be swapped"):
-        command(time=time_s, position=1e-2 * force_n, force=1e2 * position_m)
     with pytest.warns(trocar.warnings.ForceMagnitudeWarning, match="at least 0.1 N"):
         command(time=time_s, position=position_m, force=1e-3 * force_n)
     untared = dict(zip(("time", "position", "force"), insertion(0.35), strict=True))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from ._arrays import Recorded, samples, whole
+from ._arrays import Recorded, samples
 from ._frames import columns_of_frame, is_frame
 from ._progress import Progress
 from ._stored import Stored
@@ -100,7 +100,6 @@ def identify(
     slave: str | None = None,
     actuator: str | None = None,
     desired: str | None = None,
-    max_memory: int = 512,
     progress: bool = False,
 ) -> Identification:
     """Identifies a slave with its controller, a master, an operator's arm or a tissue from recordings: parameters with
@@ -127,8 +126,6 @@ def identify(
         The column with the force of the motor, positive when it pushes forwards (optional for slave and master).
     desired
         The column with the position that the hand is to have (optional for an arm).
-    max_memory
-        The memory for reading a recording, in MiB.
     progress
         True to show the progress.
 
@@ -153,9 +150,8 @@ def identify(
         training, others = _paths(recordings, "recording", Path(folder)), _paths(predict, "prediction", Path(folder))
         if not training:
             raise ValueError("there is no recording to identify from")
-        memory_mib = whole("max_memory", max_memory, 1)
         try:
-            report, contents, files, data = _core.identify(machine, training, others, folder, columns, memory_mib, bar.tell)
+            report, contents, files, data = _core.identify(machine, training, others, folder, columns, bar.tell)
         except ValueError as error:
             # The user does not know the folder.
             raise ValueError(str(error).replace(f"{folder}{os.sep}", "")) from None

@@ -52,7 +52,7 @@ class Recording(Columns):
         return f"Recording({len(self['time'])} samples, {', '.join(name for name, column in self.items() if column is not None)})"
 
 
-def list_signals(path: str | os.PathLike[str], *, skip_lines: int = 0, max_memory: int = 512) -> dict[str, Any]:
+def list_signals(path: str | os.PathLike[str], *, skip_lines: int = 0) -> dict[str, Any]:
     """Lists the signals of a file.
 
     ``signals`` is a list with the ``name``, ``unit``, ``shape``, ``samples``, ``rate_hz``, ``min``, ``max`` and
@@ -64,8 +64,6 @@ def list_signals(path: str | os.PathLike[str], *, skip_lines: int = 0, max_memor
         A CSV (also in gzip), MATLAB, NumPy, Parquet, MCAP, TDMS, HDF5 or Excel file, or JSON lines.
     skip_lines
         The number of lines of text before the table. A preamble is usually found without it.
-    max_memory
-        The memory for reading the file, in MiB. A file whose content needs more is refused.
 
     Raises
     ------
@@ -82,7 +80,7 @@ def list_signals(path: str | os.PathLike[str], *, skip_lines: int = 0, max_memor
     >>> [(signal["name"], signal["samples"]) for signal in trocar.list_signals(path)["signals"]]
     [('time_s', 2), ('position_m', 2), ('force_n', 2)]
     """
-    return dict(_core.list_signals(os.fspath(path), skip_lines, max_memory))
+    return dict(_core.list_signals(os.fspath(path), skip_lines))
 
 
 def read_recording(
@@ -95,7 +93,6 @@ def read_recording(
     rate_hz: float | None = None,
     skip_lines: int = 0,
     zero_at_start: bool = False,
-    max_memory: int = 512,
 ) -> Recording:
     """Reads a recording for :func:`trocar.detect` and :func:`trocar.calibrate`, as in
     ``trocar.detect(**trocar.read_recording(path))``.
@@ -115,8 +112,6 @@ def read_recording(
         The number of lines of text before the table. A preamble is usually found without it.
     zero_at_start
         True to subtract the first position from all positions.
-    max_memory
-        The memory for reading the file, in MiB. A file whose content needs more is refused.
 
     Returns
     -------
@@ -140,5 +135,5 @@ def read_recording(
     >>> trocar.read_recording(path, time="t", position="x:mm", force="f:-1")["position"]
     array([0.0015, 0.0016])
     """
-    options = (rate_hz, skip_lines, zero_at_start, max_memory)
+    options = (rate_hz, skip_lines, zero_at_start)
     return Recording(_core.read_recording(os.fspath(path), time, position, velocity, force, *options))

@@ -204,12 +204,6 @@ class RarelyArmedWarning(TrocarWarning):
     code = "rarely-armed"
 
 
-class ColumnsSwappedWarning(TrocarWarning):
-    """Position and force of a recording seem to be swapped."""
-
-    code = "columns-swapped"
-
-
 class ForceOffsetWarning(TrocarWarning):
     """The force is not 0 before the needle touches the tissue."""
 

@@ -50,9 +50,6 @@ pub(super) struct IdentifyArgs {
     /// separates the controller from a slave; for a master it is the force of its motor (slave, master)
     #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", allow_hyphen_values = true, value_parser = column("N"))]
     actuator: Option<Column>,
-    /// Memory for reading a recording, in MiB; a file whose content needs more is refused [default: 512]
-    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
-    max_memory: Option<u64>,
     /// Column with the position that the hand is to have, such as the motion without perturbation; the factor or unit
     /// converts it to m. Without it, the hand holds one position (arm)
     #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", allow_hyphen_values = true, value_parser = column("m"))]
@@ -193,10 +190,7 @@ fn used_columns(args: &IdentifyArgs) -> Result<UsedColumns, CliError> {
 }
 
 fn identified(args: &IdentifyArgs, columns: &UsedColumns) -> Result<Box<dyn Study>, IdentifyError> {
-    let mut limits = Limits::default();
-    if let Some(mebibytes) = args.max_memory {
-        limits.max_memory_bytes = mebibytes << 20;
-    }
+    let limits = Limits::default();
     let bar = progress::bar(STEPS, args.output.quiet);
     bar.set_message("identifying");
     let identified: Box<dyn Study> = match columns {

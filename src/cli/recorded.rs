@@ -21,9 +21,6 @@ pub(super) struct ColumnArgs {
     /// Lines of text before the table; a preamble is usually found without this flag
     #[arg(long, value_name = "N")]
     skip_lines: Option<u64>,
-    /// Memory for reading a recording, in MiB; a file whose content needs more is refused [default: 512]
-    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
-    max_memory: Option<u64>,
     /// Column with the position of the needle; the factor or unit (m, cm, mm, um) converts it to m, and an offset can
     /// follow, as in z:-1+0.1 or z:-mm+100mm [default: position_m]
     #[arg(long, value_name = "COLUMN[:FACTOR|:UNIT]", allow_hyphen_values = true, value_parser = column("m"))]
@@ -75,11 +72,10 @@ impl RecordedFlags<'_> {
 
 impl ColumnArgs {
     /// The flags that have no meaning for a live stream, and true if they are given.
-    pub(super) fn of_files(&self) -> [(&'static str, bool); 4] {
+    pub(super) fn of_files(&self) -> [(&'static str, bool); 3] {
         [
             ("--rate", self.rate_hz.is_some()),
             ("--skip-lines", self.skip_lines.is_some()),
-            ("--max-memory", self.max_memory.is_some()),
             ("--zero-at-start", self.zero_at_start),
         ]
     }
@@ -103,9 +99,8 @@ impl ColumnArgs {
         };
         let number =
             |flag: &str, value: Option<String>| value.into_iter().flat_map(|value| [flag.to_owned(), value]).collect();
-        let others: [Vec<String>; 5] = [
+        let others: [Vec<String>; 4] = [
             number("--rate", self.rate_hz.map(|rate_hz| format!("{rate_hz:?}"))),
-            number("--max-memory", self.max_memory.map(|mebibytes| mebibytes.to_string())),
             number("--skip-lines", self.skip_lines.map(|lines| lines.to_string())),
             self.zero_at_start.then(|| "--zero-at-start".to_owned()).into_iter().collect(),
             number("--tare-s", self.tare_s.map(|tare_s| format!("{tare_s:?}"))),
@@ -134,7 +129,6 @@ impl ColumnArgs {
             }
         }
         settings.extend(self.rate_hz.map(|rate_hz| format!("recording.rate_hz={rate_hz:?}")));
-        settings.extend(self.max_memory.map(|mebibytes| format!("recording.max_memory_bytes={}", mebibytes << 20)));
         settings.extend(self.skip_lines.map(|lines| format!("recording.skip_lines={lines}")));
         settings.extend(self.zero_at_start.then(|| "recording.zero_at_start=true".to_owned()));
         settings.extend(self.tare_s.map(|tare_s| format!("recording.tare_s={tare_s:?}")));

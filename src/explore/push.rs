@@ -344,7 +344,7 @@ mod tests {
                     push.aim(push.range_m.0 + 0.01 * now_s);
                     push.advance(now_s).expect("runs");
                 }
-                let times = |ruptures: &[trocar_metrics::Rupture]| -> Vec<f64> {
+                let times = |ruptures: &[trocar_metrics::RuptureMetrics]| -> Vec<f64> {
                     ruptures.iter().map(|one| one.time_s).collect()
                 };
                 let felt = times(&push.run.metrics().ruptures);

@@ -28,7 +28,6 @@ fn refusal(folder: &TestFolder, arguments: &[&str]) -> String {
 fn damaged_recordings_are_errors_with_file_and_place() {
     let folder = TestFolder::new();
     let cases = [
-        ("xls_min.xls", "compound file is damaged"),
         ("flip24_a.mcap", "CRC failed"),
         ("tdms_300_of_400.tdms", "does not end where its raw data begins"),
         ("force_1e9.csv", "force_1e9.csv line 4, column 'force_n': is 1e9 N, at most 1e6 N"),
@@ -53,16 +52,13 @@ fn a_recording_that_may_be_cut_off_has_a_warning() {
 }
 
 #[test]
-fn max_memory_is_named_by_the_error_and_raises_the_limit() {
+fn a_wide_table_is_listed_briefly() {
     let folder = TestFolder::new();
     let names: Vec<String> = (0..1000).map(|k| format!("c{k}")).collect();
     let row = vec!["1"; 1000].join(",");
     folder.file("wide.csv", format!("{}\n{row}\n{row}\n", names.join(",")));
-    let error = refusal(&folder, &["detect", "wide.csv", "--list", "--max-memory", "1"]);
-    assert!(error.contains("wide.csv: needs more than 1.0 MiB of memory") && error.contains("--max-memory"), "{error}");
-    let listed = folder.good(&["detect", "wide.csv", "--list", "--max-memory", "8"]);
+    let listed = folder.good(&["detect", "wide.csv", "--list"]);
     assert!(listed.contains("800 signals more"), "{listed}");
-    refusal(&folder, &["detect", "wide.csv", "--list", "--max-memory", "0"]);
 }
 
 #[test]

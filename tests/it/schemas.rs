@@ -79,7 +79,7 @@ const OPTIONAL: [&str; 11] = [
     "spaces",
     "warnings",
 ];
-const NAMES: [&str; 8] =
+const NAMES: [&str; 7] =
     ["/certificates", "/files", "/parameters", "/spaces", "/settings/", "/sensitivities/", "/missed"];
 
 fn folder() -> TestFolder {

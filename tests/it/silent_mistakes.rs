@@ -57,22 +57,6 @@ fn assert_warns(folder: &TestFolder, arguments: &[&str], code: &str, phrases: &[
 }
 
 #[test]
-fn swapped_position_and_force_give_a_warning() {
-    let folder = folder();
-    let phrases = ["the columns of position and force seem to be swapped", "help: exchange --position and --force"];
-    for command in ["detect", "calibrate"] {
-        let swapped = [command, "good.csv", "--position", "force_n:mm", "--force", "position_m:1e3"];
-        assert_warns(&folder, &swapped, "columns-swapped", &phrases);
-    }
-    folder.file(
-        "swapped.toml",
-        "base = \"paper/real-classical\"\n[recording.columns]\nposition_m = \"env_out_Nm_derived\"\nforce_n = \"xs_rad\"\n\
-         velocity_m_per_s = \"\"\n",
-    );
-    assert_warns(&folder, &["run", "swapped.toml"], "columns-swapped", &["recording.scale"]);
-}
-
-#[test]
 fn a_force_in_the_wrong_unit_gives_a_warning() {
     let folder = folder();
     let phrases = ["the force stays within", "needle insertions reach at least 0.1 N", "check the unit of the force"];
@@ -309,7 +293,6 @@ fn explain_knows_labels_and_sections() {
 fn correct_inputs_give_no_warning() {
     let folder = TestFolder::new();
     let new = [
-        "columns-swapped",
         "force-offset",
         "force-magnitude",
         "key-without-effect",

@@ -183,11 +183,6 @@ codes! {
         "The detector is armed once g has been below the threshold for detector.settle_s in contact. Noise or a wrong \
          model can keep g high, so that the detector stays disarmed and misses ruptures. Raise drift and threshold to \
          match the noise (`trocar calibrate` computes both).";
-    ColumnsSwapped "columns-swapped":
-        "Position and force of a recording seem to be swapped.",
-        "The position jumps as a force does at a rupture, and the force changes evenly as the position of a needle \
-         does. Or the same column is given for both, or the unit of a column belongs to another quantity. Exchange \
-         --position and --force.";
     ForceOffset "force-offset":
         "The force is not 0 before the needle touches the tissue.",
         "Over the free motion at the beginning the force is constant and differs from 0: the sensor is not tared. \

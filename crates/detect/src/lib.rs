@@ -2,13 +2,13 @@
 
 pub mod calibration;
 mod chain;
-mod columns;
 mod conditions;
 pub mod document;
 mod even;
 mod live;
 mod matching;
 mod misses;
+mod offset;
 mod phases;
 mod plausibility;
 mod report;

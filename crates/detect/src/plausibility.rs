@@ -1,6 +1,6 @@
 //! Checks whether the numbers of a recording are plausible for a needle insertion.
 
-use super::columns::{offset, swapped};
+use super::offset::offset;
 use super::{Detection, LabelMiss, Samples};
 use trocar_base::interrupt;
 use trocar_base::warning::{Code, Warning};
@@ -105,21 +105,15 @@ pub(super) struct Plausibility {
 impl Plausibility {
     pub(super) fn of(signals: &Signals<'_>) -> Self {
         let Some(peak) = peak(signals.force_n) else { return Self::default() };
-        // The other warnings would hide their cause, swapped columns.
-        let magnitudes = match swapped(signals) {
-            Some(swapped) => vec![swapped],
-            None => {
-                let checks: [&dyn Fn() -> Option<Warning>; 4] =
-                    [&|| force(signals, peak), &|| travel(signals), &|| velocity(signals), &|| offset(signals)];
-                checks.into_iter().filter_map(|check| check()).collect()
-            }
-        };
+        let checks: [&dyn Fn() -> Option<Warning>; 4] =
+            [&|| force(signals, peak), &|| travel(signals), &|| velocity(signals), &|| offset(signals)];
+        let magnitudes = checks.into_iter().filter_map(|check| check()).collect();
         Self { peak: Some(peak), magnitudes, constant_force: constant_force(signals, peak) }
     }
 }
 
-/// Warnings about a recording that a run replays at `interval_s` (s): implausible position (m) or force (N), and
-/// swapped columns. The remedies name flags, whose keys have the same names.
+/// Warnings about a recording that a run replays at `interval_s` (s): implausible position (m) or force (N). The
+/// remedies name flags, whose keys have the same names.
 #[must_use]
 pub fn recorded_warnings(interval_s: f64, position_m: &[f64], force_n: &[f64]) -> Vec<Warning> {
     let count = position_m.len().min(force_n.len());

@@ -7,66 +7,29 @@ use super::{Limits, Recording};
 use trocar_base::interrupt;
 use trocar_base::parallel::join_in_pool;
 
-/// The error of samples in memory that do not form a recording.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ArrayError {
-    /// The quantities have different numbers of samples.
     #[error("{name} has {length} samples and time_s has {times}; each needs one per time")]
-    Length {
-        /// The quantity.
-        name: &'static str,
-        /// Number of samples.
-        length: usize,
-        /// Number of times.
-        times: usize,
-    },
-    /// Fewer than two samples.
+    Length { name: &'static str, length: usize, times: usize },
     #[error("{0} samples are too few; at least two are needed")]
     TooFew(usize),
-    /// NaN or an infinity.
     #[error("{name}[{index}] is {value}, must be a finite number; correct it or remove the sample")]
-    NotFinite {
-        /// The quantity.
-        name: &'static str,
-        /// Index of the sample, from 0.
-        index: usize,
-        /// The value.
-        value: f64,
-    },
+    NotFinite { name: &'static str, index: usize, value: f64 },
     /// A time is not later than the previous time.
     #[error(
         "time_s[{index}] is {time_s:?} s, must be later than the previous {before_s:?} s; sort the samples, one per time"
     )]
-    NotLater {
-        /// Index of the sample, from 0.
-        index: usize,
-        /// Its time in s.
-        time_s: f64,
-        /// The previous time in s.
-        before_s: f64,
-    },
-    /// A gap that is too long for interpolation.
+    NotLater { index: usize, time_s: f64, before_s: f64 },
     #[error(
         "no sample for {gap_s:.6} s before time_s[{index}], the limit is {limit_s:.6} s; cut the recording there, or raise \
          recording.max_gap_s"
     )]
-    Gap {
-        /// Index of the first sample after the gap, from 0.
-        index: usize,
-        /// Length of the gap, in s.
-        gap_s: f64,
-        /// The maximum gap, in s.
-        limit_s: f64,
-    },
+    Gap { index: usize, gap_s: f64, limit_s: f64 },
 }
 
 impl Recording {
-    /// Creates a recording from times in s, positions in m that increase into the tissue, optional measured velocities
-    /// in m/s, and forces in N that are positive when they resist insertion. `max_gap_s` (s) is the maximum gap, by
-    /// default [`Limits::GAP_IN_MEDIANS`] times the median interval, as for a file.
-    ///
-    /// # Errors
-    /// [`ArrayError`] for samples that violate a property of [`Recording`].
+    /// Creates a recording of samples in SI units. Forces are positive when they resist insertion. `max_gap_s` is by default
+    /// [`Limits::GAP_IN_MEDIANS`] times the median interval.
     pub fn new(
         time_s: Vec<f64>,
         position_m: Vec<f64>,
@@ -87,10 +50,6 @@ impl Recording {
         Ok(recording)
     }
 
-    /// Checks that no gap is longer than `max_gap_s` (s), with the default of [`Recording::new`].
-    ///
-    /// # Errors
-    /// [`ArrayError::Gap`].
     pub fn check_gaps(&self, max_gap_s: Option<f64>) -> Result<(), ArrayError> {
         let limit_s = max_gap_s.unwrap_or(Limits::GAP_IN_MEDIANS * self.median_interval_s());
         let gap = |pair: &[f64]| pair[1] - pair[0];
@@ -130,7 +89,6 @@ fn check(time_s: &[f64], others: [(&'static str, Option<&[f64]>); 3]) -> Result<
     }
 }
 
-/// The index of the first value for which `holds` is true. It tests blocks of values, which allows vectorisation.
 pub fn first_where(values: &[f64], holds: impl Fn(&f64) -> bool) -> Option<usize> {
     const AT_ONCE: usize = 512;
     interrupt::check();

@@ -9,29 +9,24 @@ use std::io::{self, BufRead};
 use super::stamp::is_date;
 use super::units;
 
-/// A block of this many lines is the table, whatever follows.
 const ENOUGH_LINES: usize = 1000;
 
-/// Maximum size of a preamble.
 const MAX_BYTES: usize = 16 << 20;
 
 /// The separators in the order of preference. `None` stands for runs of spaces, which are tried last, because other
 /// separators may be followed by spaces.
 const SEPARATORS: [Option<u8>; 5] = [Some(b';'), Some(b'\t'), Some(b'|'), Some(b','), None];
 
-/// The table in a text that does not begin with the names of its columns.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Table {
     pub(super) separator: Option<u8>,
     /// Number of lines above the names, or above the first row of a table without names.
     pub(super) lines_before: usize,
-    /// Index of the byte at which that line begins.
     pub(super) from: usize,
     /// Number of columns, of a table without names.
     pub(super) unnamed: Option<usize>,
 }
 
-/// Reads the beginning of a text, until it contains a block of [`ENOUGH_LINES`].
 pub(super) fn beginning(text: &mut impl BufRead) -> io::Result<Vec<u8>> {
     let mut read = vec![];
     let mut runs = SEPARATORS.map(Run::new);
@@ -54,7 +49,6 @@ pub(super) fn beginning(text: &mut impl BufRead) -> io::Result<Vec<u8>> {
     Ok(read)
 }
 
-/// Finds the table in the beginning of a text; `None` if the names of the columns are on its first line.
 pub(super) fn table(text: &[u8]) -> Option<Table> {
     let mut lines: Vec<(usize, usize, &[u8])> = vec![];
     let mut from = 0;
@@ -108,8 +102,6 @@ pub(super) fn table(text: &[u8]) -> Option<Table> {
     }
 }
 
-/// Returns true if a line has several fields, and none of them is a number; or as many as the table, and not all of them
-/// are numbers.
 fn may_be_names(line: &[u8], separator: Option<u8>, width: usize) -> bool {
     let fields = fields(line, separator);
     let numbers = fields.iter().filter(|field| is_value(field, separator)).count();
@@ -118,7 +110,6 @@ fn may_be_names(line: &[u8], separator: Option<u8>, width: usize) -> bool {
 
 #[derive(Debug, Clone, Copy, Default)]
 struct Block {
-    /// Index of the first line, without blank lines and comments.
     first: usize,
     lines: usize,
     width: usize,
@@ -126,7 +117,6 @@ struct Block {
 }
 
 impl Block {
-    /// The share of fields that are numbers.
     fn share(&self) -> f64 {
         self.values as f64 / (self.lines * self.width).max(1) as f64
     }
@@ -161,7 +151,6 @@ impl Run {
     }
 }
 
-/// Returns true for a blank line, also one of separators, and for a comment.
 fn is_empty(line: &[u8]) -> bool {
     let content = line.trim_ascii();
     content.starts_with(b"#") || content.starts_with(b"%") || content.iter().all(|byte| b",;\t ".contains(byte))
@@ -171,7 +160,6 @@ fn without_blank_end(fields: &[&[u8]]) -> usize {
     fields.iter().rposition(|field| !field.is_empty()).map_or(0, |last| last + 1)
 }
 
-/// The fields of a line, without surrounding spaces and quotes. Separators inside quotes do not count.
 fn fields(line: &[u8], separator: Option<u8>) -> Vec<&[u8]> {
     let line = line.trim_ascii_end();
     let mut quoted = false;
@@ -190,7 +178,6 @@ fn shown(field: &[u8]) -> String {
     String::from_utf8_lossy(field).into_owned()
 }
 
-/// Returns true if a field is a number, with a decimal comma unless commas separate the fields, or a date.
 fn is_value(field: &[u8], separator: Option<u8>) -> bool {
     let Ok(text) = str::from_utf8(field) else { return false };
     let comma = separator != Some(b',') && text.contains(',');

@@ -1,5 +1,3 @@
-//! The columns of a file, with their quantities and units.
-
 use std::fmt;
 use std::str::FromStr;
 
@@ -17,10 +15,6 @@ pub struct Column {
 }
 
 impl Column {
-    /// Creates a column; its numbers are multiplied by `scale`.
-    ///
-    /// # Errors
-    /// If the name is blank, or the scale is zero or not finite.
     pub fn new(name: &str, scale: f64) -> Result<Self, ColumnError> {
         let name = name.trim();
         if name.is_empty() {
@@ -33,10 +27,6 @@ impl Column {
         Ok(Self { name: name.to_owned(), scale, offset: 0.0 })
     }
 
-    /// The column with an offset in SI units, which is added to the scaled numbers.
-    ///
-    /// # Errors
-    /// If the offset is not finite.
     pub fn with_offset(self, offset: f64) -> Result<Self, ColumnError> {
         if offset.is_finite() {
             Ok(Self { offset, ..self })
@@ -49,7 +39,6 @@ impl Column {
         Self { name: name.to_owned(), scale: 1.0, offset: 0.0 }
     }
 
-    /// The name in the header, without surrounding spaces; never empty.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
@@ -61,13 +50,11 @@ impl Column {
         self.scale
     }
 
-    /// The number in SI units that is added to the scaled numbers; finite.
     #[must_use]
     pub fn offset(&self) -> f64 {
         self.offset
     }
 
-    /// Converts a number of the file to SI units.
     pub(super) fn convert(&self, number: f64) -> f64 {
         self.shift(number * self.scale)
     }
@@ -85,8 +72,6 @@ pub fn offset_splits(text: &str) -> impl Iterator<Item = (&str, &str)> {
     text.char_indices().filter(is_split).map(|(at, _)| text.split_at(at))
 }
 
-/// Splits a text into the name before the last `:`, and the factor and the offset after it; `None` if these are not
-/// numbers.
 fn split_scale(text: &str) -> Option<(&str, f64, f64)> {
     let (name, tail) = text.rsplit_once(':')?;
     let number = |text: &str| text.trim().parse::<f64>().ok();
@@ -105,7 +90,6 @@ impl FromStr for Column {
     }
 }
 
-/// The text that [`FromStr`] reads as the same column.
 impl fmt::Display for Column {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { name, scale, offset } = self;
@@ -119,42 +103,25 @@ impl fmt::Display for Column {
     }
 }
 
-/// The columns of a recording's quantities.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Columns {
-    /// Time, scaled to s.
     pub time: Column,
     /// Position of the needle, scaled to m, growing into the tissue.
     pub position: Column,
-    /// Velocity of the needle, scaled to m/s, if the file contains it.
     pub velocity: Option<Column>,
     /// Force on the needle, scaled to N, positive when it resists insertion.
     pub force: Column,
 }
 
-/// The error of an invalid description of a column.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ColumnError {
-    /// The name is empty or consists of spaces.
     #[error("a column needs a name, as in 'force_n' or 'torque_nm:13.3'")]
     NoName,
-    /// The factor is zero or not finite.
     #[error("column '{name}' has scale {scale}, must be finite and not 0")]
-    Scale {
-        /// The column's name.
-        name: String,
-        /// The factor, as given.
-        scale: f64,
-    },
-    /// The offset is not finite.
+    Scale { name: String, scale: f64 },
     #[error("column '{name}' has the offset {offset}, must be finite")]
-    Offset {
-        /// The column's name.
-        name: String,
-        /// The offset, as given.
-        offset: f64,
-    },
+    Offset { name: String, offset: f64 },
 }
 
 #[cfg(test)]

@@ -1,5 +1,3 @@
-//! Logged link delays from CSV files.
-
 use std::io::Read;
 
 use super::error::{Place, Problem};
@@ -13,21 +11,15 @@ const LOST: &str = "lost";
 /// A row of a delay trace, which is valid from its time onwards.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DelayRow {
-    /// Time in s since the start of the run.
     pub time_s: f64,
-    /// Delay in s of a sample sent from master to slave; `None` if it is lost.
+    /// `None` for a lost sample; master to slave.
     pub forward_s: Option<f64>,
-    /// Delay in s of a sample sent from slave to master; `None` if it is lost.
+    /// `None` for a lost sample; slave to master.
     pub backward_s: Option<f64>,
 }
 
 /// Reads a delay trace from CSV text with the columns `time_s`, `forward_delay_s` and `backward_delay_s`, and passes
-/// its rows one by one to `take`, without storing them. An empty delay or the word `lost` means a lost sample.
-/// Otherwise the format is the same as for [`read_csv`](super::read_csv). The maximum gap of `limits` does not apply.
-///
-/// # Errors
-/// As [`read_csv`](super::read_csv), and for a delay below 0 or above `max_s` (s). `take` has received the rows before
-/// the error.
+/// its rows to `take`. An empty delay or the word `lost` means a lost sample.
 pub fn read_delays<R: Read>(
     source: &str,
     reader: R,

@@ -1,65 +1,42 @@
-//! Opens recordings, delay traces and labels on disk.
-
 use std::fs::{File, FileType, Metadata};
 use std::io::{BufRead, Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use super::budget::Budget;
 use super::containers::{ArrayFile, gunzipped};
 use super::error::{Place, Problem};
 use super::read::{names_csv, scan_csv};
+use super::room::Room;
 use super::signals::Signal;
 use super::{
     Columns, DelayRow, Format, LabelRow, Limits, Recording, RecordingError, ResponseRow, read_csv, read_delays,
     read_labels, read_response,
 };
 
-/// Reads a frequency response from a CSV file, see [`read_response`].
-///
-/// # Errors
-/// As [`open_recording`] for an unreadable file, and as [`read_response`].
 pub fn open_response(path: &Path, limits: &Limits) -> Result<Vec<ResponseRow>, RecordingError> {
     let (name, file) = open(path, limits)?;
     read_response(&name, file, limits)
 }
 
-/// Reads a recording from a file of any [`Format`], which the first bytes determine. For text see [`read_csv`].
-///
-/// In other formats the columns are signals, named as by [`list_signals`]: a name, or `name[:,1]` for one of several
-/// signals in an array.
-///
-/// # Errors
-/// - Before reading: the file is missing, cannot be opened, is larger than [`Limits::max_bytes`], or is not a regular
-///   file (reading a pipe or a device could block or never end).
-/// - As [`read_csv`], with samples instead of lines.
-/// - In formats other than text: the file is damaged, its signals have different lengths, or the format needs the
-///   feature `lab-formats`.
+/// Reads a recording from a file of any [`Format`], which the first bytes determine. In other formats than text the columns
+/// are signals, named as by [`list_signals`]: a name, or `name[:,1]` for one of several signals in an array.
 pub fn open_recording(path: &Path, columns: &Columns, limits: &Limits) -> Result<Recording, RecordingError> {
-    let budget = Budget::new(limits);
-    match opened(path, &budget)? {
+    let room = Room::new(limits);
+    match opened(path, &room)? {
         (name, Opened::Text(file)) => read_csv(&name, file, columns, limits),
-        (name, Opened::Arrays(mut file)) => file.recording(&name, columns, &budget),
+        (name, Opened::Arrays(mut file)) => file.recording(&name, columns, &room),
     }
 }
 
-/// Lists the signals of a file of any [`Format`], without columns and arrays that contain no number.
-///
-/// # Errors
-/// As [`open_recording`] for an unreadable file, and for a file without a signal.
 pub fn list_signals(path: &Path, limits: &Limits) -> Result<Vec<Signal>, RecordingError> {
-    let budget = Budget::new(limits);
-    match opened(path, &budget)? {
+    let room = Room::new(limits);
+    match opened(path, &room)? {
         (name, Opened::Text(file)) => scan_csv(&name, file, limits),
-        (name, Opened::Arrays(mut file)) => file.signals(&name, &budget),
+        (name, Opened::Arrays(mut file)) => file.signals(&name, &room),
     }
 }
 
-/// The names of the signals of a file of any [`Format`], from its header or index.
-///
-/// # Errors
-/// As [`list_signals`].
 pub fn signal_names(path: &Path, limits: &Limits) -> Result<Vec<String>, RecordingError> {
-    match opened(path, &Budget::new(limits))? {
+    match opened(path, &Room::new(limits))? {
         (name, Opened::Text(file)) => names_csv(&name, file, limits),
         (_, Opened::Arrays(file)) => Ok(file.signal_names()),
     }
@@ -70,16 +47,15 @@ enum Opened {
     Arrays(ArrayFile),
 }
 
-/// Opens a file of any format, and returns it with its name in messages.
-fn opened(path: &Path, budget: &Budget) -> Result<(String, Opened), RecordingError> {
-    let (name, mut file) = open(path, budget.limits())?;
+fn opened(path: &Path, room: &Room) -> Result<(String, Opened), RecordingError> {
+    let (name, mut file) = open(path, room.limits())?;
     let refuse = |problem| Place::file(&name).error(problem);
     let unreadable = |error| refuse(Problem::Unreadable(error));
     let mut format = Format::of(path, &mut file).map_err(unreadable)?;
     let mut text: Box<dyn Read> = match is_gzipped(&mut file).map_err(unreadable)? {
-        false if format == Format::Rosbag1 => return Err(refuse(Problem::Rosbag1(name.as_str().into()))),
+        false if format.conversion().is_some() => return Err(refuse(Problem::NotRead(format))),
         false if !matches!(format, Format::Csv | Format::JsonLines) => {
-            let arrays = ArrayFile::open(format, file, budget).map_err(refuse)?;
+            let arrays = ArrayFile::open(format, file, room).map_err(refuse)?;
             return Ok((name, Opened::Arrays(arrays)));
         }
         false => Box::new(file),
@@ -92,13 +68,12 @@ fn opened(path: &Path, budget: &Budget) -> Result<(String, Opened), RecordingErr
     };
     let opened = match format {
         Format::Csv => Opened::Text(text),
-        Format::JsonLines => Opened::Arrays(ArrayFile::of_json_lines(&name, &mut text, budget)?),
+        Format::JsonLines => Opened::Arrays(ArrayFile::of_json_lines(&name, &mut text, room)?),
         other => return Err(refuse(Problem::Gzipped(other))),
     };
     Ok((name, opened))
 }
 
-/// Returns true for a file that gzip has compressed. The file is then read from its beginning.
 fn is_gzipped(file: &mut File) -> std::io::Result<bool> {
     let mut mark = vec![];
     file.by_ref().take(2).read_to_end(&mut mark)?;
@@ -106,10 +81,6 @@ fn is_gzipped(file: &mut File) -> std::io::Result<bool> {
     Ok(mark == b"\x1f\x8b")
 }
 
-/// Reads a delay trace from a file; see [`read_delays`].
-///
-/// # Errors
-/// As [`read_delays`], and as [`open_recording`] for an unreadable file.
 pub fn open_delays(
     path: &Path,
     limits: &Limits,
@@ -120,10 +91,6 @@ pub fn open_delays(
     read_delays(&name, file, limits, max_s, take)
 }
 
-/// Reads all bytes of a file.
-///
-/// # Errors
-/// As [`open_recording`] for an unreadable file.
 pub fn read_file(path: &Path, limits: &Limits) -> Result<Vec<u8>, RecordingError> {
     let (name, mut file) = open(path, limits)?;
     let mut bytes = vec![];
@@ -131,16 +98,11 @@ pub fn read_file(path: &Path, limits: &Limits) -> Result<Vec<u8>, RecordingError
     Ok(bytes)
 }
 
-/// Reads labels from a file; see [`read_labels`].
-///
-/// # Errors
-/// As [`read_labels`], and as [`open_recording`] for an unreadable file.
 pub fn open_labels(path: &Path, limits: &Limits, needs_file: bool) -> Result<Vec<LabelRow>, RecordingError> {
     let (name, file) = open(path, limits)?;
     read_labels(&name, file, limits, needs_file)
 }
 
-/// Opens a regular file of allowed size, and returns it with its name in messages.
 fn open(path: &Path, limits: &Limits) -> Result<(String, File), RecordingError> {
     let name = path.display().to_string();
     let refuse = |problem| Place::file(&name).error(problem);
@@ -203,19 +165,26 @@ mod tests {
         }
     }
 
-    #[cfg(not(feature = "lab-formats"))]
     #[test]
-    fn a_format_of_another_build_names_the_feature() {
-        let file = tempfile::NamedTempFile::new().expect("a file");
-        std::fs::write(file.path(), b"\x89HDF\r\n\x1a\n").expect("written");
-        let message = message(file.path());
-        assert!(
-            message
-                .contains("is an HDF5 file (or MATLAB 7.3), and this trocar was built without the feature lab-formats")
-        );
-        assert!(
-            message.contains("--features lab-formats`, or export the file as MATLAB v7 (save -v7), Parquet or CSV")
-        );
+    fn a_format_that_is_not_read_names_its_conversion() {
+        let folder = tempfile::tempdir().expect("a folder");
+        for (name, content, conversion) in [
+            ("a.xls", &b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"[..], "`pandas.read_excel('FILE').to_csv("),
+            (
+                "a.ods",
+                b"PK\x03\x04______________________\x08___mimetypeapplication/vnd.oasis.opendocument.spreadsheet",
+                "read_excel",
+            ),
+            ("a.mat", &[0; 200], "`scipy.io.savemat("),
+            ("a.feather", b"ARROW1\0\0", "`pandas.read_feather('FILE').to_parquet("),
+            ("a.db3", b"SQLite format 3\0", "`rosbags-convert --src "),
+            ("a.bag", b"#ROSBAG V2.0\n", "`mcap convert FILE "),
+        ] {
+            let path = folder.path().join(name);
+            std::fs::write(&path, content).expect("written");
+            let message = message(&path);
+            assert!(message.contains("which trocar does not read") && message.contains(conversion), "{message}");
+        }
     }
 
     #[cfg(not(feature = "formats"))]

@@ -1,8 +1,5 @@
-//! Fixtures for the tests of this crate.
-
 use super::{Columns, Limits, Recording, RecordingError, read_csv};
 
-/// Columns `t` (time), `x` (position) and `f` (force) without velocity, in SI units.
 pub(super) fn columns() -> Columns {
     Columns {
         time: "t".parse().expect("a column"),
@@ -12,7 +9,6 @@ pub(super) fn columns() -> Columns {
     }
 }
 
-/// Reads `table` as the file `pop.csv`, with [`columns`] and default limits.
 pub(super) fn read(table: impl AsRef<[u8]>) -> Result<Recording, RecordingError> {
     read_csv("pop.csv", table.as_ref(), &columns(), &Limits::default())
 }

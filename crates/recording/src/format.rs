@@ -1,35 +1,20 @@
-//! The file formats of recordings.
-
 use std::fmt;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use super::utf16;
 
-/// The feature that adds the formats of large libraries.
-const LAB_FORMATS: &str = "lab-formats";
-
-/// The feature that adds every format but tables in text, for programs that use trocar as a library.
-const FORMATS: &str = "formats";
-
-/// The features that add formats whose libraries take long to build.
-const ARROW_FORMATS: &str = "arrow-formats";
-const ROS_FORMATS: &str = "ros-formats";
-
 /// Declares the formats: variant, description, suffixes in lower case, and the alternative format to export.
 macro_rules! formats {
     ($($(#[doc = $doc:literal])* $Format:ident: $phrase:literal, [$($suffix:literal),*], $instead:literal;)*) => {
-        /// The file format of a recording.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub enum Format {
             $($(#[doc = $doc])* $Format,)*
         }
 
         impl Format {
-            /// All formats.
             pub const ALL: &'static [Self] = &[$(Self::$Format),*];
 
-            /// The suffixes of files, in lower case.
             #[must_use]
             pub fn suffixes(self) -> &'static [&'static str] {
                 match self { $(Self::$Format => &[$($suffix),*],)* }
@@ -49,64 +34,53 @@ macro_rules! formats {
 }
 
 formats! {
-    /// Text with one sample per line, including LabVIEW's measurement files, also compressed by gzip.
     Csv: "a table in text", ["csv", "tsv", "lvm", "gz"], "CSV";
-    /// Text with a JSON object per line, also compressed by gzip.
     JsonLines: "a file of JSON lines", ["jsonl", "ndjson"], "CSV";
-    /// An array of NumPy.
     Npy: "an array of NumPy", ["npy"], "CSV";
-    /// Arrays of NumPy in an archive.
     Npz: "an archive of NumPy", ["npz"], "CSV";
-    /// MATLAB, up to version 7.
     Mat: "a MATLAB file", ["mat"], "CSV";
-    /// HDF5, including MATLAB 7.3.
     Hdf5: "an HDF5 file (or MATLAB 7.3)", ["h5", "hdf5"], "MATLAB v7 (save -v7), Parquet or CSV";
-    /// Apache Parquet.
     Parquet: "a Parquet file", ["parquet"], "CSV";
-    /// Robot logs: MCAP with messages of ROS or in JSON.
     Mcap: "an MCAP log", ["mcap"], "CSV";
-    /// LabVIEW's binary measurement files.
     Tdms: "a TDMS file", ["tdms"], "CSV";
-    /// Apache Arrow in a file, which is also Feather, version 2.
-    Arrow: "an Arrow or Feather file", ["arrow", "feather"], "Parquet or CSV";
-    /// Logs of ROS 2 in SQLite.
-    Rosbag2: "a ROS 2 bag in SQLite (.db3)", ["db3"], "MCAP (ros2 bag convert)";
-    /// Logs of ROS 1.
-    Rosbag1: "a ROS 1 bag (.bag)", ["bag"], "MCAP";
-    /// Excel and OpenDocument spreadsheets.
-    Excel: "a spreadsheet", ["xlsx", "xlsm", "xlsb", "xls", "ods"], "CSV";
+    Excel: "a spreadsheet", ["xlsx", "xlsm", "xls"], "CSV";
+    // Not read; [`Format::conversion`] names the program that converts them.
+    Xls: "an old Excel spreadsheet", [], "CSV";
+    Xlsb: "a binary spreadsheet (.xlsb)", [], "CSV";
+    Ods: "an OpenDocument spreadsheet", [], "CSV";
+    Mat4: "a MATLAB file of version 4 (without the header of versions 5 to 7)", [], "MATLAB v7";
+    Arrow: "an Arrow or Feather file", [], "Parquet";
+    Rosbag2: "a ROS 2 bag in SQLite", ["db3"], "MCAP";
+    Rosbag1: "a ROS 1 bag", ["bag"], "MCAP";
 }
 
 impl Format {
-    /// The feature that adds the format.
-    pub(super) fn feature(self) -> &'static str {
+    pub(super) fn conversion(self) -> Option<&'static str> {
         match self {
-            Self::Arrow => ARROW_FORMATS,
-            Self::Rosbag2 => ROS_FORMATS,
-            Self::Hdf5 | Self::Excel => LAB_FORMATS,
+            Self::Xls | Self::Xlsb | Self::Ods => {
+                Some("`pandas.read_excel('FILE').to_csv('FILE.csv', index=False)` (Python)")
+            }
+            Self::Mat4 => Some("`scipy.io.savemat('NEW.mat', scipy.io.loadmat('FILE'))` (Python)"),
+            Self::Arrow => Some("`pandas.read_feather('FILE').to_parquet('FILE.parquet')` (Python)"),
+            Self::Rosbag2 => {
+                Some("`rosbags-convert --src FOLDER --dst NEW --dst-storage mcap` (from `pip install rosbags`)")
+            }
+            Self::Rosbag1 => Some("`mcap convert FILE FILE.mcap` (from github.com/foxglove/mcap)"),
             Self::Csv
             | Self::JsonLines
             | Self::Npy
             | Self::Npz
             | Self::Mat
+            | Self::Hdf5
             | Self::Parquet
             | Self::Mcap
             | Self::Tdms
-            | Self::Rosbag1 => FORMATS,
-        }
-    }
-
-    /// How to add the format to a build.
-    pub(super) fn command(self) -> String {
-        match self.feature() {
-            // The program always has it.
-            FORMATS => "features = [\"formats\"] in Cargo.toml".into(),
-            feature => format!("`cargo install --path . --features {feature}`"),
+            | Self::Excel => None,
         }
     }
 
     /// Determines the format of a file by its first bytes. Unknown files count as text. A MATLAB file of version 4 has
-    /// no signature, and is recognised by its suffix.
+    /// no signature: it is binary and has the suffix.
     pub(super) fn of(path: &Path, file: &mut (impl Read + Seek)) -> io::Result<Self> {
         const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
         let mut head = vec![];
@@ -125,21 +99,21 @@ impl Format {
             () if at(0, b"ARROW1") => Self::Arrow,
             () if at(0, b"SQLite format 3\0") => Self::Rosbag2,
             () if at(0, b"#ROSBAG V") => Self::Rosbag1,
-            () if at(0, b"PK\x03\x04") || at(0, b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1") => Self::Excel,
-            () if is_mat && head.contains(&0) && !utf16::is_marked(&head) => Self::Mat,
+            () if at(30, b"mimetypeapplication/vnd.oasis.opendocument") => Self::Ods,
+            () if at(0, b"PK\x03\x04") => Self::Excel,
+            () if at(0, b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1") => Self::Xls,
+            () if is_mat && head.contains(&0) && !utf16::is_marked(&head) => Self::Mat4,
             () => Self::of_text(&head),
         })
     }
 
-    /// The format of a text with this beginning.
     pub(super) fn of_text(head: &[u8]) -> Self {
         let content = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start();
         if content.starts_with(b"{") { Self::JsonLines } else { Self::Csv }
     }
 }
 
-/// Returns true for a ZIP archive whose first file is an array of NumPy. The name of the first file is at byte 30, its
-/// length at byte 26.
+/// The name of the first file is at byte 30, its length at byte 26.
 fn is_npz(head: &[u8]) -> bool {
     let name = |length: &[u8]| head.get(30..)?.get(..usize::from(u16::from_le_bytes(*length.first_chunk()?)));
     head.starts_with(b"PK\x03\x04") && head.get(26..).and_then(name).is_some_and(|name| name.ends_with(b".npy"))

@@ -39,7 +39,6 @@ impl<R: Read> Guard<R> {
         }
     }
 
-    /// A flag that is set at the end of a text whose last line has no line end.
     pub(super) fn is_open(&self) -> Arc<AtomicBool> {
         self.is_open.clone()
     }
@@ -50,7 +49,6 @@ impl<R: Read> Guard<R> {
         io::Error::other(place.error(problem))
     }
 
-    /// Converts every line end to `\n` in place, and returns the new length.
     fn unify_line_ends(&mut self, chunk: &mut [u8]) -> usize {
         if !self.after_return && !chunk.contains(&b'\r') {
             return chunk.len();
@@ -117,7 +115,6 @@ impl<R: Read> Read for Guard<R> {
     }
 }
 
-/// Extracts the [`RecordingError`] of a [`Guard`], or converts another error of reading `file`.
 pub(super) fn recover(file: &str, error: io::Error) -> RecordingError {
     match error.downcast::<RecordingError>() {
         Ok(refusal) => refusal,

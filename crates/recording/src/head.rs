@@ -15,28 +15,20 @@ use super::units;
 
 #[derive(Debug, Default)]
 pub(super) struct Head {
-    /// The line of the names, with lines below it that were already read.
     pub(super) text: Vec<u8>,
     pub(super) lines_before: u64,
     pub(super) separator: u8,
-    /// True if runs of spaces separate the fields; each is read as one separator.
     pub(super) in_spaces: bool,
-    /// True if the names are in a comment.
     pub(super) has_comment_names: bool,
-    /// True if a line that begins with `%` is a comment.
     pub(super) has_percent: bool,
-    /// The units of the columns; empty if unknown.
     pub(super) units: Vec<String>,
     pub(super) clock: Option<Clock>,
     /// True if rows may have more fields than names, such as comments.
     pub(super) is_labview: bool,
-    /// True if no names follow a LabVIEW header.
     pub(super) is_incomplete: bool,
-    /// Number of columns of a table without names; its text begins with the first row.
     pub(super) unnamed: Option<usize>,
 }
 
-/// Reads the beginning of a text after its first `skip_lines` lines.
 pub(super) fn head(text: &mut impl BufRead, skip_lines: u64) -> io::Result<Head> {
     let mut skipped = vec![];
     for _ in 0..skip_lines {
@@ -65,7 +57,6 @@ pub(super) fn head(text: &mut impl BufRead, skip_lines: u64) -> io::Result<Head>
     }
 }
 
-/// Reads the names that are on the first line or in a comment, and LabVIEW's header.
 fn with_names(text: &mut impl BufRead, table: Option<&Table>) -> io::Result<Head> {
     let mut line = Vec::new();
     let mut lines_before = 0;
@@ -129,7 +120,6 @@ fn from_labview(text: &mut impl BufRead, lines_before: u64) -> io::Result<Head> 
     })
 }
 
-/// Finds the names in a comment above the first line of numbers.
 fn from_comments(line: &[u8], comments: &[Vec<u8>], lines_before: u64) -> Option<Head> {
     let last = comments.last()?;
     // A line that begins with % may be the names itself, as in earlier versions. The line below must then contain a
@@ -182,7 +172,6 @@ fn spaced(line: &[u8]) -> Vec<&[u8]> {
     line.split(u8::is_ascii_whitespace).filter(|field| !field.is_empty()).collect()
 }
 
-/// Returns true if a field is a number, with a decimal point or, if allowed, a comma.
 fn is_number(field: &[u8], may_have_comma: bool) -> bool {
     let text = String::from_utf8_lossy(field);
     let text = if may_have_comma { text.replacen(',', ".", 1) } else { text.into_owned() };

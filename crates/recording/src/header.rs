@@ -1,5 +1,3 @@
-//! The header line: its separator, its names, and the positions of the requested columns.
-
 use super::error::Problem;
 use super::number::trimmed;
 use super::{Column, Columns, Quantity};
@@ -20,7 +18,6 @@ pub(super) fn separator(header: &[u8]) -> u8 {
     most.map_or(b',', |&(separator, _)| separator)
 }
 
-/// The indices of the requested columns, from 0, and the total number of columns.
 #[derive(Debug)]
 pub(super) struct Layout {
     /// `None` if the times follow from a rate.
@@ -32,7 +29,6 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    /// Finds the columns by their names. The time is not needed if `has_rate`.
     pub(super) fn locate(names: &[String], columns: &Columns, has_rate: bool) -> Result<Self, Problem> {
         let find = |column, quantity| find(names, column).map_err(|problem| of_quantity(problem, quantity));
         Ok(Self {
@@ -61,7 +57,6 @@ pub(super) fn names<'a>(fields: impl Iterator<Item = &'a [u8]>) -> Result<Vec<St
     if names.iter().all(|name| name.parse::<f64>().is_ok()) { Err(Problem::NoHeader) } else { Ok(names) }
 }
 
-/// The text of a field, without surrounding spaces and quotes.
 pub(super) fn text(field: &[u8]) -> String {
     match str::from_utf8(field) {
         Ok(text) => trimmed(text).to_owned(),
@@ -70,12 +65,10 @@ pub(super) fn text(field: &[u8]) -> String {
     }
 }
 
-/// The names of the columns of a table without names: their numbers.
 pub(super) fn numbered(width: usize) -> Vec<String> {
     (1..=width).map(|number| number.to_string()).collect()
 }
 
-/// Finds a column by its name, or by its number if no name equals it.
 pub(super) fn find(names: &[String], column: &Column) -> Result<usize, Problem> {
     let wanted = column.name();
     // A name from a line that begins with % can be given with the %.
@@ -97,7 +90,6 @@ pub(super) fn find(names: &[String], column: &Column) -> Result<usize, Problem> 
     }
 }
 
-/// The name most similar to `wanted`, ignoring case, if similar enough.
 pub(super) fn nearest(available: &[String], wanted: &str) -> Option<Box<str>> {
     const MIN_SIMILARITY: f64 = 0.8;
     let wanted = wanted.to_lowercase();

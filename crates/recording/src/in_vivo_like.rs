@@ -15,7 +15,6 @@ const RATE_HZ: f64 = 1000.0;
 
 const SAMPLES: u32 = 17_000;
 
-/// Times of the ruptures in s.
 pub const RUPTURES_S: [f64; 2] = [5.52, 8.85];
 
 const NOISE_STD_N: f64 = 0.010;
@@ -39,25 +38,18 @@ const TRAJECTORY: [(f64, f64); 15] = [
     (17.0, -6.0),
 ];
 
-/// Position of the trajectory at the first rupture, in m.
 const RUPTURE_DEPTH_M: f64 = 27.05e-3;
 
 /// A layer. Its force is a power of its compression. At the rupture most of the force drops fast, and the rest relaxes
 /// slowly.
 struct Layer {
-    /// Position of the surface, in m.
     from_m: f64,
-    /// Power of the loading law.
     power: f64,
-    /// Force at the rupture, in N.
     rupture_n: f64,
-    /// Time of the rupture, in s.
     rupture_s: f64,
-    /// Time constant of the drop, in s.
     fall_s: f64,
     /// Fraction of the force that relaxes slowly.
     residual: f64,
-    /// Time constant of the relaxation, in s.
     relaxation_s: f64,
 }
 
@@ -103,11 +95,8 @@ pub struct InVivoLikeVariant {
 }
 
 impl InVivoLikeVariant {
-    /// Range of the force drop, in N.
     pub const DROPS_N: (f64, f64) = (0.01, 1000.0);
-    /// Range of the time constant of a drop, in s.
     pub const FALLS_S: (f64, f64) = (1e-4, 10.0);
-    /// Range of the depth of the first rupture, in m.
     pub const DEPTHS_M: (f64, f64) = (1e-3, 1.0);
 
     fn scale(&self) -> f64 {
@@ -137,8 +126,7 @@ impl Layer {
     }
 }
 
-/// The recording as CSV with the columns `time_s, position_m, velocity_m_per_s, force_n`; forces are positive when they
-/// resist insertion. The same seed gives the same bytes.
+/// The recording as CSV. The same seed gives the same bytes.
 #[must_use]
 pub fn in_vivo_like_csv(seed: u64) -> String {
     in_vivo_like_variant_csv(seed, &InVivoLikeVariant::default())

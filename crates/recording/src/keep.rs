@@ -1,5 +1,3 @@
-//! Names recordings in memory by their content.
-
 use std::sync::{Arc, PoisonError, Weak};
 
 use sha2::{Digest, Sha256};
@@ -8,7 +6,6 @@ use trocar_base::hexadecimal::hexadecimal;
 use super::Recording;
 use super::memory::{KEPT, MEMORY};
 
-/// Makes a recording available by the returned name, while the returned recording or a copy of it is held.
 #[must_use]
 pub fn keep(recording: Recording) -> (String, Arc<Recording>) {
     let name = name_of(&recording);

@@ -1,30 +1,21 @@
-//! Labelled ruptures from CSV files.
-
 use std::io::Read;
 
 use super::header::find;
 use super::table::Rows;
 use super::{Column, Limits, RecordingError};
 
-/// A row of a file of labels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LabelRow {
     /// The recording, as written in the file; `None` without this column.
     pub file: Option<String>,
     /// Time of the rupture in s; `None` means that the recording was examined and has no rupture.
     pub time_s: Option<f64>,
-    /// Kind of rupture; `None` if the field is empty.
     pub kind: Option<String>,
-    /// The line of the row.
     pub line: u64,
 }
 
 /// Reads labels from CSV text with the columns `file`, `time_s` and optionally `kind`; `file` is required only if
-/// `needs_file`. Otherwise the format is the same as for [`read_csv`](super::read_csv), with rows in any order. An
-/// empty time means that the recording has no rupture.
-///
-/// # Errors
-/// As [`read_csv`](super::read_csv), and for an empty field where a file is required. A table without rows is valid.
+/// `needs_file`. The rows can have any order. An empty time means that the recording has no rupture.
 pub fn read_labels<R: Read>(
     source: &str,
     reader: R,

@@ -12,7 +12,6 @@ const COMMENT: &str = "Comment";
 
 const MAX_LINES: u64 = 1000;
 
-/// A regular clock, for a file without times.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Clock {
     pub(super) start_s: f64,
@@ -25,10 +24,8 @@ impl Clock {
     }
 }
 
-/// The parts of the header that describe the table.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct LabView {
-    /// The line of the names, without the comment column.
     pub(super) names: Vec<u8>,
     pub(super) separator: u8,
     pub(super) clock: Option<Clock>,
@@ -36,7 +33,6 @@ pub(super) struct LabView {
     pub(super) lines: u64,
 }
 
-/// Reads the header after its first line; `None` if it has no columns.
 pub(super) fn read(text: &mut impl BufRead) -> io::Result<Option<LabView>> {
     let mut found = LabView { names: vec![], separator: b'\t', clock: None, units: vec![], lines: 1 };
     let (mut start_s, mut interval_s) = (0.0, None);

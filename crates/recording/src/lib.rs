@@ -5,12 +5,8 @@
 //! names, units and signs differ between laboratories, so the caller gives a [`Column`] for each quantity, with a
 //! factor to SI units, forces being positive when they resist insertion.
 //!
-//! Text is streamed: only the requested columns are kept, and [`Limits`] bounds the bytes and the samples. Every error
-//! names the file, the line and the column, and gives a remedy.
-//!
-//! Without the feature `formats` it reads tables in text alone, and refuses every other format by an error.
-//!
-//! It may use `trocar-core` and `trocar-base`. The crate `trocar` re-exports it as `trocar::recording`.
+//! Without the feature `formats` it reads tables in text alone. It may use `trocar-core` and `trocar-base`. The crate
+//! `trocar` re-exports it as `trocar::recording`.
 //!
 //! ```
 //! # mod trocar { pub use trocar_recording as recording; }
@@ -32,10 +28,10 @@
 
 // The readers of other files than text use some parts alone.
 #![cfg_attr(not(feature = "formats"), allow(dead_code))]
+#![allow(missing_docs, reason = "names with units say it")]
 
 mod arrays;
 mod block;
-mod budget;
 mod column;
 #[cfg_attr(not(feature = "formats"), path = "no_containers.rs")]
 mod containers;
@@ -60,6 +56,7 @@ mod quantity;
 mod read;
 mod resample;
 mod responses;
+mod room;
 mod samples;
 mod settings;
 mod signals;

@@ -1,5 +1,3 @@
-//! Limits on the size of a file and on its gaps, and the parts of a file that are not its signals.
-
 trocar_core::settings! {
     /// Limits on reading. The memory for text stays below about `32 * max_samples` bytes plus the longest row.
     #[derive(Clone, Debug, PartialEq)]
@@ -10,13 +8,9 @@ trocar_core::settings! {
         max_gap_s: Option<f64> [POSITIVE],
         /// Maximum size of a file.
         ///
-        /// In bytes; a larger file is rejected before anything is read.
+        /// In bytes; a larger file is rejected before anything is read. Its decompressed content, its values and the names
+        /// of its signals may have twice as many.
         max_bytes: u64 [1..] = 256 << 20,
-        /// Maximum memory for reading a file.
-        ///
-        /// In bytes. It holds the file, its decompressed content, its values and the names of its signals. Twice as many
-        /// bytes may be read and decompressed in all.
-        max_memory_bytes: u64 [1..] = 512 << 20,
         /// Maximum number of samples.
         ///
         /// The default is 83 minutes at 1 kHz.
@@ -36,7 +30,6 @@ impl Limits {
     /// and indicate a missing scale.
     pub const MAX_MAGNITUDE: f64 = 1e6;
 
-    /// The limits of a table of labels or delays, beside a recording.
     pub(super) fn of_table(&self) -> Self {
         Self { skip_lines: 0, rate_hz: None, ..self.clone() }
     }

@@ -5,25 +5,19 @@ use super::header::{Layout, names, separator};
 use super::number::number;
 use super::{Columns, Limits, RecordingError};
 
-/// A sample of a live table, in SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LiveSample {
-    /// Time in s.
     pub time_s: f64,
-    /// Position of the needle in m.
     pub position_m: f64,
     /// Velocity of the needle in m/s; 0 without a column for it.
     pub velocity_m_per_s: f64,
-    /// Force on the needle in N.
     pub force_n: f64,
 }
 
-/// The content of a line of a live table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LiveLine {
     /// No sample: a blank line, a comment, or the header.
     Nothing,
-    /// A sample.
     Sample(LiveSample),
 }
 
@@ -41,12 +35,10 @@ pub struct LiveTable {
     open: Vec<u8>,
     is_too_long: bool,
     after_return: bool,
-    /// The range of each field of the line.
     fields: Vec<(usize, usize)>,
 }
 
 impl LiveTable {
-    /// Creates a table before its first line; `source` is its name in messages.
     #[must_use]
     pub fn new(source: &str, columns: Columns) -> Self {
         Self {
@@ -61,13 +53,11 @@ impl LiveTable {
         }
     }
 
-    /// Returns true if the header has been read.
     #[must_use]
     pub fn has_header(&self) -> bool {
         self.layout.is_some()
     }
 
-    /// Number of lines read.
     #[must_use]
     pub fn lines(&self) -> u64 {
         self.line
@@ -100,7 +90,6 @@ impl LiveTable {
         Some(line)
     }
 
-    /// Reads a last line without a line end; `None` if there is none.
     pub fn finish(&mut self) -> Option<Result<LiveLine, RecordingError>> {
         if self.open.is_empty() && !self.is_too_long { None } else { Some(self.end()) }
     }

@@ -7,12 +7,10 @@ use std::sync::{Arc, LazyLock, Mutex, PoisonError, Weak};
 
 use super::Recording;
 
-/// The prefix of the names.
 pub const MEMORY: &str = "memory:";
 
 pub(super) static KEPT: LazyLock<Mutex<HashMap<String, Weak<Recording>>>> = LazyLock::new(Mutex::default);
 
-/// Returns the recording of a name, if it is held.
 pub fn kept(name: &str) -> Option<Arc<Recording>> {
     KEPT.lock().unwrap_or_else(PoisonError::into_inner).get(name).and_then(Weak::upgrade)
 }

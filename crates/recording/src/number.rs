@@ -1,5 +1,3 @@
-//! Converts fields to numbers in SI units.
-
 use std::cell::Cell;
 
 use super::error::{Problem, excerpt};
@@ -11,7 +9,6 @@ pub(super) fn trimmed(text: &str) -> &str {
     inner.map_or(text, str::trim)
 }
 
-/// The number of a field times `scale`, which must be finite.
 pub(super) fn number(field: &[u8], scale: f64) -> Result<f64, Problem> {
     let text = str::from_utf8(field).map_err(|_| Problem::NotUtf8)?;
     let parsed = text.parse::<f64>().or_else(|_| trimmed(text).parse());

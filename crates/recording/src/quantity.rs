@@ -1,22 +1,15 @@
-//! The quantities of a recording.
-
 use super::ColumnSettings;
 
 /// The quantity of a recording's column, in the order of [`ColumnSettings::KEYS`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
-    /// Time, in s.
     Time,
-    /// Position of the needle, in m.
     Position,
-    /// Velocity of the needle, in m/s.
     Velocity,
-    /// Force on the needle, in N.
     Force,
 }
 
 impl Quantity {
-    /// All quantities.
     pub const ALL: [Self; 4] = [Self::Time, Self::Position, Self::Velocity, Self::Force];
 
     /// The name, which is also the name of the command-line flag without `--`.
@@ -26,7 +19,6 @@ impl Quantity {
         column.split('_').next().unwrap_or_default()
     }
 
-    /// The SI unit.
     #[must_use]
     pub const fn unit(self) -> &'static str {
         match self {
@@ -37,7 +29,6 @@ impl Quantity {
         }
     }
 
-    /// The accepted units.
     #[must_use]
     pub const fn units(self) -> &'static str {
         match self {

@@ -1,40 +1,23 @@
-//! Resamples a recording on the simulator's regular grid.
-
 use super::Recording;
 
 /// The quantities of a recording at the times `k * tick_s` after its first sample, all of the same length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Resampled {
-    /// Position of the needle in m.
     pub position_m: Vec<f64>,
-    /// Velocity of the needle in m/s, if recorded.
     pub velocity_m_per_s: Option<Vec<f64>>,
-    /// Force on the needle in N, positive when it resists insertion.
     pub force_n: Vec<f64>,
 }
 
-/// The error of a recording that cannot be resampled.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ResampleError {
-    /// The tick is not finite or not positive.
     #[error("tick_s is {0}, must be finite and above 0")]
     Tick(f64),
-    /// The number of values differs from the number of samples.
     #[error("{values} values for {samples} samples, must be one each")]
-    Length {
-        /// Number of given values.
-        values: usize,
-        /// Number of samples in the recording.
-        samples: usize,
-    },
+    Length { values: usize, samples: usize },
 }
 
 impl Recording {
-    /// The first `ticks` grid points of every quantity; see [`resample_values`](Self::resample_values).
-    ///
-    /// # Errors
-    /// If `tick_s` is not finite or not above 0.
     pub fn resample(&self, tick_s: f64, ticks: usize) -> Result<Resampled, ResampleError> {
         let on_grid = |values| self.resample_values(values, tick_s, ticks);
         Ok(Resampled {
@@ -51,12 +34,7 @@ impl Recording {
     ///
     /// A grid time that differs from a sample's time only by rounding (1e-9 of the interval, or two units in the last
     /// place of the recorded times) takes the value of that sample. A recording resampled on its original grid is
-    /// therefore unchanged, bit for bit.
-    ///
-    /// There is no anti-aliasing filter: on a coarser grid, content above half the grid's rate is aliased.
-    ///
-    /// # Errors
-    /// If there is not one value per sample, or `tick_s` is not finite or not above 0.
+    /// therefore unchanged, bit for bit. There is no anti-aliasing filter.
     pub fn resample_values(&self, values: &[f64], tick_s: f64, ticks: usize) -> Result<Vec<f64>, ResampleError> {
         check_tick(tick_s)?;
         let (values_given, samples) = (values.len(), self.len());
@@ -92,9 +70,6 @@ impl Recording {
 
     /// Number of grid points `0, tick_s, 2 tick_s, …` within the recording, including the last sample if it is on the
     /// grid up to rounding. At least 1.
-    ///
-    /// # Errors
-    /// If `tick_s` is not finite or not above 0.
     pub fn ticks_covered(&self, tick_s: f64) -> Result<usize, ResampleError> {
         check_tick(tick_s)?;
         // Times ascend, so one of the two ends has the largest magnitude.

@@ -1,5 +1,3 @@
-//! Measured frequency responses from CSV files.
-
 use std::f64::consts::LN_10;
 use std::io::Read;
 
@@ -8,26 +6,17 @@ use super::header::find;
 use super::table::Rows;
 use super::{Column, Limits, RecordingError};
 
-/// A row of a frequency response.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResponseRow {
-    /// Frequency in Hz, above 0.
     pub frequency_hz: f64,
-    /// Magnitude, above 0.
     pub magnitude: f64,
-    /// Phase in rad.
     pub phase_rad: f64,
 }
 
-/// The fewest rows of a response.
 const MIN_ROWS: usize = 3;
 
 /// Reads a frequency response from CSV text with the columns `frequency_hz`, `magnitude` or `magnitude_db`, and
-/// `phase_deg` or `phase_rad`. Otherwise the format is the same as for [`read_csv`](super::read_csv).
-///
-/// # Errors
-/// As [`read_csv`](super::read_csv), and for a frequency that is not above 0 and above the last one, for a magnitude
-/// that is not above 0, and for fewer than three rows.
+/// `phase_deg` or `phase_rad`.
 pub fn read_response<R: Read>(source: &str, reader: R, limits: &Limits) -> Result<Vec<ResponseRow>, RecordingError> {
     let names = ["frequency_hz", "magnitude", "magnitude_db", "phase_deg", "phase_rad"].map(Column::plain);
     let [frequency, magnitude, decibels, degrees, radians] = &names;

@@ -1,5 +1,3 @@
-//! The samples of a recording, in SI units.
-
 use super::IgnoredUnit;
 use super::stamp::written;
 use trocar_base::quantiles::{AT_ONCE, order_statistic};
@@ -17,31 +15,25 @@ pub struct Recording {
     force_n: Vec<f64>,
     /// The minimum, median and maximum time between two samples, in s.
     interval_s: [f64; 3],
-    /// The signals that were interpolated.
     joined: Vec<Joined>,
     ignored_units: Vec<IgnoredUnit>,
     unfinished: Option<String>,
-    /// The time from which the times count, in s since 1970; 0 if they are not of the calendar.
     origin_s: f64,
 }
 
 /// A signal that was interpolated at the times of another one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joined {
-    /// The name of the signal.
     pub signal: String,
-    /// The name of the signal whose times the recording has.
     pub to: String,
-    /// The median time between two samples of the signal, in s.
     pub median_interval_s: f64,
-    /// The longest time between two samples of the signal, in s.
     pub longest_interval_s: f64,
     /// The time that the signals do not have in common, in s.
     pub cut_s: f64,
 }
 
 impl Recording {
-    /// Creates a recording; the caller ensures every property of the type.
+    /// The caller ensures every property of the type.
     pub(super) fn from_checked(
         time_s: Vec<f64>,
         position_m: Vec<f64>,
@@ -52,7 +44,6 @@ impl Recording {
         Self::with_intervals(time_s, position_m, velocity_m_per_s, force_n, interval_s)
     }
 
-    /// [`Self::from_checked`] with the [`intervals`] of the times.
     pub(super) fn with_intervals(
         time_s: Vec<f64>,
         position_m: Vec<f64>,
@@ -73,28 +64,23 @@ impl Recording {
         }
     }
 
-    /// The recording with reports about interpolated signals.
     pub(super) fn with_joined(self, joined: Vec<Joined>) -> Self {
         Self { joined, ..self }
     }
 
-    /// The recording with the units that its columns state and the factors ignore.
     pub(super) fn with_ignored_units(self, ignored_units: Vec<IgnoredUnit>) -> Self {
         Self { ignored_units, ..self }
     }
 
-    /// The recording with the reason why its file seems to end too early.
     pub(super) fn with_unfinished(self, unfinished: Option<String>) -> Self {
         Self { unfinished, ..self }
     }
 
-    /// The reason why the file seems to end before the recording did, such as a last line without a line end.
     #[must_use]
     pub fn unfinished(&self) -> Option<&str> {
         self.unfinished.as_deref()
     }
 
-    /// The warning about a file that seems to end before the recording did.
     #[must_use]
     pub fn unfinished_warning(&self) -> Option<Warning> {
         let message = format!("the recording may be cut off: {}", self.unfinished.as_ref()?);
@@ -102,19 +88,16 @@ impl Recording {
         Some(Warning::new(Code::UnfinishedFile, message).remedy(remedy))
     }
 
-    /// The units that the file states and the factors of the columns ignore.
     #[must_use]
     pub fn ignored_units(&self) -> &[IgnoredUnit] {
         &self.ignored_units
     }
 
-    /// The signals that were interpolated, because their clock is not that of the recording.
     #[must_use]
     pub fn joined(&self) -> &[Joined] {
         &self.joined
     }
 
-    /// The recording with the time of the calendar from which its times count, in s since 1970.
     pub(super) fn since(self, origin_s: f64) -> Self {
         Self { origin_s, ..self }
     }
@@ -125,13 +108,11 @@ impl Recording {
         self.origin_s
     }
 
-    /// The date or the time of the day from which the times count; `None` if they are not of the calendar.
     #[must_use]
     pub fn origin_text(&self) -> Option<String> {
         if self.origin_s == 0.0 { None } else { written(self.origin_s) }
     }
 
-    /// Subtracts the first position from all positions, if `is_on`.
     #[must_use]
     pub fn zeroed(mut self, is_on: bool) -> Self {
         if is_on && let Some(&first_m) = self.position_m.first() {
@@ -140,7 +121,6 @@ impl Recording {
         self
     }
 
-    /// The columns: time, position, velocity, force.
     #[must_use]
     pub fn into_columns(self) -> (Vec<f64>, Vec<f64>, Option<Vec<f64>>, Vec<f64>) {
         (self.time_s, self.position_m, self.velocity_m_per_s, self.force_n)
@@ -158,7 +138,6 @@ impl Recording {
         &self.position_m
     }
 
-    /// Velocity of the needle in m/s, if recorded.
     #[must_use]
     pub fn velocity_m_per_s(&self) -> Option<&[f64]> {
         self.velocity_m_per_s.as_deref()
@@ -189,13 +168,11 @@ impl Recording {
         self.interval_s[1]
     }
 
-    /// The minimum and maximum time between two samples in s.
     #[must_use]
     pub fn interval_range_s(&self) -> (f64, f64) {
         (self.interval_s[0], self.interval_s[2])
     }
 
-    /// Time from the first sample to the last in s.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         match self.time_s.as_slice() {
@@ -204,7 +181,6 @@ impl Recording {
         }
     }
 
-    /// Number of samples, at least two.
     #[must_use]
     #[expect(clippy::len_without_is_empty, reason = "a recording is never empty")]
     pub fn len(&self) -> usize {

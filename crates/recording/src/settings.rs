@@ -1,7 +1,3 @@
-//! Scenario settings of a recording: its file and labels, its signs, and the names, scales and offsets of its columns.
-//!
-//! [`Limits`](super::Limits) are the limits on reading.
-
 trocar_core::settings! {
     /// The recording and the times of its ruptures.
     #[derive(Debug, Clone, PartialEq)]

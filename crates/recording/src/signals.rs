@@ -1,33 +1,21 @@
-//! The signals of a file, and their possible roles: time, position, velocity and force.
-
 use std::collections::HashSet;
 
 use super::{Column, Quantity, units};
 
-/// A signal of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Signal {
-    /// Name, as accepted by flags and keys.
     pub name: String,
-    /// Description in the file.
     pub label: Option<String>,
-    /// Unit, as stated by the file or the name.
     pub unit: Option<String>,
-    /// Size of the array.
     pub shape: Vec<usize>,
-    /// Number of samples.
     pub samples: usize,
-    /// The minimum and maximum sample; `None` without a finite sample.
     pub range: Option<(f64, f64)>,
-    /// Number of samples that are not finite.
     pub undefined: usize,
     /// Time from the first sample to the last in the signal's unit, if it increases strictly.
     pub increase: Option<f64>,
-    /// The quantity indicated by name and unit.
     pub role: Option<Quantity>,
 }
 
-/// Streaming statistics of the samples of a signal.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Statistics {
     samples: usize,
@@ -75,7 +63,6 @@ impl Signal {
         Self { name, label, unit, shape, samples, range, undefined, increase, role }
     }
 
-    /// The signal as a column, with its unit if that is a unit of its quantity.
     #[must_use]
     pub fn column(&self) -> String {
         let unit = self.unit.as_deref().filter(|unit| self.role.is_some() && units::quantity(unit) == self.role);
@@ -87,24 +74,18 @@ impl Signal {
     }
 }
 
-/// Other words for a quantity, in lower case, separated by spaces.
 fn words(quantity: Quantity) -> &'static str {
     match quantity {
-        Quantity::Time => {
-            "t times timestamp timestamps stamp elapsed datetime seconds sec zeit prüfzeit temps tiempo tempo"
-        }
-        Quantity::Position => {
-            "x z xs pos positions depth displacement disp distance stroke insertion travel extension crosshead weg \
-             standardweg traversenweg tiefe"
-        }
-        Quantity::Velocity => "v vs vel velocities speed twist geschwindigkeit vitesse",
-        Quantity::Force => "f fx fy fz forces load kraft standardkraft prüfkraft effort fuerza forza",
+        Quantity::Time => "t times timestamp stamp elapsed seconds sec",
+        Quantity::Position => "x z xs pos positions depth displacement distance travel extension",
+        Quantity::Velocity => "v vs vel velocities speed twist",
+        Quantity::Force => "f fx fy fz forces load effort",
     }
 }
 
 /// Words of other quantities, in lower case. A signal with one of them has no role, even with an axis in its name.
-const OTHER_WORDS: &str = "torque torques moment moments drehmoment tau mx my mz angle angles angular rotation orientation \
-    quaternion roll pitch yaw accel acceleration covariance temperature temperatur current voltage pressure stress strain \
+const OTHER_WORDS: &str = "torque torques moment moments tau mx my mz angle angles angular rotation orientation \
+    quaternion roll pitch yaw accel acceleration covariance temperature current voltage pressure stress strain \
     stiffness energy power index seq frame_id";
 
 /// Words that name only an axis or a value, so that the rest of the path names the quantity.
@@ -129,7 +110,6 @@ fn words_of(text: &str) -> Vec<String> {
     words
 }
 
-/// The quantity that a name says; `Err` if it names another one than those of a recording.
 fn of_text(text: &str) -> Result<Option<Quantity>, ()> {
     let lower = text.to_lowercase();
     if lower == "x_value" || lower.starts_with("time(") {
@@ -163,8 +143,7 @@ fn of_path(name: &str) -> Result<Option<Quantity>, ()> {
     Ok(found)
 }
 
-/// The quantity indicated by the words of a name or label and by the unit. A time never decreases. A signal of another
-/// quantity, such as a torque, has no role, whatever its axis.
+/// A time never decreases. A signal of another quantity, such as a torque, has no role, whatever its axis.
 fn role(name: &str, label: Option<&str>, unit: Option<&str>, may_be_time: bool) -> Option<Quantity> {
     let of_unit = unit.and_then(units::quantity);
     let of_words = of_path(name).ok()?;
@@ -193,10 +172,8 @@ pub fn signals_by_name(names: &[String]) -> Vec<Signal> {
     names.iter().map(of).collect()
 }
 
-/// The end of the name of the time at which the messages of a topic were logged.
 const LOG_TIME: &str = ".log_time";
 
-/// Largest plausible travel of a needle in m and force on it in N, of a signal that states no unit.
 const PLAUSIBLE: [(Quantity, f64); 2] = [(Quantity::Position, 2.0), (Quantity::Force, 5000.0)];
 
 impl Signal {
@@ -209,7 +186,6 @@ impl Signal {
     }
 }
 
-/// The longest topic with a signal of this name.
 fn topic_of<'a>(name: &'a str, topics: &HashSet<&str>) -> Option<&'a str> {
     if topics.is_empty() {
         return None;
@@ -218,10 +194,8 @@ fn topic_of<'a>(name: &'a str, topics: &HashSet<&str>) -> Option<&'a str> {
     ends.rev().find(|topic| topics.contains(topic))
 }
 
-/// The signals by their possible roles.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Roles {
-    /// For each quantity, in the order of [`Quantity::ALL`], the indices of its candidates.
     pub candidates: [Vec<usize>; Quantity::ALL.len()],
 }
 
@@ -241,7 +215,6 @@ impl Roles {
         let clocks: Vec<(usize, Option<&str>)> =
             signals.iter().map(|signal| (signal.samples, topic_of(&signal.name, &topics))).collect();
         let is_of_clock = |signal: usize, clock: usize| clocks[signal] == clocks[clock];
-        // The first time with a position and a force of the same clock.
         let clocks_with = |quantity| with(quantity).map(|(index, _)| clocks[index]).collect::<HashSet<_>>();
         let (positions, forces) = (clocks_with(Quantity::Position), clocks_with(Quantity::Force));
         let serves = |clock: &usize| positions.contains(&clocks[*clock]) && forces.contains(&clocks[*clock]);
@@ -273,13 +246,11 @@ impl Roles {
         roles
     }
 
-    /// The first candidate of a quantity.
     #[must_use]
     pub fn first(&self, quantity: Quantity) -> Option<usize> {
         self.candidates[quantity as usize].first().copied()
     }
 
-    /// Returns true if time, position and force have exactly one candidate each, and the velocity at most one.
     #[must_use]
     pub fn are_unique(&self) -> bool {
         Quantity::ALL.into_iter().all(|quantity| match self.candidates[quantity as usize].len() {

@@ -2,11 +2,9 @@
 
 use std::io::{self, Read};
 
-/// A text whose runs of spaces become tabs if `is_on`.
 pub(super) struct Spaces<R> {
     inner: R,
     is_on: bool,
-    /// True if the last bytes were spaces after a field.
     is_open: bool,
     at_start: bool,
     spare: Vec<u8>,

@@ -24,7 +24,6 @@ pub(super) struct Stamps {
 enum Start {
     /// Numbers that count from 0, or from any other time that is not of the calendar.
     Plain,
-    /// A decimal number in units of the file.
     Decimal(Decimal),
     /// Nanoseconds since 1970.
     Date(i64),
@@ -40,7 +39,6 @@ struct Decimal {
 impl Decimal {
     const MAX_DIGITS: usize = 30;
 
-    /// Reads digits with at most one point; `None` for other forms of numbers.
     fn parse(text: &str) -> Option<Self> {
         let (whole, part) = text.split_once('.').unwrap_or((text, ""));
         if whole.len() + part.len() > Self::MAX_DIGITS || !part.bytes().all(|byte| byte.is_ascii_digit()) {
@@ -50,7 +48,6 @@ impl Decimal {
         Some(Self { digits, decimals: part.len() as u32 })
     }
 
-    /// The difference; `None` if it has too many digits.
     fn minus(self, other: Self) -> Option<Self> {
         let decimals = self.decimals.max(other.decimals);
         let digits = |number: Self| number.digits.checked_mul(10_i128.checked_pow(decimals - number.decimals)?);
@@ -102,12 +99,10 @@ impl Stamps {
         }
     }
 
-    /// Returns true if the times are dates.
     pub(super) fn has_dates(&self) -> bool {
         matches!(self.start, Some(Start::Date(_)))
     }
 
-    /// The time of the first one since 1970, in s; 0 for times that are not of the calendar.
     pub(super) fn origin_s(&self, scale: f64) -> f64 {
         match self.start {
             None | Some(Start::Plain) => 0.0,
@@ -117,7 +112,6 @@ impl Stamps {
     }
 }
 
-/// The date of a time in s since 1970, or the time of the day of a time on its first day.
 pub(super) fn written(origin_s: f64) -> Option<String> {
     const DAY_S: f64 = 86_400.0;
     let date = DateTime::from_timestamp_millis((1e3 * origin_s).round() as i64)?;
@@ -125,13 +119,11 @@ pub(super) fn written(origin_s: f64) -> Option<String> {
     Some(date.format(form).to_string())
 }
 
-/// Returns true if a text is a date with a time, or a time of the day with seconds.
 pub(super) fn is_date(text: &str) -> bool {
     nanoseconds(trimmed(text)).is_some()
 }
 
-/// A fast test for a date or a time of the day: most texts in tables are neither.
-pub(super) fn may_be_date(text: &[u8]) -> bool {
+fn may_be_date(text: &[u8]) -> bool {
     let text = text.trim_ascii();
     text.first().is_some_and(u8::is_ascii_digit) && text.contains(&b':')
 }

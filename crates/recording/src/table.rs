@@ -1,34 +1,26 @@
-//! Reads rows from CSV text, for every kind of table.
-
 use std::io::{BufReader, Chain, Cursor, Read};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use csv::ByteRecord;
 
-use super::budget::{check_name, short};
 use super::error::{Place, Problem, Row};
 use super::guard::{Guard, recover};
 use super::head::head;
 use super::header::{names, numbered, text};
 use super::labview::Clock;
 use super::number::{Decimals, trimmed};
+use super::room::{check_name, short};
 use super::spaces::Spaces;
-use super::stamp::{Stamps, may_be_date};
+use super::stamp::Stamps;
 use super::units;
 use super::utf16::Utf8;
 use super::{Column, Limits, RecordingError};
 
 const BUFFER_BYTES: usize = 64 << 10;
 
-/// Work in bytes of reading a field as a number, and further work of reading it as a date in all its forms.
-const FIELD_BYTES: usize = 16;
-const DATE_BYTES: usize = 84;
-
-/// The text of a table: its header line, then the rest.
 type Text<R> = Spaces<Chain<Cursor<Vec<u8>>, BufReader<Guard<Utf8<R>>>>>;
 
-/// The rows of a table, one at a time; the first is the header.
 pub(super) struct Rows<'a, R> {
     source: &'a str,
     lines_before: u64,
@@ -36,12 +28,10 @@ pub(super) struct Rows<'a, R> {
     record: ByteRecord,
     has_percent: bool,
     may_be_wider: bool,
-    /// The units of the columns; empty if unknown.
     units: Vec<String>,
     clock: Option<Clock>,
     decimals: Decimals,
     stamps: Stamps,
-    /// Set at the end of a text whose last line has no line end.
     is_open: Arc<AtomicBool>,
 }
 
@@ -104,7 +94,6 @@ impl<'a, R: Read> Rows<'a, R> {
         advanced.map_err(|error| recover(self.source, error.into()))
     }
 
-    /// Advances to the next row that is not blank, and returns false after the last.
     pub(super) fn next(&mut self) -> Result<bool, RecordingError> {
         while self.advance()? {
             if !self.is_blank() {
@@ -114,7 +103,6 @@ impl<'a, R: Read> Rows<'a, R> {
         Ok(false)
     }
 
-    /// Returns true if the row is blank or an indented comment.
     fn is_blank(&self) -> bool {
         let text = self.record.as_slice();
         let content = text.trim_ascii_start();
@@ -146,7 +134,6 @@ impl<'a, R: Read> Rows<'a, R> {
         number.map_err(|problem| self.place().in_column(column.name()).error(problem))
     }
 
-    /// The number of a field times `scale`.
     pub(super) fn parse(&self, index: usize, scale: f64) -> Result<f64, Problem> {
         self.decimals.number(self.record.get(index).unwrap_or_default(), scale)
     }
@@ -162,13 +149,11 @@ impl<'a, R: Read> Rows<'a, R> {
         true
     }
 
-    /// The reason why the text seems to be cut off after its last row, which began on `line`.
     pub(super) fn unfinished(&self, line: u64) -> Option<String> {
         let has_no_end = self.is_open.load(Relaxed);
         has_no_end.then(|| format!("its last line, {line}, has no line end, so that its last number can be incomplete"))
     }
 
-    /// The unit of a column, if the file states units.
     pub(super) fn unit(&self, index: usize) -> Option<&str> {
         let unit = self.units.get(index)?.trim().trim_matches(['[', ']', '(', ')']);
         (!unit.is_empty()).then_some(unit)
@@ -178,7 +163,6 @@ impl<'a, R: Read> Rows<'a, R> {
         self.clock
     }
 
-    /// The time of a row, which must be later than `before`, the previous time and its line.
     pub(super) fn time(
         &mut self,
         index: usize,
@@ -198,43 +182,31 @@ impl<'a, R: Read> Rows<'a, R> {
         }
     }
 
-    /// The number of a field, or for a date its time in s since the first date of the column, which `stamps` keeps. Adds
-    /// the work in bytes to `work`.
-    pub(super) fn number_or_date(&self, index: usize, stamps: &mut Stamps, work: &mut usize) -> Option<f64> {
+    pub(super) fn number_or_date(&self, index: usize, stamps: &mut Stamps) -> Option<f64> {
         let field = self.record.get(index).unwrap_or_default();
-        *work += FIELD_BYTES;
         // A fast test for words: numbers begin with a letter only as "nan" and "inf".
         if field.first().is_some_and(|first| first.is_ascii_alphabetic() && !b"nNiI".contains(first)) {
             return None;
         }
         match self.parse(index, 1.0) {
             Ok(number) => Some(number),
-            Err(problem) => {
-                if may_be_date(field) {
-                    *work += DATE_BYTES;
-                }
-                stamps.time_s(field, Err(problem), 1.0).ok()
-            }
+            Err(problem) => stamps.time_s(field, Err(problem), 1.0).ok(),
         }
     }
 
-    /// Returns true if the times are dates.
     pub(super) fn has_dates(&self) -> bool {
         self.stamps.has_dates()
     }
 
-    /// The time of the first row since 1970, in s; 0 for times that are not of the calendar.
     pub(super) fn origin_s(&self, column: &Column) -> f64 {
         self.stamps.origin_s(column.scale())
     }
 
-    /// Returns true if a field is empty or one of `words`.
     pub(super) fn is_empty_or(&self, index: usize, words: &[&str]) -> bool {
         let text = str::from_utf8(self.record.get(index).unwrap_or_default()).map(trimmed);
         text.is_ok_and(|text| text.is_empty() || words.contains(&text))
     }
 
-    /// The text of a field, which must not be empty.
     pub(super) fn word(&self, index: usize, column: &Column) -> Result<String, RecordingError> {
         let refuse = |problem| Err(self.place().in_column(column.name()).error(problem));
         match str::from_utf8(self.record.get(index).unwrap_or_default()).map(trimmed) {
@@ -244,7 +216,6 @@ impl<'a, R: Read> Rows<'a, R> {
         }
     }
 
-    /// Checks that the limit allows another row after `kept` rows.
     pub(super) fn check_room(&self, kept: usize, limit: usize) -> Result<(), RecordingError> {
         if kept < limit { Ok(()) } else { Err(self.place().error(Problem::TooManySamples { limit })) }
     }
@@ -262,7 +233,6 @@ impl<'a, R: Read> Rows<'a, R> {
     }
 }
 
-/// Checks the lengths of names, which messages and lists repeat.
 fn check_names(names: &[String]) -> Result<(), Problem> {
     names.iter().try_for_each(|name| check_name(name.len()))
 }

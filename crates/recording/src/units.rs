@@ -1,8 +1,5 @@
-//! The units of files, as their writers spell them.
-
 use super::{Column, Quantity};
 
-/// Spellings of units, and the unit that flags and keys accept.
 const SPELLINGS: [(&[&str], &str); 16] = [
     (&["sec", "secs", "second", "seconds", "S", "Sec", "sek", "Sek"], "s"),
     (&["msec", "millisecond", "milliseconds", "msek"], "ms"),
@@ -25,7 +22,6 @@ const SPELLINGS: [(&[&str], &str); 16] = [
 /// Units of other quantities than those of a recording, which mark a row of units.
 const OTHER: [&str; 13] = ["rad", "deg", "°", "Nm", "N.m", "N·m", "Nmm", "V", "mV", "A", "mA", "%", "°C"];
 
-/// The unit that flags accept for a spelling, which may be in brackets.
 pub(super) fn accepted(text: &str) -> &str {
     let text = text.trim().trim_matches(['[', ']', '(', ')']).trim();
     SPELLINGS.iter().find(|(spellings, _)| spellings.contains(&text)).map_or(text, |(_, unit)| unit)
@@ -38,12 +34,10 @@ pub(super) fn quantity(text: &str) -> Option<Quantity> {
     Quantity::ALL.into_iter().find(has).filter(|_| !unit.is_empty())
 }
 
-/// Returns true if a text is a unit as files write it below or beside the name of a column: `mm`, `[N]`, `(s)`.
 pub(super) fn is_known(text: &str) -> bool {
     quantity(text).is_some() || OTHER.contains(&accepted(text))
 }
 
-/// The unit in brackets in a text: "Lever positions (rad), master".
 pub(super) fn in_text(text: &str) -> Option<String> {
     let inside = text.split(['(', '[']).skip(1).filter_map(|rest| rest.split([')', ']', ' ', ',']).next());
     inside.map(str::to_owned).find(|unit| is_known(unit))
@@ -85,16 +79,11 @@ pub(super) fn of_name(name: &str) -> Option<String> {
     }
 }
 
-/// The unit that a file states for a column that is read without a factor, in SI units.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct IgnoredUnit {
-    /// The quantity.
     pub quantity: Quantity,
-    /// The name of the column.
     pub column: String,
-    /// The unit of the file.
     pub unit: String,
-    /// The column with its unit, as flags accept it.
     pub with_unit: String,
 }
 

@@ -4,12 +4,10 @@ use std::io::{self, Read};
 
 const CHUNK_BYTES: usize = 16 << 10;
 
-/// Returns true if a text begins with a byte order mark of UTF-16.
 pub(super) fn is_marked(head: &[u8]) -> bool {
     head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff")
 }
 
-/// The encoding of a text, known after its first two bytes.
 #[derive(Debug, Clone, Copy)]
 enum Encoding {
     Unknown,
@@ -20,10 +18,8 @@ enum Encoding {
 pub(super) struct Utf8<R> {
     inner: R,
     encoding: Encoding,
-    /// Converted bytes, and the index of the next one.
     ready: Vec<u8>,
     next: usize,
-    /// Bytes of an incomplete character.
     open: Vec<u8>,
 }
 
@@ -46,7 +42,6 @@ impl<R: Read> Utf8<R> {
         Ok(())
     }
 
-    /// Converts the next characters; at the end `ready` stays empty.
     fn convert(&mut self, unit: fn([u8; 2]) -> u16) -> io::Result<()> {
         (self.ready, self.next) = (vec![], 0);
         while self.ready.is_empty() {

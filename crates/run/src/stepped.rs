@@ -197,6 +197,11 @@ impl SteppedRun {
         &self.observers.1.1
     }
 
+    /// The metrics of the ticks so far.
+    pub fn metrics(&self) -> Metrics {
+        self.observers.1.0.metrics(0)
+    }
+
     #[must_use]
     pub fn conclude(self) -> Run {
         let (checked, (metrics, trace)) = self.observers;

@@ -179,14 +179,22 @@ mod tests {
         Scenario::load(&Source::parse("paper/classical"), &settings).map_err(|error| error.to_string())
     }
 
-    /// A file of MATLAB, version 4.
+    /// A file of MATLAB, version 5: an element is its type, its size, and its content padded to 8 bytes.
     fn mat(matrices: &[(&str, u32, &[f64])]) -> Vec<u8> {
-        let mut bytes = vec![];
+        let element = |kind: u32, content: &[u8]| {
+            let padding = vec![0; content.len().next_multiple_of(8) - content.len()];
+            [&kind.to_le_bytes()[..], &(content.len() as u32).to_le_bytes(), content, &padding].concat()
+        };
+        let mut bytes = [&b"MATLAB 5.0 MAT-file"[..], &[b' '; 105], &[0, 1], b"IM"].concat();
         for (name, height, values) in matrices {
-            let head = [0, *height, values.len() as u32 / height, 0, name.len() as u32 + 1];
-            bytes.extend(head.iter().flat_map(|word| word.to_le_bytes()));
-            bytes.extend(name.bytes().chain([0]));
-            bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+            let dims = [*height, values.len() as u32 / height];
+            let parts = [
+                element(6, &[6, 0, 0, 0, 0, 0, 0, 0]),
+                element(5, &dims.map(u32::to_le_bytes).concat()),
+                element(1, name.as_bytes()),
+                element(9, &values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>()),
+            ];
+            bytes.extend(element(14, &parts.concat()));
         }
         bytes
     }

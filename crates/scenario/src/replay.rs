@@ -163,7 +163,6 @@ fn check_even_samples(values: &mut Values, recording: &Recording) -> Result<(), 
 pub(super) fn limiting_key(problem: &Problem) -> Option<&'static str> {
     match problem {
         Problem::TooLarge { .. } | Problem::TooManyBytes { .. } => Some("recording.max_bytes"),
-        Problem::OverBudget { .. } => Some("recording.max_memory_bytes"),
         Problem::TooManySamples { .. } => Some("recording.max_samples"),
         Problem::Gap { .. } => Some("recording.max_gap_s"),
         _ => None,

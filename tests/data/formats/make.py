@@ -3,8 +3,8 @@
 
 The recording is synthetic: 1 s at 1 kHz, 5 mm/s, 120 N/m, a fall of 0.3 N after 0.7 s, noise of 0.5 mN.
 """
-import json, pathlib, sqlite3, struct, sys
-import numpy as np, pyarrow as pa, pyarrow.feather as feather, pyarrow.parquet as pq
+import json, pathlib, sys
+import numpy as np, pyarrow as pa, pyarrow.parquet as pq
 from mcap.writer import CompressionType, Writer
 
 out = pathlib.Path(sys.argv[1])
@@ -27,9 +27,6 @@ pq.write_table(table, out / "zstd_v2.parquet", compression="zstd", data_page_ver
 stamps = pa.array((t * 1e9).round().astype("int64") + 1767225600 * 10**9, pa.timestamp("ns"))
 lists = pa.table({"timestamp": stamps, "state": pa.array(np.c_[x, f].tolist()), "task": ["cut"] * 1000})
 pq.write_table(lists, out / "lists.parquet")
-feather.write_feather(table, str(out / "table.feather"))
-with pa.OSFile(str(out / "lists.arrow"), "wb") as file, pa.ipc.new_file(file, lists.schema) as writer:
-    writer.write_table(lists)
 
 for codec in (CompressionType.ZSTD, CompressionType.LZ4):
     with open(out / f"{codec.name.lower()}.mcap", "wb") as file:
@@ -46,17 +43,3 @@ for codec in (CompressionType.ZSTD, CompressionType.LZ4):
             message = {"force": {"x": 0.0, "z": force}, "torque": {"z": 0.01 * force}}
             writer.add_message(wrench, log_time, json.dumps(message).encode(), log_time)
         writer.finish()
-
-log = out / "humble.db3"
-log.unlink(missing_ok=True)
-with sqlite3.connect(log) as base:
-    base.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT, offered_qos_profiles TEXT)")
-    base.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)")
-    for number, name in ((1, "/position"), (2, "/force")):
-        base.execute("INSERT INTO topics VALUES(?, ?, 'std_msgs/msg/Float64', 'cdr', '')", (number, name))
-    for k, (time, position, force) in enumerate(zip(t, x, f)):
-        stamp = int(round(time * 1e9)) + 1767225600 * 10**9
-        for number, value, due in ((1, position, k % 10 == 0), (2, force, True)):
-            if due:
-                data = b"\0\1\0\0" + struct.pack("<d", value)
-                base.execute("INSERT INTO messages(topic_id, timestamp, data) VALUES(?, ?, ?)", (number, stamp, data))

@@ -122,10 +122,6 @@ const ACCEPTED: &[(&str, &[Chosen])] = &[
 const LIMITS: [&str; 4] =
     ["recording.max_gap_s", "recording.max_bytes", "recording.max_samples", "recording.skip_lines"];
 
-/// The limit of the memory for containers. The recordings here are texts, which are read in pieces; the tests of the
-/// formats cover it.
-const OF_CONTAINERS: &str = "recording.max_memory_bytes";
-
 /// The keys of the safety stage that also act in the simulation. The others, and those of `rig.`, act on a rig only;
 /// the tests of the rig cover them.
 const SIMULATED: [&str; 5] = [
@@ -202,7 +198,7 @@ fn effects(key: &KeyAt, scenarios: &Scenarios) -> Vec<(Chosen, bool, Effect)> {
 fn every_key_has_an_effect_for_every_kind_or_is_declared_without_effect() {
     let scenarios = Scenarios::new();
     let of_layer = LAYER_KEYS.iter().filter_map(|key| find_key(&key.path.replace('*', "skin")));
-    let simulated = KEYS.iter().filter(|key| !is_of_rigs(key) && key.path != OF_CONTAINERS);
+    let simulated = KEYS.iter().filter(|key| !is_of_rigs(key));
     let keys: Vec<KeyAt> = simulated.map(KeyAt::from).chain(of_layer).collect();
     let all: Vec<_> = keys.par_iter().map(|key| (key, effects(key, &scenarios))).collect();
     let mut counts = BTreeMap::<(bool, Effect), usize>::new();

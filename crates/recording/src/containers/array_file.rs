@@ -1,63 +1,52 @@
-//! A file of named arrays of any format.
-
 use std::fs::File;
 use std::io::Read;
 
 use super::{Container, json_lines, mat, name, open, read};
-use crate::budget::Budget;
 use crate::error::{Place, Problem};
+use crate::room::Room;
 use crate::{Columns, Format, Matrix, Recording, RecordingError, Signal};
 
-/// An open file of named arrays. `file` in the methods names it in messages.
 pub(crate) struct ArrayFile(Box<dyn Container>);
 
 impl ArrayFile {
-    /// Opens a file in a binary format.
-    pub(crate) fn open(format: Format, file: File, budget: &Budget) -> Result<Self, Problem> {
-        open(format, file, budget).map(Self)
+    pub(crate) fn open(format: Format, file: File, room: &Room) -> Result<Self, Problem> {
+        open(format, file, room).map(Self)
     }
 
-    /// Reads JSON lines.
-    pub(crate) fn of_json_lines(file: &str, text: impl Read, budget: &Budget) -> Result<Self, RecordingError> {
-        Ok(Self(Box::new(json_lines::open(file, text, budget)?)))
+    pub(crate) fn of_json_lines(file: &str, text: impl Read, room: &Room) -> Result<Self, RecordingError> {
+        Ok(Self(Box::new(json_lines::open(file, text, room)?)))
     }
 
-    /// Opens the content of a MATLAB file, up to version 7.
-    pub(crate) fn of_matlab(bytes: Vec<u8>, budget: &Budget) -> Result<Self, Problem> {
-        mat::open(bytes, budget).map(Self)
+    pub(crate) fn of_matlab(bytes: Vec<u8>, room: &Room) -> Result<Self, Problem> {
+        mat::open(bytes, room).map(Self)
     }
 
-    /// Combines signals to a recording.
     pub(crate) fn recording(
         &mut self,
         file: &str,
         columns: &Columns,
-        budget: &Budget,
+        room: &Room,
     ) -> Result<Recording, RecordingError> {
-        read::read(file, self.0.as_mut(), columns, budget)
+        read::read(file, self.0.as_mut(), columns, room)
     }
 
-    /// Lists the signals with their statistics.
-    pub(crate) fn signals(&mut self, file: &str, budget: &Budget) -> Result<Vec<Signal>, RecordingError> {
-        read::scan(file, self.0.as_mut(), budget)
+    pub(crate) fn signals(&mut self, file: &str, room: &Room) -> Result<Vec<Signal>, RecordingError> {
+        read::scan(file, self.0.as_mut(), room)
     }
 
-    /// The names of the signals, from the index of the file.
     pub(crate) fn signal_names(&self) -> Vec<String> {
         name::vectors(self.0.arrays()).into_iter().map(|vector| vector.name).collect()
     }
 
-    /// Reads the arrays of two dimensions.
-    pub(crate) fn matrices(&mut self, file: &str, budget: &Budget) -> Result<Vec<Matrix>, RecordingError> {
+    pub(crate) fn matrices(&mut self, file: &str, room: &Room) -> Result<Vec<Matrix>, RecordingError> {
         let refuse = |problem| Place::file(file).error(problem);
         let arrays = self.0.arrays().to_vec();
         let mut matrices = vec![];
         for (index, array) in arrays.iter().enumerate() {
             let &[height, width] = array.dims.as_slice() else { continue };
-            let (rows, size) =
-                (height.saturating_mul(size_of::<Vec<f64>>()), array.len().saturating_mul(size_of::<f64>()));
-            budget.hold("matrices", rows.saturating_add(size)).map_err(refuse)?;
-            let values = self.0.values(index, budget).map_err(|fault| refuse(fault.problem))?;
+            room.take(height.saturating_mul(size_of::<Vec<f64>>())).map_err(refuse)?;
+            room.take_values(array.len()).map_err(refuse)?;
+            let values = self.0.values(index, room).map_err(|fault| refuse(fault.problem))?;
             let at = |i: usize, j: usize| if array.column_major { j * height + i } else { i * width + j };
             let row = |i: usize| (0..width).map(|j| values.get(at(i, j)).copied().unwrap_or(f64::NAN)).collect();
             matrices.push(Matrix { name: array.name.clone(), rows: (0..height).map(row).collect() });

@@ -30,7 +30,6 @@ impl Scalar {
         }
     }
 
-    /// The number at the start of `bytes`; `None` if there are too few bytes.
     pub(super) fn read(self, bytes: &[u8], order: Order) -> Option<f64> {
         macro_rules! number {
             ($type:ty) => {{
@@ -55,7 +54,6 @@ impl Scalar {
         })
     }
 
-    /// All numbers of `bytes`, without an incomplete one at the end.
     pub(super) fn read_all(self, bytes: &[u8], order: Order) -> Vec<f64> {
         bytes.chunks_exact(self.size()).filter_map(|number| self.read(number, order)).collect()
     }

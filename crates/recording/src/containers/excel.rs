@@ -4,29 +4,23 @@
 //! columns. If it contains a known unit, it is the row of units, and the names are in the row above.
 
 use std::collections::BTreeMap;
-use std::io::{Cursor, Read};
+use std::io::Cursor;
 
 use calamine::{DataRef, DataType, Reader, Xlsx};
 
-use super::{Array, Container, Fault, Format, xls};
-use crate::budget::{Budget, short};
+use super::{Array, Container, Fault, Format};
 use crate::error::{Problem, Row, excerpt};
+use crate::room::{Room, check_name, recover, short};
 use crate::units;
 
-/// Maximum number of rows searched for the names of the columns.
 const HEAD_ROWS: u32 = 200;
 
-pub(super) const SECONDS_PER_DAY: f64 = 86_400.0;
+const SECONDS_PER_DAY: f64 = 86_400.0;
 
-/// Memory of a cell in bytes, besides its text.
+/// Bytes of a cell besides its text.
 const CELL_BYTES: usize = 96;
 
-/// Memory of the library in bytes per byte of its parts, when it opens a spreadsheet and afterwards: the list of texts
-/// grows by doubling.
-const OPENING_BYTES: usize = 8;
-const OPEN_BYTES: usize = 2;
-
-pub(super) enum Cell {
+enum Cell {
     Number(f64),
     /// A time, in s.
     Time(f64),
@@ -34,14 +28,13 @@ pub(super) enum Cell {
 }
 
 impl Cell {
-    /// A cell with the beginning of a text.
-    pub(super) fn text(text: &str) -> Self {
+    fn text(text: &str) -> Self {
         Self::Text(short(text).into())
     }
 }
 
 /// The cells of a sheet, by column and row.
-pub(super) type Sheet = BTreeMap<u32, BTreeMap<u32, Cell>>;
+type Sheet = BTreeMap<u32, BTreeMap<u32, Cell>>;
 
 struct Stored {
     first_row: u32,
@@ -58,51 +51,48 @@ fn damaged(error: impl std::fmt::Display) -> Problem {
 }
 
 impl Excel {
-    pub(super) fn open(bytes: Vec<u8>, budget: &Budget) -> Result<Self, Problem> {
+    pub(super) fn open(bytes: Vec<u8>, room: &Room) -> Result<Self, Problem> {
         let mut found = Self { arrays: vec![], stored: vec![] };
-        if bytes.starts_with(b"PK") {
-            let (longest, all) = check_archive(&bytes, budget)?;
-            let mut book = Xlsx::new(Cursor::new(bytes)).map_err(damaged)?;
-            budget.release((OPENING_BYTES - OPEN_BYTES) * all);
-            for name in book.sheet_names() {
-                // Several sheets can refer to one part of the archive, and the library searches the list of sheets.
-                budget.work("sheets", longest)?;
-                let mut sheet = Sheet::new();
-                let mut cells = book.worksheet_cells_reader(&name).map_err(damaged)?;
-                while let Some(cell) = cells.next_cell().map_err(damaged)? {
-                    let text = match cell.get_value() {
-                        DataRef::SharedString(text) => Some(*text),
-                        DataRef::String(text) => Some(text.as_str()),
-                        _ => None,
-                    };
-                    if let Some(content) = content(cell.get_value(), text) {
-                        keep(&mut sheet, cell.get_position(), content, budget)?;
-                    }
+        let longest = check_archive(&bytes, room)?;
+        let mut book = Xlsx::new(Cursor::new(bytes)).map_err(damaged)?;
+        for name in book.sheet_names() {
+            // Several sheets can refer to one part of the archive.
+            room.take(longest)?;
+            let mut sheet = Sheet::new();
+            let mut cells = book.worksheet_cells_reader(&name).map_err(damaged)?;
+            while let Some(cell) = cells.next_cell().map_err(damaged)? {
+                let text = match cell.get_value() {
+                    DataRef::SharedString(text) => Some(*text),
+                    DataRef::String(text) => Some(text.as_str()),
+                    _ => None,
+                };
+                if let Some(content) = content(cell.get_value(), text) {
+                    keep(&mut sheet, cell.get_position(), content, room)?;
                 }
-                found.sheet(&name, sheet, budget)?;
             }
-        } else {
-            for (name, sheet) in xls::sheets(&bytes, budget)? {
-                found.sheet(&name, sheet, budget)?;
-            }
+            found.sheet(&name, sheet, room)?;
         }
         if super::has_signals(&found.arrays) { Ok(found) } else { Err(Problem::no_signal(Format::Excel, &[])) }
     }
 
-    fn sheet(&mut self, name: &str, mut sheet: Sheet, budget: &Budget) -> Result<(), Problem> {
-        budget.check_name(name.len())?;
-        let texts = |row: u32| -> Vec<&str> {
-            let texts = sheet.values().filter_map(|cells| cells.get(&row)).map(|cell| match cell {
-                Cell::Text(text) => Some(&**text),
+    fn sheet(&mut self, name: &str, mut sheet: Sheet, room: &Room) -> Result<(), Problem> {
+        check_name(name.len())?;
+        let texts = |row: u32| {
+            sheet.values().filter_map(move |cells| match cells.get(&row) {
+                Some(Cell::Text(text)) => Some(&**text),
                 _ => None,
-            });
-            texts.collect::<Option<Vec<_>>>().unwrap_or_default()
+            })
         };
-        let last_texts = |below: u32| (0..below).rev().find(|row| !texts(*row).is_empty());
+        let mut text_rows = BTreeMap::<u32, bool>::new();
+        for (row, cell) in sheet.values().flat_map(|cells| cells.range(..HEAD_ROWS)) {
+            *text_rows.entry(*row).or_insert(true) &= matches!(cell, Cell::Text(_));
+        }
+        let last_texts =
+            |below: u32| text_rows.range(..below).rev().find(|(_, is_text)| **is_text).map(|(row, _)| *row);
         let mut header = last_texts(HEAD_ROWS);
         let first_row = header.map_or(0, |row| row + 1);
         let mut units = None;
-        if header.is_some_and(|row| texts(row).into_iter().any(units::is_known)) {
+        if header.is_some_and(|row| texts(row).any(units::is_known)) {
             units = header;
             header = header.and_then(last_texts);
         }
@@ -122,7 +112,7 @@ impl Excel {
             let len = cells.last_entry().map_or(0, |last| last.key() - first_row + 1) as usize;
             let aliases = label.iter().flat_map(|label| [label.clone(), format!("{name}!{label}")]).collect();
             let unit = unit.or_else(|| has_times.then(|| "s".to_owned()));
-            let array = budget.array(&format!("{name}!{}", letters(*column)), vec![len])?;
+            let array = Array::in_room(&format!("{name}!{}", letters(*column)), vec![len], room)?;
             self.arrays.push(Array { aliases, label, unit, ..array });
             self.stored.push(Stored { first_row, cells });
         }
@@ -130,7 +120,6 @@ impl Excel {
     }
 }
 
-/// The content of a cell; `None` if it is empty.
 fn content(value: &impl DataType, text: Option<&str>) -> Option<Cell> {
     Some(match (text, value.as_f64()) {
         (Some(text), _) => Cell::text(text),
@@ -141,14 +130,13 @@ fn content(value: &impl DataType, text: Option<&str>) -> Option<Cell> {
     })
 }
 
-/// Adds a cell to a sheet, unless it is blank.
-pub(super) fn keep(sheet: &mut Sheet, (row, column): (u32, u32), cell: Cell, budget: &Budget) -> Result<(), Problem> {
+fn keep(sheet: &mut Sheet, (row, column): (u32, u32), cell: Cell, room: &Room) -> Result<(), Problem> {
     let text_bytes = match &cell {
         Cell::Text(text) if text.trim().is_empty() => return Ok(()),
         Cell::Text(text) => text.len(),
         Cell::Number(_) | Cell::Time(_) => 0,
     };
-    budget.hold("cells", CELL_BYTES + text_bytes)?;
+    room.take(CELL_BYTES + text_bytes)?;
     sheet.entry(column).or_default().insert(row, cell);
     Ok(())
 }
@@ -159,64 +147,34 @@ fn letters(column: u32) -> String {
     if column < 26 { last.to_string() } else { format!("{}{last}", letters(column / 26 - 1)) }
 }
 
-/// Checks that the decompressed content of a file is within the budget, and its list of texts. It decompresses the file, because
-/// the stated sizes can be wrong. Returns the size of the longest part and of all parts, in bytes.
-fn check_archive(bytes: &[u8], budget: &Budget) -> Result<(usize, usize), Problem> {
-    const CHUNK_BYTES: usize = 64 << 10;
+/// Checks the unpacked size and the number of texts that the list of texts states, for which the library allocates memory.
+/// Returns the size of the longest part in bytes.
+fn check_archive(bytes: &[u8], room: &Room) -> Result<usize, Problem> {
     let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(damaged)?;
-    let (mut longest, mut all) = (0, 0);
-    let mut chunk = vec![0; CHUNK_BYTES];
+    let mut longest = 0;
     for index in 0..archive.len() {
-        let mut entry = archive.by_index(index).map_err(damaged)?;
-        let has_texts = entry.name_raw().to_ascii_lowercase().ends_with(b"sharedstrings.xml");
-        let mut texts = StatedTexts::default();
-        let mut size = 0;
-        loop {
-            let count = entry.read(&mut chunk).map_err(damaged)?;
-            if count == 0 {
-                break;
-            }
-            size += count;
-            budget.hold("decompressed content", OPENING_BYTES * count)?;
-            if has_texts {
-                texts.push(&chunk[..count]);
-            }
+        let entry = archive.by_index(index).map_err(damaged)?;
+        if entry.name_raw() == b"xl/workbook.bin" {
+            return Err(Problem::NotRead(Format::Xlsb));
         }
-        if texts.largest > size {
+        let has_texts = entry.name_raw().to_ascii_lowercase().ends_with(b"sharedstrings.xml");
+        let content = room.read(entry).map_err(|error| recover(Format::Excel, error))?;
+        if has_texts && stated_texts(&content) > content.len() {
             return Err(damaged("its list of texts states more texts than it has bytes"));
         }
-        longest = longest.max(size);
-        all += size;
+        longest = longest.max(content.len());
     }
-    Ok((longest, all))
+    Ok(longest)
 }
 
-/// The number of texts that the list of texts states, for which the library takes memory at once.
-#[derive(Default)]
-struct StatedTexts {
-    /// The last bytes, and the value of the attribute if it is being read.
-    last: [u8; StatedTexts::NAME.len()],
-    stated: Option<usize>,
-    largest: usize,
-}
-
-impl StatedTexts {
-    const NAME: &[u8] = b"uniqueCount=";
-
-    fn push(&mut self, bytes: &[u8]) {
-        // Spaces are allowed around the equals sign, and texts of two bytes per character have zeros.
-        for byte in bytes.iter().filter(|byte| !byte.is_ascii_whitespace() && **byte != 0) {
-            self.stated = match (self.stated, byte) {
-                (None, b'"' | b'\'') if self.last == Self::NAME => Some(0),
-                (Some(stated), b'0'..=b'9') => Some(stated.saturating_mul(10).saturating_add(usize::from(byte - b'0'))),
-                (Some(stated), b'+') => Some(stated),
-                (Some(_), _) | (None, _) => None,
-            };
-            self.largest = self.largest.max(self.stated.unwrap_or(0));
-            self.last.rotate_left(1);
-            self.last[Self::NAME.len() - 1] = *byte;
-        }
-    }
+fn stated_texts(content: &[u8]) -> usize {
+    let content = String::from_utf8_lossy(content);
+    let stated = content.split("uniqueCount").skip(1).filter_map(|rest| {
+        let value = rest.trim_start().strip_prefix('=')?.trim_start().trim_start_matches(['"', '\'', '+']);
+        let digits = value.find(|character: char| !character.is_ascii_digit()).map_or(value, |end| &value[..end]);
+        Some(digits.parse().unwrap_or(if digits.is_empty() { 0 } else { usize::MAX }))
+    });
+    stated.max().unwrap_or(0)
 }
 
 impl Container for Excel {
@@ -224,8 +182,7 @@ impl Container for Excel {
         &self.arrays
     }
 
-    fn values(&mut self, index: usize, budget: &Budget) -> Result<Vec<f64>, Fault> {
-        budget.values(self.arrays[index].len())?;
+    fn values(&mut self, index: usize, _: &Room) -> Result<Vec<f64>, Fault> {
         let stored = &self.stored[index];
         let value = |sample: usize| match stored.cells.get(&(stored.first_row + sample as u32)) {
             None => Ok(f64::NAN),
@@ -247,18 +204,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_stated_number_of_texts_is_found_across_chunks() {
-        let found = |text: &str, step: usize| {
-            let mut texts = StatedTexts::default();
-            text.as_bytes().chunks(step).for_each(|chunk| texts.push(chunk));
-            texts.largest
-        };
-        for step in 1..9 {
-            assert_eq!(found("<sst count=\"9000\" uniqueCount=\"4000\"><si/>70", step), 4000, "{step}");
-            assert_eq!(found("<sst uniquniqueCount = '12'>", step), 12, "{step}");
-            assert_eq!(found("<sst count='7'>uniqueCount</sst>", step), 0, "{step}");
+    fn the_stated_number_of_texts_is_found() {
+        for (text, count) in [
+            ("<sst count=\"9000\" uniqueCount=\"4000\"><si/>70", 4000),
+            ("<sst uniqueCount = '12'>", 12),
+            ("<sst count='7'>uniqueCount</sst>", 0),
+            ("uniqueCount='99999999999999999999999'", usize::MAX),
+        ] {
+            assert_eq!(stated_texts(text.as_bytes()), count, "{text}");
         }
-        assert_eq!(found("uniqueCount='99999999999999999999999'", 5), usize::MAX);
     }
 
     #[test]

@@ -8,7 +8,6 @@ use super::Format;
 use crate::error::Problem;
 
 thread_local! {
-    /// True while a panic of this thread counts as an error of a file.
     static IS_GUARDED: Cell<bool> = const { Cell::new(false) };
 }
 

@@ -1,5 +1,3 @@
-//! Text that gzip has compressed.
-
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 
@@ -7,7 +5,6 @@ use flate2::read::MultiGzDecoder;
 
 use crate::error::Problem;
 
-/// The decompressed content of a file.
 pub(crate) fn gunzipped(file: File) -> Result<impl BufRead + use<>, Problem> {
     Ok(BufReader::new(MultiGzDecoder::new(file)))
 }

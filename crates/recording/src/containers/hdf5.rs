@@ -8,18 +8,16 @@ use hdf5_pure::{AttrValue, DType, Dataset, Datatype, DatatypeByteOrder, File, Gr
 
 use super::bytes::{Order, Scalar};
 use super::{Array, Container, Fault, Format, guarded};
-use crate::budget::{Budget, short};
 use crate::error::Problem;
+use crate::room::{Room, check_name, short};
 
-/// Maximum depth of nested groups; links can form cycles.
 const MAX_DEPTH: usize = 16;
 
-/// Work of an object of the file, in bytes: the library reads its header several times.
-const OBJECT_BYTES: usize = 4096;
+/// Room of a link in bytes. Links can form cycles.
+const LINK_BYTES: usize = 4096;
 
 const UNITS: [&str; 4] = ["units", "unit", "Units", "Unit"];
 
-/// Datasets of a MATLAB structure that describe its arrays.
 const LABELS: [&str; 3] = ["label", "title", "name"];
 
 struct Field {
@@ -39,7 +37,7 @@ pub(super) struct Hdf5 {
 }
 
 struct Walk<'a> {
-    budget: &'a Budget,
+    room: &'a Room,
     found: Hdf5,
     is_matlab: bool,
     /// The names in each group that contains the present one.
@@ -51,11 +49,11 @@ fn damaged(error: impl std::fmt::Display) -> Problem {
 }
 
 impl Hdf5 {
-    pub(super) fn open(bytes: Vec<u8>, budget: &Budget) -> Result<Self, Problem> {
+    pub(super) fn open(bytes: Vec<u8>, room: &Room) -> Result<Self, Problem> {
         let is_matlab = bytes.starts_with(b"MATLAB");
         let file = File::from_bytes(bytes).map_err(damaged)?;
         let found = Self { arrays: vec![], stored: vec![] };
-        let mut walk = Walk { budget, found, is_matlab, outer: vec![] };
+        let mut walk = Walk { room, found, is_matlab, outer: vec![] };
         walk.group(&file.root(), "", 0)?;
         let found = walk.found;
         if super::has_signals(&found.arrays) { Ok(found) } else { Err(Problem::no_signal(Format::Hdf5, &[])) }
@@ -64,7 +62,7 @@ impl Hdf5 {
 
 impl Walk<'_> {
     fn name(&self, outer: &str, name: &str) -> Result<String, Problem> {
-        self.budget.check_name(outer.len() + 1 + name.len())?;
+        check_name(outer.len() + 1 + name.len())?;
         Ok(match (self.is_matlab, outer.is_empty()) {
             (false, _) => format!("{outer}/{name}"),
             (true, true) => name.to_owned(),
@@ -73,7 +71,6 @@ impl Walk<'_> {
     }
 
     fn group(&mut self, group: &Group, path: &str, depth: usize) -> Result<(), Problem> {
-        self.budget.work("objects", OBJECT_BYTES)?;
         if depth > MAX_DEPTH {
             return Ok(());
         }
@@ -81,10 +78,7 @@ impl Walk<'_> {
         let mut label = None;
         let datasets: Vec<(String, Dataset)> = group.iter_datasets().map_err(damaged)?.collect();
         let groups: Vec<(String, Group)> = group.iter_groups().map_err(damaged)?.collect();
-        let name_bytes: usize =
-            datasets.iter().map(|(name, _)| name.len()).chain(groups.iter().map(|(name, _)| name.len())).sum();
-        // A link can lead to the same group again and again.
-        self.budget.work("objects", OBJECT_BYTES * (datasets.len() + groups.len()) + 4 * name_bytes)?;
+        self.room.take(LINK_BYTES * (datasets.len() + groups.len()))?;
         // A link can lead back to an enclosing group. The library does not identify equal groups, so their names are
         // compared.
         let of_groups = groups.iter().map(|(name, _)| name);
@@ -115,7 +109,6 @@ impl Walk<'_> {
     }
 
     fn dataset(&mut self, dataset: Dataset, outer: &str, name: &str, depth: usize) -> Result<(), Problem> {
-        self.budget.work("objects", OBJECT_BYTES)?;
         if depth > MAX_DEPTH {
             return Ok(());
         }
@@ -131,8 +124,8 @@ impl Walk<'_> {
         });
         let path = self.name(outer, name)?;
         let is_matlab = self.is_matlab;
-        let array = |budget: &Budget, name: &str| {
-            let array = budget.array(name, dims.clone())?;
+        let array = |room: &Room, name: &str| {
+            let array = Array::in_room(name, dims.clone(), room)?;
             Ok::<_, Problem>(Array { unit: unit.clone(), column_major: is_matlab, ..array })
         };
         match kind {
@@ -161,17 +154,17 @@ impl Walk<'_> {
                     let Some((scalar, order)) = scalar(&member.datatype) else { continue };
                     let dataset = Rc::clone(&dataset);
                     let offset = member.byte_offset as usize;
-                    self.budget.check_name(path.len() + 1 + member.name.len())?;
+                    check_name(path.len() + 1 + member.name.len())?;
                     let path = format!("{path}.{}", member.name);
-                    self.found.arrays.push(array(self.budget, &path)?);
+                    self.found.arrays.push(array(self.room, &path)?);
                     self.found.stored.push(Stored { dataset, field: Some(Field { offset, scalar, order }) });
                 }
             }
             DType::F32 | DType::F64 | DType::I8 | DType::I16 | DType::I32 | DType::I64 => {
-                self.keep(array(self.budget, &path)?, dataset);
+                self.keep(array(self.room, &path)?, dataset);
             }
             DType::U8 | DType::U16 | DType::U32 | DType::U64 if class(&attributes) != Some("char") => {
-                self.keep(array(self.budget, &path)?, dataset);
+                self.keep(array(self.room, &path)?, dataset);
             }
             _ => {}
         }
@@ -191,7 +184,6 @@ fn class(attributes: &std::collections::HashMap<String, AttrValue>) -> Option<&s
     }
 }
 
-/// The text of a MATLAB character array.
 fn text(dataset: &Dataset) -> Option<String> {
     const MAX_CHARACTERS: u64 = 1000;
     let attributes = dataset.attrs().ok()?;
@@ -232,14 +224,13 @@ fn scalar(kind: &Datatype) -> Option<(Scalar, Order)> {
 }
 
 impl Stored {
-    /// All elements. The budget refuses too many before any allocation.
-    fn values(&self, budget: &Budget) -> Result<Vec<f64>, Fault> {
+    /// The stated sizes are checked before the library allocates memory for them.
+    fn values(&self, room: &Room) -> Result<Vec<f64>, Fault> {
         let chunk = self.dataset.chunk_shape().map_err(damaged)?.unwrap_or_default();
         let size = self.dataset.element_size().map_err(damaged)?;
         let shape = self.dataset.shape().map_err(damaged)?;
-        let elements =
-            |dims: &[u64]| dims.iter().fold(size.max(8).div_ceil(8), |product, dim| product.saturating_mul(*dim));
-        budget.values(usize::try_from(elements(&shape).max(elements(&chunk))).unwrap_or(usize::MAX))?;
+        let bytes = |dims: &[u64]| dims.iter().fold(size.max(8), |product, dim| product.saturating_mul(*dim));
+        room.check(bytes(&shape).max(bytes(&chunk)))?;
         let Some(field) = &self.field else {
             return Ok(self.dataset.read_f64().map_err(damaged)?);
         };
@@ -256,9 +247,9 @@ impl Container for Hdf5 {
         &self.arrays
     }
 
-    fn values(&mut self, index: usize, budget: &Budget) -> Result<Vec<f64>, Fault> {
+    fn values(&mut self, index: usize, room: &Room) -> Result<Vec<f64>, Fault> {
         let expected = self.arrays[index].len();
-        let values = guarded(Format::Hdf5, || self.stored[index].values(budget))?;
+        let values = guarded(Format::Hdf5, || self.stored[index].values(room))?;
         if values.len() == expected {
             Ok(values)
         } else {

@@ -7,7 +7,6 @@ use super::Array;
 use super::name::Vector;
 use crate::Joined;
 
-/// A signal with the times of its samples.
 pub(super) struct Timed {
     pub(super) name: String,
     pub(super) time_s: Vec<f64>,
@@ -36,7 +35,6 @@ pub(super) fn other_clock(arrays: &[Array], time: &Vector, signal: &Vector) -> O
     arrays.iter().position(sibling).map(Clock::Times)
 }
 
-/// The clock of a signal.
 pub(super) enum Clock {
     /// The index of the array with its times.
     Times(usize),
@@ -44,16 +42,12 @@ pub(super) enum Clock {
     NotShared(String),
 }
 
-/// Splits a path before its last element.
 fn split(path: &str) -> (&str, &str) {
     path.rfind(['/', '.', '!']).map_or(("", path), |at| (&path[..at], &path[at + 1..]))
 }
 
-/// The times in s of a joined recording, the values of each signal at these times, and the reports.
 type Table = (Vec<f64>, Vec<Vec<f64>>, Vec<Joined>);
 
-/// Joins signals with increasing times. Returns the times in s, the values of each signal at these times, and a report
-/// about each interpolated signal; `None` if the signals have no two samples in common time.
 pub(super) fn join(signals: &[Timed]) -> Option<Table> {
     let ends = |signal: &Timed| Some((*signal.time_s.first()?, *signal.time_s.last()?));
     let ends = signals.iter().map(ends).collect::<Option<Vec<_>>>()?;
@@ -79,7 +73,6 @@ pub(super) fn join(signals: &[Timed]) -> Option<Table> {
     Some((time_s, columns, reports))
 }
 
-/// The values of a signal at times within its own.
 fn interpolated(signal: &Timed, time_s: &[f64]) -> Vec<f64> {
     let (times, values) = (&signal.time_s, &signal.values);
     let mut left = 0;

@@ -6,38 +6,32 @@ use serde_json::Value as Json;
 
 use super::ros::MAX_ELEMENTS;
 use super::topics::Refusal;
-use crate::budget::Budget;
 use crate::error::Problem;
+use crate::room::{Room, check_name};
 use crate::stamp::Stamps;
 
-/// Maximum number of values in an object.
 const MAX_NUMBERS: usize = 1024;
 
-/// The columns of the objects, named by the paths of their numbers.
 #[derive(Debug, Default)]
 pub(super) struct JsonColumns {
     pub(super) names: Vec<String>,
     by_name: HashMap<String, usize>,
     pub(super) columns: Vec<Vec<f64>>,
-    /// The dates of each column.
     stamps: Vec<Stamps>,
     rows: usize,
 }
 
 impl JsonColumns {
     /// Adds an object. Numbers and Booleans are values; texts are values only if they are dates.
-    pub(super) fn push(&mut self, text: &[u8], budget: &Budget) -> Result<(), Refusal> {
+    pub(super) fn push(&mut self, text: &[u8], room: &Room) -> Result<(), Refusal> {
         let json = serde_json::from_slice(text).map_err(|error| error.to_string())?;
         let row = self.rows;
         // Most objects have the same names in the same order.
         let mut expected = 0;
-        visit(&json, &mut String::new(), budget, &mut |name, value| {
+        visit(&json, &mut String::new(), &mut |name, value| {
             let known = match self.names.get(expected) {
                 Some(next) if next == name => Some(expected),
-                _ => {
-                    budget.work("names", name.len())?;
-                    self.by_name.get(name).copied()
-                }
+                _ => self.by_name.get(name).copied(),
             };
             let date = |stamps: &mut Stamps| match value {
                 Leaf::Number(number) => Some(number),
@@ -51,7 +45,7 @@ impl JsonColumns {
                     if self.names.len() == MAX_NUMBERS {
                         return Err(format!("it has more than {MAX_NUMBERS} numbers").into());
                     }
-                    budget.hold("names", 2 * name.len())?;
+                    room.take(2 * name.len())?;
                     self.by_name.insert(name.to_owned(), self.names.len());
                     self.names.push(name.to_owned());
                     self.columns.push(vec![]);
@@ -69,7 +63,6 @@ impl JsonColumns {
         Ok(())
     }
 
-    /// Returns the names, the columns with one value per object, and for each column true if it holds dates.
     pub(super) fn finish(mut self) -> impl Iterator<Item = (String, Vec<f64>, bool)> {
         self.columns.iter_mut().for_each(|column| column.resize(self.rows, f64::NAN));
         let dates: Vec<bool> = self.stamps.iter().map(Stamps::has_dates).collect();
@@ -82,11 +75,9 @@ enum Leaf<'a> {
     Text(&'a str),
 }
 
-/// Visits the values of an object, with their paths.
 fn visit<'a>(
     json: &'a Json,
     path: &mut String,
-    budget: &Budget,
     leaf: &mut impl FnMut(&str, Leaf<'a>) -> Result<(), Refusal>,
 ) -> Result<(), Refusal> {
     let before = path.len();
@@ -99,18 +90,18 @@ fn visit<'a>(
         Json::Array(elements) => {
             for (index, element) in elements.iter().enumerate() {
                 path.push_str(&format!("[{index}]"));
-                visit(element, path, budget, leaf)?;
+                visit(element, path, leaf)?;
                 path.truncate(before);
             }
         }
         Json::Object(fields) => {
             for (name, field) in fields {
-                budget.check_name(before + 1 + name.len())?;
+                check_name(before + 1 + name.len())?;
                 if before > 0 {
                     path.push('.');
                 }
                 path.push_str(name);
-                visit(field, path, budget, leaf)?;
+                visit(field, path, leaf)?;
                 path.truncate(before);
             }
         }

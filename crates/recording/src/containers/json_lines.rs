@@ -1,17 +1,15 @@
-//! JSON lines: an object per line, with the numbers of a sample.
-
 use std::io::{BufRead, BufReader, Read};
 
 use super::json::JsonColumns;
 use super::topics::Refusal;
 use super::{Array, Format, Loaded};
 use crate::RecordingError;
-use crate::budget::Budget;
 use crate::error::{Place, Problem};
 use crate::guard::{Guard, recover};
+use crate::room::Room;
 
-pub(crate) fn open(source: &str, reader: impl Read, budget: &Budget) -> Result<Loaded, RecordingError> {
-    let limits = budget.limits();
+pub(crate) fn open(source: &str, reader: impl Read, room: &Room) -> Result<Loaded, RecordingError> {
+    let limits = room.limits();
     let mut text = BufReader::new(Guard::new(source, reader, limits.max_bytes));
     let (mut objects, mut lines, mut line) = (JsonColumns::default(), vec![], vec![]);
     for number in 1.. {
@@ -27,8 +25,8 @@ pub(crate) fn open(source: &str, reader: impl Read, budget: &Budget) -> Result<L
             return Err(place().error(Problem::TooManySamples { limit: limits.max_samples }));
         }
         let object = line.trim_ascii();
-        budget.keep_values(1 + objects.names.len()).map_err(|problem| place().error(problem))?;
-        objects.push(object, budget).map_err(|refusal| match refusal {
+        room.take_values(1 + objects.names.len()).map_err(|problem| place().error(problem))?;
+        objects.push(object, room).map_err(|refusal| match refusal {
             Refusal::Message(reason) => place().error(Format::JsonLines.damaged(reason)),
             Refusal::File(problem) => place().error(problem),
         })?;
@@ -37,7 +35,7 @@ pub(crate) fn open(source: &str, reader: impl Read, budget: &Budget) -> Result<L
     let rows = lines.len();
     let (mut arrays, mut columns) = (vec![], vec![]);
     for (name, column, has_dates) in objects.finish() {
-        let array = budget.array(&name, vec![rows]).map_err(|problem| Place::file(source).error(problem))?;
+        let array = Array::in_room(&name, vec![rows], room).map_err(|problem| Place::file(source).error(problem))?;
         arrays.push(Array { unit: has_dates.then(|| "s".to_owned()), ..array });
         columns.push(column);
     }

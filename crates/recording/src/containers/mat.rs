@@ -8,17 +8,14 @@ use std::ops::Range;
 use flate2::read::ZlibDecoder;
 
 use super::bytes::{Cursor, Order, Scalar};
-use super::mat4::Mat4;
 use super::{Array, Container, Fault, Format};
-use crate::budget::{Budget, MAX_DIMENSIONS, recover, short};
 use crate::error::Problem;
+use crate::room::{MAX_DIMENSIONS, Room, check_depth, check_name, recover, short};
 
 const HEADER_BYTES: usize = 128;
 
-/// Maximum number of bytes of a text that is kept, such as a label.
 const MAX_TEXT_BYTES: usize = 1000;
 
-/// Fields of a structure that contain the label of its arrays, and their unit.
 const LABELS: [&str; 4] = ["label", "name", "title", "signalName"];
 const UNITS: [&str; 3] = ["unit", "units", "Units"];
 
@@ -39,20 +36,20 @@ pub(super) struct Mat {
     stored: Vec<Stored>,
 }
 
-pub(crate) fn open(bytes: Vec<u8>, budget: &Budget) -> Result<Box<dyn Container>, Problem> {
+pub(crate) fn open(bytes: Vec<u8>, room: &Room) -> Result<Box<dyn Container>, Problem> {
     let order = match bytes.get(126..HEADER_BYTES) {
         Some(b"IM") => Order::Little,
         Some(b"MI") => Order::Big,
         _ if bytes.starts_with(b"MATLAB") => return Err(Format::Mat.damaged("its header is cut off")),
-        _ => return Ok(Box::new(Mat4::open(bytes, budget)?)),
+        _ => return Err(Problem::NotRead(Format::Mat4)),
     };
-    Ok(Box::new(Mat::index(bytes, order, budget)?))
+    Ok(Box::new(Mat::index(bytes, order, room)?))
 }
 
 type Found = (Array, Range<usize>, Scalar);
 
 impl Mat {
-    fn index(bytes: Vec<u8>, order: Order, budget: &Budget) -> Result<Self, Problem> {
+    fn index(bytes: Vec<u8>, order: Order, room: &Room) -> Result<Self, Problem> {
         let mut mat = Self { order, buffers: vec![], arrays: vec![], stored: vec![] };
         let mut file = Cursor::new(&bytes, order);
         file.at = HEADER_BYTES;
@@ -63,20 +60,16 @@ impl Mat {
             let found = match kind {
                 COMPRESSED => {
                     let content =
-                        budget.read(ZlibDecoder::new(&bytes[range])).map_err(|error| recover(Format::Mat, error))?;
+                        room.read(ZlibDecoder::new(&bytes[range])).map_err(|error| recover(Format::Mat, error))?;
                     let mut inside = Cursor::new(&content, order);
                     let found = match element(&mut inside, false).ok_or_else(cut)? {
-                        (MATRIX, range) => matrices(&content, range, order, budget, &mut objects)?,
+                        (MATRIX, range) => matrices(&content, range, order, room, &mut objects)?,
                         _ => vec![],
                     };
-                    if found.is_empty() {
-                        budget.release(content.len());
-                    } else {
-                        inflated.push(content);
-                    }
+                    inflated.push(content);
                     (inflated.len(), found)
                 }
-                MATRIX => (0, matrices(&bytes, range, order, budget, &mut objects)?),
+                MATRIX => (0, matrices(&bytes, range, order, room, &mut objects)?),
                 _ => continue,
             };
             let (buffer, found) = found;
@@ -111,15 +104,14 @@ fn element(at: &mut Cursor<'_>, at_top: bool) -> Option<(u32, Range<usize>)> {
     Some((first, start..start + size))
 }
 
-/// The arrays of an element. Appends the objects of classes, which are not read.
 fn matrices(
     buffer: &[u8],
     range: Range<usize>,
     order: Order,
-    budget: &Budget,
+    room: &Room,
     objects: &mut Vec<String>,
 ) -> Result<Vec<Found>, Problem> {
-    let mut walk = Walk { buffer, order, budget, found: vec![], objects };
+    let mut walk = Walk { buffer, order, room, found: vec![], objects };
     match walk.matrix(range, None, 0) {
         Ok(_) => Ok(walk.found),
         Err(Stop::Damaged) => Err(Format::Mat.damaged("the sizes of an array contradict each other")),
@@ -127,7 +119,6 @@ fn matrices(
     }
 }
 
-/// The reason why an element is not read.
 enum Stop {
     Damaged,
     Problem(Problem),
@@ -139,12 +130,10 @@ impl From<Problem> for Stop {
     }
 }
 
-/// Reads the type and the data range of the next element inside another one.
 fn part(at: &mut Cursor<'_>) -> Result<(u32, Range<usize>), Stop> {
     element(at, false).ok_or(Stop::Damaged)
 }
 
-/// The bytes of a range.
 fn slice(bytes: &[u8], range: Range<usize>) -> Result<&[u8], Stop> {
     bytes.get(range).ok_or(Stop::Damaged)
 }
@@ -152,9 +141,8 @@ fn slice(bytes: &[u8], range: Range<usize>) -> Result<&[u8], Stop> {
 struct Walk<'a> {
     buffer: &'a [u8],
     order: Order,
-    budget: &'a Budget,
+    room: &'a Room,
     found: Vec<Found>,
-    /// The objects at the top level, with the remedy.
     objects: &'a mut Vec<String>,
 }
 
@@ -172,7 +160,6 @@ impl Walk<'_> {
             Some(short(&String::from_utf8_lossy(&text[..text.len().min(MAX_TEXT_BYTES)])))
         };
         let (Some(name), Some(_), Some(class)) = (text(), text(), text()) else { return };
-        // The message lists the first of them.
         const MAX_OBJECTS: usize = 100;
         if !name.is_empty() && self.objects.len() < MAX_OBJECTS {
             self.objects.push(format!(
@@ -181,13 +168,12 @@ impl Walk<'_> {
         }
     }
 
-    /// Reads a matrix; inside another one its name is `given`.
     fn matrix(&mut self, range: Range<usize>, given: Option<&str>, depth: usize) -> Result<Content, Stop> {
         let bytes = slice(self.buffer, range.clone())?;
         if bytes.is_empty() {
             return Ok(Content::Other);
         }
-        self.budget.check_depth(depth)?;
+        check_depth(depth)?;
         let mut at = Cursor::new(bytes, self.order);
         let (_, flags) = part(&mut at)?;
         let flags = Cursor::new(slice(bytes, flags)?, self.order).u32().ok_or(Stop::Damaged)?;
@@ -201,19 +187,19 @@ impl Walk<'_> {
         }
         let (_, dims) = part(&mut at)?;
         let dims = slice(bytes, dims)?;
-        // The budget refuses more dimensions.
+        // More dimensions are refused.
         let dims = Scalar::I32.read_all(&dims[..dims.len().min(4 * (MAX_DIMENSIONS + 1))], self.order);
         let dims: Vec<usize> = dims.into_iter().map(|dim| dim as usize).collect();
         let (_, own) = part(&mut at)?;
         let own = slice(bytes, own)?;
-        self.budget.check_name(own.len())?;
+        check_name(own.len())?;
         let own = String::from_utf8_lossy(own).into_owned();
         let name = given.unwrap_or(&own);
         // The workspace of functions has no name.
         if name.is_empty() {
             return Ok(Content::Other);
         }
-        let array = Array { column_major: true, ..self.budget.array(name, dims)? };
+        let array = Array { column_major: true, ..Array::in_room(name, dims, self.room)? };
         match class {
             1 => self.parts(&mut at, range.start, &array, &[String::new()], depth)?,
             2 | 3 => {
@@ -228,10 +214,7 @@ impl Walk<'_> {
                     format!(".{}", String::from_utf8_lossy(&name[..end]))
                 };
                 let names = slice(bytes, names)?;
-                let count = names.len().checked_div(length).unwrap_or(0);
-                let longest = if count > 0 { length } else { names.len() };
-                self.budget.check_name(longest)?;
-                self.budget.hold("names of fields", (count + 1) * (longest + size_of::<String>()))?;
+                check_name(length.min(names.len()))?;
                 let fields: Vec<String> = if length == 0 { vec![] } else { names.chunks(length).map(field).collect() };
                 self.parts(&mut at, range.start, &array, &fields, depth)?;
             }
@@ -258,7 +241,6 @@ impl Walk<'_> {
         Ok(Content::Other)
     }
 
-    /// Reads the matrices of a cell or a structure: one per element and field.
     fn parts(
         &mut self,
         at: &mut Cursor<'_>,
@@ -280,7 +262,7 @@ impl Walk<'_> {
                     return Err(Stop::Damaged);
                 }
                 let index = if is_cell || outer.len() > 1 { format!("[{index}]") } else { String::new() };
-                self.budget.check_name(outer.name.len() + index.len() + field.len())?;
+                check_name(outer.name.len() + index.len() + field.len())?;
                 let name = format!("{}{index}{field}", outer.name);
                 let content = self.matrix(start + range.start..start + range.end, Some(&name), depth + 1)?;
                 if let Content::Text(text) = content {
@@ -334,9 +316,8 @@ impl Container for Mat {
         &self.arrays
     }
 
-    fn values(&mut self, index: usize, budget: &Budget) -> Result<Vec<f64>, Fault> {
+    fn values(&mut self, index: usize, _: &Room) -> Result<Vec<f64>, Fault> {
         let stored = &self.stored[index];
-        budget.values(self.arrays[index].len())?;
         let bytes = self.buffers[stored.buffer].get(stored.range.clone());
         Ok(stored.scalar.read_all(bytes.unwrap_or_default(), self.order))
     }

@@ -1,39 +1,46 @@
 //! MCAP logs with messages of ROS 1, ROS 2 or JSON.
 
-use std::borrow::Cow;
-
-use mcap::read::Options;
-use mcap::{McapError, Message, MessageStream};
+use mcap::io::MessageReader;
+use mcap::read::LinearReader;
+use mcap::records::Record;
+use mcap::sans_io::LinearReaderOptions;
+use mcap::{McapError, Message};
 
 use super::json::JsonColumns;
-use super::mcap_chunks::decompressed;
 use super::ros::{Definition, Encoding};
 use super::topics::{Kind, Topics};
 use super::{Format, Loaded};
-use crate::budget::Budget;
 use crate::error::Problem;
+use crate::room::Room;
 
-/// Memory in bytes per byte of a definition.
-pub(super) const DEFINITION_BYTES: usize = 128;
+/// Bytes of a parsed definition per byte of its text.
+const DEFINITION_BYTES: usize = 16;
 
-pub(super) fn open(bytes: &[u8], budget: &Budget) -> Result<Loaded, Problem> {
-    let mut topics = Topics::new(Format::Mcap);
-    let plain = decompressed(bytes, budget)?;
-    for message in MessageStream::new_with_options(&plain, Options::ValidateChunkCrcs.into()).map_err(damaged)? {
+pub(super) fn open(bytes: &[u8], room: &Room) -> Result<Loaded, Problem> {
+    for record in LinearReader::new(bytes).map_err(damaged)? {
+        if let Record::Chunk { header, .. } = record.map_err(damaged)? {
+            room.take(usize::try_from(header.uncompressed_size).unwrap_or(usize::MAX))?;
+        }
+    }
+    let largest = usize::try_from(room.limits().max_bytes).unwrap_or(usize::MAX);
+    let options = LinearReaderOptions::default()
+        .with_record_length_limit(largest)
+        .with_validate_chunk_crcs(true)
+        .with_validate_data_section_crc(true)
+        .with_validate_summary_section_crc(true);
+    let mut topics = Topics::default();
+    for message in MessageReader::new_with_options(bytes, options) {
         let message = message.map_err(damaged)?;
         let channel = &message.channel;
         let describe = || {
             let schema = channel.schema.as_ref().map_or(0, |schema| schema.data.len());
             // The channels of a log can refer to one definition.
-            budget.hold("definitions of messages", DEFINITION_BYTES * schema)?;
+            room.take(DEFINITION_BYTES * schema)?;
             Ok((channel.topic.clone(), kind(&message)))
         };
-        topics.push(i64::from(channel.id), i128::from(message.log_time), &message.data, budget, describe)?;
+        topics.push(channel.id, i128::from(message.log_time), &message.data, room, describe)?;
     }
-    if let Cow::Owned(plain) = plain {
-        budget.release(plain.len());
-    }
-    topics.finish(budget)
+    topics.finish(room)
 }
 
 fn damaged(error: McapError) -> Problem {

@@ -5,47 +5,30 @@
 
 mod array_file;
 mod bytes;
+mod excel;
 mod foreign;
 mod gzip;
+mod hdf5;
 mod join;
 mod json;
 mod json_lines;
 mod loaded;
 mod mat;
-mod mat4;
 mod mcap;
-mod mcap_chunks;
 mod name;
 mod npy;
 mod parquet;
-mod parquet_footer;
-mod parquet_pages;
 mod read;
 mod ros;
 mod tdms;
-mod thrift;
 mod topics;
-mod unpack;
-
-#[cfg(feature = "arrow-formats")]
-mod arrow;
-#[cfg(feature = "lab-formats")]
-mod compound_file;
-#[cfg(feature = "lab-formats")]
-mod excel;
-#[cfg(feature = "lab-formats")]
-mod hdf5;
-#[cfg(feature = "ros-formats")]
-mod rosbag2;
-#[cfg(feature = "lab-formats")]
-mod xls;
 
 use std::fs::File;
 use std::io::Read;
 
 use super::Format;
-use super::budget::Budget;
 use super::error::{Problem, Row};
+use super::room::{Room, check_dimensions};
 
 pub(super) use array_file::ArrayFile;
 use foreign::guarded;
@@ -55,25 +38,20 @@ use name::{has_signals, listed};
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Array {
-    /// Name, with the path to the array.
     pub(super) name: String,
     /// Other names, such as the header of a column.
     pub(super) aliases: Vec<String>,
-    /// Size in each dimension, in the order of the program that wrote the file.
     pub(super) dims: Vec<usize>,
     /// True if the first index varies fastest in [`Container::values`], false if the last does.
     pub(super) column_major: bool,
-    /// Description in the file.
     pub(super) label: Option<String>,
     pub(super) unit: Option<String>,
-    /// The index of the array with the times of the samples, in a log of several topics.
     pub(super) clock: Option<usize>,
     /// True for times that count from one time in all topics of a log.
     pub(super) is_shared_time: bool,
 }
 
 impl Array {
-    /// Creates a row-major array without texts.
     pub(super) fn new(name: impl Into<String>, dims: Vec<usize>) -> Self {
         Self {
             name: name.into(),
@@ -87,20 +65,17 @@ impl Array {
         }
     }
 
+    fn in_room(name: &str, dims: Vec<usize>, room: &Room) -> Result<Self, Problem> {
+        check_dimensions(dims.len())?;
+        room.take_signals(name, listed(&dims))?;
+        Ok(Self::new(name, dims))
+    }
+
     pub(super) fn len(&self) -> usize {
         self.dims.iter().fold(1, |product, dim| product.saturating_mul(*dim))
     }
 }
 
-impl Budget {
-    /// Charges an array with its signals, and creates it without texts.
-    fn array(&self, name: &str, dims: Vec<usize>) -> Result<Array, Problem> {
-        self.charge_array(name, &dims, listed(&dims))?;
-        Ok(Array::new(name, dims))
-    }
-}
-
-/// A problem at a sample of an array.
 #[derive(Debug)]
 pub(super) struct Fault {
     pub(super) row: Option<Row>,
@@ -116,69 +91,48 @@ impl From<Problem> for Fault {
 pub(super) trait Container {
     fn arrays(&self) -> &[Array];
 
-    /// All elements of an array, in its order; NaN if the file has no number.
-    fn values(&mut self, index: usize, budget: &Budget) -> Result<Vec<f64>, Fault>;
+    /// All elements of an array, in its order; NaN if the file has no number. The caller takes the room for them.
+    fn values(&mut self, index: usize, room: &Room) -> Result<Vec<f64>, Fault>;
 
-    /// The reason why the file seems to end before its recording did.
     fn unfinished(&self) -> Option<&str> {
         None
     }
 
-    /// The location of a sample, for messages.
     fn row(&self, _index: usize, sample: usize) -> Row {
         Row::Sample(sample as u64)
     }
 }
 
-fn open(format: Format, mut file: File, budget: &Budget) -> Result<Box<dyn Container>, Problem> {
+fn open(format: Format, mut file: File, room: &Room) -> Result<Box<dyn Container>, Problem> {
     let mut whole = || {
         let mut bytes = vec![];
-        file.by_ref().take(budget.limits().max_bytes).read_to_end(&mut bytes).map_err(Problem::Unreadable)?;
-        budget.hold("bytes", bytes.len())?;
+        file.by_ref().take(room.limits().max_bytes).read_to_end(&mut bytes).map_err(Problem::Unreadable)?;
         Ok::<_, Problem>(bytes)
     };
     Ok(match format {
-        Format::Csv | Format::JsonLines | Format::Rosbag1 => return Err(Problem::Unsupported(format)),
         Format::Npy => {
             let bytes = whole()?;
-            guarded(format, || Ok(Box::new(npy::open_array(&bytes, budget)?)))?
+            guarded(format, || Ok(Box::new(npy::open_array(&bytes, room)?)))?
         }
         Format::Npz => {
             let bytes = whole()?;
-            guarded(format, || Ok(Box::new(npy::open_archive(bytes, budget)?)))?
+            guarded(format, || Ok(Box::new(npy::open_archive(bytes, room)?)))?
         }
-        Format::Mat => mat::open(whole()?, budget)?,
-        Format::Tdms => Box::new(tdms::Tdms::open(whole()?, budget)?),
+        Format::Mat => mat::open(whole()?, room)?,
+        Format::Tdms => Box::new(tdms::Tdms::open(whole()?, room)?),
         Format::Mcap => {
             let bytes = whole()?;
-            guarded(format, || Ok(Box::new(mcap::open(&bytes, budget)?)))?
+            guarded(format, || Ok(Box::new(mcap::open(&bytes, room)?)))?
         }
-        Format::Parquet => guarded(format, || Ok(Box::new(parquet::Parquet::open(file, budget)?)))?,
-        #[cfg(feature = "lab-formats")]
+        Format::Parquet => guarded(format, || Ok(Box::new(parquet::Parquet::open(file, room)?)))?,
         Format::Hdf5 => {
             let bytes = whole()?;
-            guarded(format, || Ok(Box::new(hdf5::Hdf5::open(bytes, budget)?)))?
+            guarded(format, || Ok(Box::new(hdf5::Hdf5::open(bytes, room)?)))?
         }
-        #[cfg(feature = "lab-formats")]
         Format::Excel => {
             let bytes = whole()?;
-            guarded(format, || Ok(Box::new(excel::Excel::open(bytes, budget)?)))?
+            guarded(format, || Ok(Box::new(excel::Excel::open(bytes, room)?)))?
         }
-        #[cfg(feature = "arrow-formats")]
-        Format::Arrow => {
-            let bytes = whole()?;
-            guarded(format, || Ok(Box::new(arrow::open(bytes, budget)?)))?
-        }
-        #[cfg(not(feature = "arrow-formats"))]
-        Format::Arrow => return Err(Problem::Unsupported(format)),
-        #[cfg(feature = "ros-formats")]
-        Format::Rosbag2 => {
-            let bytes = whole()?;
-            guarded(format, || Ok(Box::new(rosbag2::open(&bytes, budget)?)))?
-        }
-        #[cfg(not(feature = "ros-formats"))]
-        Format::Rosbag2 => return Err(Problem::Unsupported(format)),
-        #[cfg(not(feature = "lab-formats"))]
-        Format::Hdf5 | Format::Excel => return Err(Problem::Unsupported(format)),
+        _ => return Err(Problem::Unsupported(format)),
     })
 }

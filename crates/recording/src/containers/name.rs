@@ -19,7 +19,6 @@ pub(crate) struct Vector {
 }
 
 impl Vector {
-    /// All elements of an array as a signal.
     pub(super) fn whole(index: usize, array: &Array) -> Self {
         Self { array: index, name: array.name.clone(), offset: 0, stride: 1, len: array.len() }
     }
@@ -29,14 +28,12 @@ impl Vector {
     }
 }
 
-/// One part inside the brackets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Pick {
     Samples,
     Index(usize),
 }
 
-/// Number of signals of an array that are listed.
 pub(crate) fn listed(dims: &[usize]) -> usize {
     let longest = dims.iter().copied().max().unwrap_or(0);
     if longest < 2 || dims.contains(&0) {
@@ -46,17 +43,14 @@ pub(crate) fn listed(dims: &[usize]) -> usize {
     (all / longest).min(MAX_LISTED)
 }
 
-/// Returns true if an array has a signal.
 pub(crate) fn has_signals(arrays: &[Array]) -> bool {
     arrays.iter().any(|array| listed(&array.dims) > 0)
 }
 
-/// The signals of arrays, at most [`MAX_LISTED`] per array.
 pub(crate) fn vectors(arrays: &[Array]) -> Vec<Vector> {
     arrays.iter().enumerate().flat_map(|(index, array)| of_array(index, array)).collect()
 }
 
-/// The signals of an array along its longest dimension; none for fewer than two samples.
 fn of_array(index: usize, array: &Array) -> Vec<Vector> {
     let Some((longest, &len)) = array.dims.iter().enumerate().rev().max_by_key(|(_, dim)| **dim) else { return vec![] };
     if len < 2 || array.dims.contains(&0) {
@@ -78,7 +72,7 @@ fn of_array(index: usize, array: &Array) -> Vec<Vector> {
     picks.filter_map(|picks| vector(index, array, &picks)).collect()
 }
 
-/// The signal for the parts in brackets: one per dimension, or one per dimension with more than one element.
+/// One pick per dimension, or one per dimension with more than one element.
 fn vector(index: usize, array: &Array, picks: &[Pick]) -> Option<Vector> {
     let wide: Vec<usize> = (0..array.dims.len()).filter(|axis| array.dims[*axis] > 1).collect();
     let axes: Vec<usize> = match picks.len() {
@@ -117,7 +111,6 @@ impl std::fmt::Display for Pick {
     }
 }
 
-/// Splits `name[:,1]`; `None` without brackets that hold a `:`.
 fn brackets(text: &str) -> Option<(&str, Vec<Pick>)> {
     let (base, inside) = text.strip_suffix(']')?.rsplit_once('[')?;
     let part = |part: &str| match part.trim() {

@@ -8,17 +8,15 @@ use npyz::{DType, Endianness, NpyHeader, Order as Layout, TypeChar, TypeStr};
 
 use super::bytes::{Order, Scalar, Wide};
 use super::{Array, Format, Loaded};
-use crate::budget::{Budget, recover};
 use crate::error::Problem;
+use crate::room::{Room, check_name, recover};
 
 /// Largest depth of brackets in a header. A structured array has a list of pairs in a dictionary. The parser of headers
 /// takes exponential time in the depth.
 const MAX_DEPTH: i32 = 16;
 
-/// Maximum size of a header.
 const MAX_HEADER_BYTES: usize = 1 << 20;
 
-/// A file without names for its arrays gives them this one.
 const UNNAMED: &str = "array";
 
 #[derive(Default)]
@@ -28,15 +26,13 @@ struct Numpy {
     left_out: Vec<String>,
 }
 
-/// Reads an array.
-pub(super) fn open_array(bytes: &[u8], budget: &Budget) -> Result<Loaded, Problem> {
+pub(super) fn open_array(bytes: &[u8], room: &Room) -> Result<Loaded, Problem> {
     let mut found = Numpy::default();
-    found.add(Format::Npy, UNNAMED, bytes, budget)?;
+    found.add(Format::Npy, UNNAMED, bytes, room)?;
     found.finish(Format::Npy)
 }
 
-/// Reads the arrays of an archive.
-pub(super) fn open_archive(bytes: Vec<u8>, budget: &Budget) -> Result<Loaded, Problem> {
+pub(super) fn open_archive(bytes: Vec<u8>, room: &Room) -> Result<Loaded, Problem> {
     let mut found = Numpy::default();
     let damaged = |error: &dyn std::fmt::Display| Format::Npz.damaged(error);
     let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|error| damaged(&error))?;
@@ -44,15 +40,15 @@ pub(super) fn open_archive(bytes: Vec<u8>, budget: &Budget) -> Result<Loaded, Pr
         let entry = archive.by_index(index).map_err(|error| damaged(&error))?;
         let file = entry.name().map_err(|error| damaged(&error))?.into_owned();
         let Some(name) = npyz::npz::array_name_from_file_name(&file) else { continue };
-        budget.check_name(name.len())?;
-        let array = budget.read(entry).map_err(|error| recover(Format::Npz, error))?;
-        found.add(Format::Npz, name, &array, budget)?;
+        check_name(name.len())?;
+        let array = room.read(entry).map_err(|error| recover(Format::Npz, error))?;
+        found.add(Format::Npz, name, &array, room)?;
     }
     found.finish(Format::Npz)
 }
 
 impl Numpy {
-    fn add(&mut self, format: Format, name: &str, bytes: &[u8], budget: &Budget) -> Result<(), Problem> {
+    fn add(&mut self, format: Format, name: &str, bytes: &[u8], room: &Room) -> Result<(), Problem> {
         check_header(bytes).map_err(|reason| format.damaged(reason))?;
         let mut data = bytes;
         let header = NpyHeader::from_reader(&mut data).map_err(|error| format.damaged(error))?;
@@ -78,15 +74,14 @@ impl Numpy {
             match number(of_field) {
                 Some((scalar, order, unit)) => {
                     // A number of one byte in the file has eight in memory.
-                    budget.keep_values(count)?;
-                    budget.work("values", count.saturating_mul(8))?;
+                    room.take_values(count)?;
                     let mut wide = Wide::default();
                     let mut read = |element: &[u8]| match scalar {
                         Scalar::I64 => Some(wide.number(whole(element.get(at..)?, order)?)),
                         _ => scalar.read(element.get(at..)?, order),
                     };
                     let values = data.chunks_exact(stride).take(count).map(|element| read(element).unwrap_or(f64::NAN));
-                    let array = budget.array(field.unwrap_or(name), dims.clone())?;
+                    let array = Array::in_room(field.unwrap_or(name), dims.clone(), room)?;
                     self.arrays.push(Array { column_major, unit: unit.map(str::to_owned), ..array });
                     self.values.push(values.collect());
                 }
@@ -102,10 +97,8 @@ impl Numpy {
     }
 }
 
-/// Checks that the header is in the file and not deeply nested.
 fn check_header(bytes: &[u8]) -> Result<(), &'static str> {
     const CUT_OFF: &str = "its header is cut off";
-    // The magic text, the version, and the length of the header: two bytes in version 1, four later.
     let version = *bytes.get(6).ok_or(CUT_OFF)?;
     let (length, rest) = if version == 1 {
         let (length, rest) = bytes.get(8..).and_then(<[u8]>::split_first_chunk).ok_or(CUT_OFF)?;
@@ -137,7 +130,6 @@ fn whole(bytes: &[u8], order: Order) -> Option<i64> {
     Some(if order == Order::Little { i64::from_le_bytes(bytes) } else { i64::from_be_bytes(bytes) })
 }
 
-/// The encoding of a number, and the unit of a time.
 fn number(dtype: &DType) -> Option<(Scalar, Order, Option<&'static str>)> {
     let DType::Plain(kind) = dtype else { return None };
     let order = if kind.endianness() == Endianness::Big { Order::Big } else { Order::Little };
@@ -174,7 +166,7 @@ mod tests {
 
     #[test]
     fn a_deeply_nested_header_and_one_that_is_cut_off_are_refused_at_once() {
-        let refused = |bytes: &[u8]| match open_array(bytes, &Budget::new(&crate::Limits::default())) {
+        let refused = |bytes: &[u8]| match open_array(bytes, &Room::new(&crate::Limits::default())) {
             Err(problem) => problem.to_string(),
             Ok(_) => "read".to_owned(),
         };

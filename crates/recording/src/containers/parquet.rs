@@ -1,27 +1,33 @@
 //! Parquet files: a signal per column of numbers. A column with a list of equal length per row has a signal per element.
 
 use std::fs::File;
-use std::sync::Arc;
+use std::io::{Read, Seek, SeekFrom};
+use std::thread;
 
 use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type as Physical};
-use parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::DataType;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::schema::types::Type;
 
 use super::bytes::Wide;
-use super::parquet_pages::Pages;
-use super::{Array, Container, Fault, Format, guarded, parquet_footer};
-use crate::budget::Budget;
+use super::{Array, Container, Fault, Format, guarded};
 use crate::error::Problem;
+use crate::room::{Room, check_depth};
 
 const BATCH: usize = 1 << 16;
 
+const MAX_FOOTER_BYTES: u32 = 4 << 20;
+
+/// Stack for the library, which follows groups within one another on it: a group has at least eight bytes in the footer
+/// and takes at most 2 KiB.
+const STACK_BYTES: usize = 1 << 20;
+const STACK_BYTES_PER_FOOTER_BYTE: usize = 256;
+
 pub(super) struct Parquet {
     reader: SerializedFileReader<File>,
-    file: Arc<File>,
     arrays: Vec<Array>,
-    /// The column index of each array.
     columns: Vec<usize>,
 }
 
@@ -30,13 +36,11 @@ fn damaged(error: ParquetError) -> Problem {
 }
 
 impl Parquet {
-    pub(super) fn open(mut file: File, budget: &Budget) -> Result<Self, Problem> {
-        parquet_footer::check(&mut file, budget)?;
-        let again = Arc::new(file.try_clone().map_err(Problem::Unreadable)?);
-        let reader = SerializedFileReader::new(file).map_err(damaged)?;
+    pub(super) fn open(file: File, room: &Room) -> Result<Self, Problem> {
+        let reader = reader(file)?;
         let metadata = reader.metadata().file_metadata();
         let rows = usize::try_from(metadata.num_rows()).unwrap_or(usize::MAX);
-        let limit = budget.limits().max_samples;
+        let limit = room.limits().max_samples;
         if rows > limit {
             return Err(Problem::TooManySamples { limit });
         }
@@ -68,28 +72,31 @@ impl Parquet {
                 // Writers name the element of a list `x.list.element` or `x.list.item`.
                 let name = if is_list { path.split(".list.").next().unwrap_or(&path) } else { &path };
                 let dims = if is_list { vec![rows, length] } else { vec![rows] };
-                arrays.push(Array { unit: unit.map(str::to_owned), ..budget.array(name, dims)? });
+                arrays.push(Array { unit: unit.map(str::to_owned), ..Array::in_room(name, dims, room)? });
                 columns.push(index);
             }
         }
         if arrays.is_empty() || rows < 2 {
             return Err(Problem::no_signal(Format::Parquet, &left_out));
         }
-        Ok(Self { reader, file: again, arrays, columns })
+        Ok(Self { reader, arrays, columns })
     }
 
-    fn column(&self, index: usize, budget: &Budget) -> Result<Vec<f64>, Fault> {
+    fn column(&self, index: usize, room: &Room) -> Result<Vec<f64>, Fault> {
         let rows = self.arrays[index].len();
         let mut values = Vec::new();
         let metadata = self.reader.metadata();
         let column = self.columns[index];
+        let stated = |size: i64| u64::try_from(size).unwrap_or(0);
+        let sizes = metadata.row_groups().iter().map(|group| stated(group.column(column).uncompressed_size()));
+        room.check(sizes.fold(0, u64::saturating_add))?;
         let described = metadata.file_metadata().schema_descr().column(column);
         let length = self.arrays[index].dims.get(1).copied().unwrap_or(1);
         let list = List { rows: self.arrays[index].dims[0], length, defined: described.max_def_level() };
         let mut wide = Wide::default();
-        for group in metadata.row_groups() {
-            let pages = Pages::of(&self.file, group.column(column), budget).map_err(damaged)?;
-            let reader = get_column_reader(described.clone(), Box::new(pages));
+        for group in 0..metadata.num_row_groups() {
+            let group = self.reader.get_row_group(group).map_err(damaged)?;
+            let reader = group.get_column_reader(column).map_err(damaged)?;
             let into = &mut values;
             match reader {
                 ColumnReader::BoolColumnReader(column) => numbers(column, list, into, |value| f64::from(*value)),
@@ -109,6 +116,41 @@ impl Parquet {
     }
 }
 
+fn reader(mut file: File) -> Result<SerializedFileReader<File>, Problem> {
+    // The size of the footer and the signature are the last eight bytes. The library reports a file without them.
+    let mut size = [0; 4];
+    let mut tail = || {
+        file.seek(SeekFrom::End(-8))?;
+        file.read_exact(&mut size)
+    };
+    let footer_bytes = tail().map_or(0, |()| u32::from_le_bytes(size));
+    if footer_bytes > MAX_FOOTER_BYTES {
+        let part = format!("a footer of {footer_bytes} bytes").into();
+        return Err(Problem::OverLimit { part, limit: MAX_FOOTER_BYTES as usize });
+    }
+    let open = move || {
+        let reader = SerializedFileReader::new(file).map_err(damaged)?;
+        let mut level: Vec<&Type> = vec![reader.metadata().file_metadata().schema()];
+        for depth in 0.. {
+            check_depth(depth)?;
+            level = level
+                .iter()
+                .filter(|group| group.is_group())
+                .flat_map(|group| group.get_fields())
+                .map(|part| &**part)
+                .collect();
+            if level.is_empty() {
+                break;
+            }
+        }
+        Ok(reader)
+    };
+    let stack_bytes = STACK_BYTES + STACK_BYTES_PER_FOOTER_BYTE * footer_bytes as usize;
+    let thread = thread::Builder::new().stack_size(stack_bytes).spawn(|| guarded(Format::Parquet, open));
+    let opened = thread.map_err(Problem::Unreadable)?.join();
+    opened.unwrap_or_else(|_| Err(Format::Parquet.damaged("its footer contradicts itself")))
+}
+
 fn time_unit(unit: &TimeUnit) -> &'static str {
     match unit {
         TimeUnit::MILLIS => "ms",
@@ -120,15 +162,12 @@ fn time_unit(unit: &TimeUnit) -> &'static str {
 /// The lists of a column; without lists their length is 1.
 #[derive(Clone, Copy)]
 struct List {
-    /// Number of rows of the file.
     rows: usize,
-    /// Number of elements per row.
     length: usize,
     /// The definition level of a defined value.
     defined: i16,
 }
 
-/// Appends the numbers of a column, with NaN for undefined values, up to those of all rows.
 fn numbers<T: DataType>(
     mut column: ColumnReaderImpl<T>,
     List { rows, length, defined }: List,
@@ -167,8 +206,7 @@ impl Container for Parquet {
         &self.arrays
     }
 
-    fn values(&mut self, index: usize, budget: &Budget) -> Result<Vec<f64>, Fault> {
-        budget.values(self.arrays[index].len())?;
-        guarded(Format::Parquet, || self.column(index, budget))
+    fn values(&mut self, index: usize, room: &Room) -> Result<Vec<f64>, Fault> {
+        guarded(Format::Parquet, || self.column(index, room))
     }
 }

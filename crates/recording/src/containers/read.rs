@@ -1,25 +1,22 @@
-//! Creates a recording or a list of the signals of a container.
-
 use super::join::{Clock, Timed, join, other_clock};
 use super::name::{Vector, find, vectors};
 use super::{Container, Fault};
-use crate::budget::Budget;
 use crate::error::{Place, Problem, Row};
 use crate::read::{check_gaps, check_times};
+use crate::room::Room;
 use crate::samples::intervals;
 use crate::signals::{Signal, Statistics};
 use crate::stamp::CALENDAR_S;
 use crate::table::not_increasing;
 use crate::{Column, Columns, IgnoredUnit, Quantity, Recording, RecordingError};
 
-/// Reads a recording of the signals that `columns` names.
 pub(crate) fn read(
     file: &str,
     container: &mut dyn Container,
     columns: &Columns,
-    budget: &Budget,
+    room: &Room,
 ) -> Result<Recording, RecordingError> {
-    let limits = budget.limits();
+    let limits = room.limits();
     let requested = [
         (Quantity::Time, Some(&columns.time).filter(|_| limits.rate_hz.is_none())),
         (Quantity::Position, Some(&columns.position)),
@@ -63,7 +60,7 @@ pub(crate) fn read(
     }
     let mut signals = [const { None }; Quantity::ALL.len()];
     for (quantity, column, vector) in &found {
-        signals[*quantity as usize] = Some(values(file, container, column, vector, budget)?);
+        signals[*quantity as usize] = Some(values(file, container, column, vector, room)?);
     }
     if let Some(rate_hz) = limits.rate_hz {
         signals[Quantity::Time as usize] = Some((0..times).map(|sample| sample as f64 / rate_hz).collect());
@@ -77,7 +74,7 @@ pub(crate) fn read(
                 Some(Clock::Times(index)) => Vector::whole(*index, &container.arrays()[*index]),
                 _ => time.clone(),
             };
-            let time_s = values(file, container, &columns.time, &of_clock, budget)?;
+            let time_s = values(file, container, &columns.time, &of_clock, room)?;
             let row = |sample: usize| container.row(of_clock.array, sample);
             let of_clock = Column::new(&of_clock.name, 1.0).unwrap_or_else(|_| columns.time.clone());
             check_order(file, &of_clock, &time_s, row)?;
@@ -122,32 +119,31 @@ pub(crate) fn read(
     check_gaps(file, recording, columns, limits, row)
 }
 
-/// Checks that times increase. `row` gives the place of a sample.
 fn check_order(file: &str, column: &Column, time_s: &[f64], row: impl Fn(usize) -> Row) -> Result<(), RecordingError> {
     let Some(before) = time_s.windows(2).position(|pair| pair[1] <= pair[0]) else { return Ok(()) };
     let place = Place::file(file).at(row(before + 1)).in_column(column.name());
     Err(place.error(not_increasing(row(before), time_s[before], time_s[before + 1])))
 }
 
-/// Counts times of the calendar from the first one, and returns that one, in s since 1970; 0 for other times.
+/// Returns the first time of the calendar, in s since 1970; 0 for other times.
 fn since_first(time_s: &mut [f64]) -> f64 {
     let origin_s = time_s.first().copied().filter(|first_s| first_s.abs() >= CALENDAR_S).unwrap_or(0.0);
     time_s.iter_mut().for_each(|time_s| *time_s -= origin_s);
     origin_s
 }
 
-/// Reads the samples of a signal in SI units, and checks that they are finite.
 fn values(
     file: &str,
     container: &mut dyn Container,
     column: &Column,
     vector: &Vector,
-    budget: &Budget,
+    room: &Room,
 ) -> Result<Vec<f64>, RecordingError> {
     let place = || Place::file(file).in_column(column.name());
     let refuse = |row: Option<Row>, problem| row.map_or(place(), |row| place().at(row)).error(problem);
-    let whole = container.values(vector.array, budget).map_err(|Fault { row, problem }| refuse(row, problem))?;
-    budget.keep_values(vector.len).map_err(|problem| refuse(None, problem))?;
+    let count = container.arrays()[vector.array].len();
+    room.take_values(count).map_err(|problem| refuse(None, problem))?;
+    let whole = container.values(vector.array, room).map_err(|Fault { row, problem }| refuse(row, problem))?;
     let mut values: Vec<f64> = Vec::with_capacity(vector.len);
     for (sample, value) in vector.of(&whole).enumerate() {
         let scaled = column.convert(value);
@@ -166,9 +162,8 @@ fn values(
 /// An array with less than this share of the longest signal's samples is a setting, such as the style of a plot.
 const MIN_SHARE: f64 = 0.01;
 
-/// Lists the signals of a container, without unreadable arrays and arrays below [`MIN_SHARE`]. If no array is readable,
-/// the error is that of the first one. A file beyond the budget is refused.
-pub(crate) fn scan(file: &str, container: &mut dyn Container, budget: &Budget) -> Result<Vec<Signal>, RecordingError> {
+/// An array with fewer samples than [`MIN_SHARE`] is left out. If no array is readable, the error is that of the first one.
+pub(crate) fn scan(file: &str, container: &mut dyn Container, room: &Room) -> Result<Vec<Signal>, RecordingError> {
     let mut vectors = vectors(container.arrays());
     let longest = vectors.iter().map(|vector| vector.len).max().unwrap_or(0);
     vectors.retain(|vector| vector.len as f64 >= MIN_SHARE * longest as f64);
@@ -177,9 +172,11 @@ pub(crate) fn scan(file: &str, container: &mut dyn Container, budget: &Budget) -
     let mut failure = None;
     for vector in vectors {
         if whole.as_ref().is_none_or(|(array, _)| *array != vector.array) {
-            whole = match container.values(vector.array, budget) {
+            room.take_values(container.arrays()[vector.array].len())
+                .map_err(|problem| Place::file(file).error(problem))?;
+            whole = match container.values(vector.array, room) {
                 Ok(values) => Some((vector.array, values)),
-                Err(Fault { problem: problem @ Problem::OverBudget { .. }, .. }) => {
+                Err(Fault { problem: problem @ Problem::TooManyBytes { .. }, .. }) => {
                     return Err(Place::file(file).error(problem));
                 }
                 Err(fault) => {

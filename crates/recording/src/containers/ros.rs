@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 use super::bytes::{Cursor, Order, Scalar};
 use super::topics::Refusal;
-use crate::budget::Budget;
+use crate::room::{Room, check_name as check_path};
 
 /// Maximum number of elements of an array that is read. Longer arrays, such as images and point clouds, are not
 /// signals.
@@ -17,10 +17,8 @@ pub(super) const MAX_ELEMENTS: usize = 64;
 
 const MAX_DEPTH: usize = 16;
 
-/// Maximum number of bytes of the name of a message, with its package.
 const MAX_MESSAGE_NAME_BYTES: usize = 256;
 
-/// Memory of a column in bytes, besides its name and its numbers.
 const COLUMN_BYTES: usize = 128;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,7 +51,6 @@ struct Field {
     count: Count,
 }
 
-/// The definition of a message, with the definitions that it uses.
 #[derive(Debug, Clone)]
 pub(super) struct Definition {
     encoding: Encoding,
@@ -97,13 +94,11 @@ fn check_name(name: &str) -> Result<(), String> {
     Err(format!("the name of a message has {} bytes, the limit is {MAX_MESSAGE_NAME_BYTES}", name.len()))
 }
 
-/// The name of a message without the folder `msg`.
 fn short(name: &str) -> String {
     name.replace("/msg/", "/")
 }
 
 impl Field {
-    /// Parses a line of a definition; `None` for a constant.
     fn parse(encoding: Encoding, line: &str, owner: &str) -> Result<Option<Self>, String> {
         let unclear = || format!("'{line}' is no field of a message");
         let (kind, rest) = line.split_once(char::is_whitespace).ok_or_else(unclear)?;
@@ -156,14 +151,12 @@ impl Field {
 #[derive(Debug)]
 pub(super) struct Decoder {
     definition: Definition,
-    /// The paths of the numbers in the first message.
     names: Option<Vec<String>>,
     lengths: Vec<usize>,
     /// The index of each time stamp among the numbers, and the time from which it counts, in nanoseconds.
     stamps: Vec<(usize, i64)>,
 }
 
-/// The first time stamp of a log at each path within a message, in nanoseconds.
 pub(super) type FirstStamps = HashMap<String, i64>;
 
 impl Decoder {
@@ -171,27 +164,24 @@ impl Decoder {
         Self { definition, names: None, lengths: vec![], stamps: vec![] }
     }
 
-    /// The paths of the numbers of a message; empty before the first message.
     pub(super) fn names(&self) -> &[String] {
         self.names.as_deref().unwrap_or_default()
     }
 
-    /// Returns true if a number is a time stamp.
     pub(super) fn is_stamp(&self, index: usize) -> bool {
         self.stamps.binary_search_by_key(&index, |(stamp, _)| *stamp).is_ok()
     }
 
-    /// Replaces `values` by the numbers of a message, one per name in [`Self::names`].
     pub(super) fn decode(
         &mut self,
         bytes: &[u8],
         values: &mut Vec<f64>,
         first_stamps: &mut FirstStamps,
-        budget: &Budget,
+        room: &Room,
     ) -> Result<(), Refusal> {
         values.clear();
         let mut reader = Reader {
-            budget,
+            room,
             definition: &self.definition,
             cursor: Cursor::new(bytes, Order::Little),
             start: 0,
@@ -224,17 +214,15 @@ impl Decoder {
 }
 
 struct Reader<'a> {
-    budget: &'a Budget,
+    room: &'a Room,
     definition: &'a Definition,
     cursor: Cursor<'a>,
     /// The origin of the alignment.
     start: usize,
     values: &'a mut Vec<f64>,
     path: String,
-    /// The names of the numbers, while the first message is read.
     names: Option<Vec<String>>,
     lengths: Vec<usize>,
-    /// As in [`Decoder`], of this message.
     stamps: Vec<(usize, i64)>,
     known_stamps: &'a [(usize, i64)],
 }
@@ -299,7 +287,7 @@ impl Reader<'_> {
 
     fn field(&mut self, field: &Field, depth: usize) -> Result<(), Refusal> {
         let before = self.path.len();
-        self.budget.check_name(before + 1 + field.name.len())?;
+        check_path(before + 1 + field.name.len())?;
         if before > 0 {
             self.path.push('.');
         }
@@ -367,7 +355,7 @@ impl Reader<'_> {
             Kind::Message(name) => return self.message(name, depth + 1),
         };
         if let Some(names) = &mut self.names {
-            self.budget.hold("signals and their names", self.path.len() + COLUMN_BYTES)?;
+            self.room.take(self.path.len() + COLUMN_BYTES)?;
             names.push(self.path.clone());
         }
         self.values.push(value);
@@ -432,8 +420,8 @@ float64 y";
         bytes
     }
 
-    fn budget() -> Budget {
-        Budget::new(&crate::Limits::default())
+    fn room() -> Room {
+        Room::new(&crate::Limits::default())
     }
 
     fn reason(refusal: Refusal) -> String {
@@ -452,7 +440,7 @@ float64 y";
         for order in [Order::Little, Order::Big] {
             let (mut decoder, mut values) = (decoder(), vec![]);
             decoder
-                .decode(&message(order, 1_700_000_000, &[7.0]), &mut values, &mut FirstStamps::new(), &budget())
+                .decode(&message(order, 1_700_000_000, &[7.0]), &mut values, &mut FirstStamps::new(), &room())
                 .expect("numbers");
             let names =
                 ["header.stamp", "wrench.force.x", "wrench.force.y", "joints[0]", "state[0]", "state[1]", "gain"];
@@ -460,11 +448,11 @@ float64 y";
             assert_eq!(values, [0.0, 1.5, -2.5, 7.0, 1.0, 2.0, 0.5]);
             values.clear();
             decoder
-                .decode(&message(order, 1_700_000_002, &[8.0]), &mut values, &mut FirstStamps::new(), &budget())
+                .decode(&message(order, 1_700_000_002, &[8.0]), &mut values, &mut FirstStamps::new(), &room())
                 .expect("numbers");
             assert_eq!(values[..4], [2.0, 1.5, -2.5, 8.0]);
             let refused = decoder
-                .decode(&message(order, 0, &[7.0, 8.0]), &mut values, &mut FirstStamps::new(), &budget())
+                .decode(&message(order, 0, &[7.0, 8.0]), &mut values, &mut FirstStamps::new(), &room())
                 .map_err(reason)
                 .expect_err("another length");
             assert_eq!(refused, "the length of an array in it changes");
@@ -482,7 +470,7 @@ float64 y";
         bytes.extend((-4_i16).to_le_bytes());
         // A byte of ROS 1 is signed.
         bytes.push(0xff);
-        decoder.decode(&bytes, &mut values, &mut FirstStamps::new(), &budget()).expect("numbers");
+        decoder.decode(&bytes, &mut values, &mut FirstStamps::new(), &room()).expect("numbers");
         assert_eq!((values, decoder.names().join(" ").as_str()), (vec![0.0, 3.0, 2.5, -4.0, -1.0], "t a b d e"));
     }
 
@@ -498,7 +486,7 @@ float64 y";
         bytes.extend([0; 100]);
         bytes.resize(4 + (bytes.len() - 4).next_multiple_of(8), 0);
         bytes.extend(6.5_f64.to_le_bytes());
-        decoder.decode(&bytes, &mut values, &mut FirstStamps::new(), &budget()).expect("numbers");
+        decoder.decode(&bytes, &mut values, &mut FirstStamps::new(), &room()).expect("numbers");
         assert_eq!((values, decoder.names()), (vec![6.5], &["after".to_owned()][..]));
     }
 
@@ -506,12 +494,12 @@ float64 y";
     fn damaged_messages_and_definitions_are_refused() {
         let whole = message(Order::Little, 3, &[7.0]);
         for len in 0..whole.len() {
-            assert!(decoder().decode(&whole[..len], &mut vec![], &mut FirstStamps::new(), &budget()).is_err(), "{len}");
+            assert!(decoder().decode(&whole[..len], &mut vec![], &mut FirstStamps::new(), &room()).is_err(), "{len}");
         }
         let refused = |text: &str, bytes: &[u8]| {
             let definition = Definition::parse(Encoding::Cdr, "lab/A", text);
             let mut numbers = |definition| {
-                Decoder::new(definition).decode(bytes, &mut vec![], &mut FirstStamps::new(), &budget()).map_err(reason)
+                Decoder::new(definition).decode(bytes, &mut vec![], &mut FirstStamps::new(), &room()).map_err(reason)
             };
             definition.and_then(&mut numbers).expect_err("refused")
         };

@@ -9,8 +9,8 @@ use std::collections::HashMap;
 
 use super::bytes::{Cursor, Order, Scalar};
 use super::{Array, Container, Fault, Format};
-use crate::budget::{Budget, short};
 use crate::error::Problem;
+use crate::room::{Room, check_name, short};
 
 const LEAD_IN_BYTES: usize = 28;
 
@@ -21,12 +21,8 @@ const INTERLEAVED: u32 = 1 << 5;
 const BIG_ENDIAN: u32 = 1 << 6;
 const DAQMX: u32 = 1 << 7;
 
-/// Raw data index of an object without data, and of an object with the index of the previous segment.
 const NO_DATA: u32 = 0xffff_ffff;
 const SAME_DATA: u32 = 0;
-
-/// Work in bytes per channel of a new list of objects.
-const LAYOUT_BYTES: usize = 64;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Kind {
@@ -88,7 +84,6 @@ impl Kind {
 struct Index {
     kind: Kind,
     count: usize,
-    /// Size of all values in bytes.
     size: usize,
 }
 
@@ -119,7 +114,6 @@ struct Channel {
     increment_s: Option<f64>,
     offset_s: f64,
     unit: Option<String>,
-    /// The entry in the list of active objects.
     entry: Option<u64>,
 }
 
@@ -137,10 +131,10 @@ pub(super) struct Tdms {
 }
 
 impl Tdms {
-    pub(super) fn open(bytes: Vec<u8>, budget: &Budget) -> Result<Self, Problem> {
+    pub(super) fn open(bytes: Vec<u8>, room: &Room) -> Result<Self, Problem> {
         let mut reader = Reader {
             bytes: &bytes,
-            budget,
+            room,
             channels: vec![],
             by_path: HashMap::new(),
             active: vec![],
@@ -161,11 +155,11 @@ impl Tdms {
                 continue;
             }
             if channel.increment_s.is_some() {
-                let array = budget.array(&format!("time({})", channel.path), vec![channel.len])?;
+                let array = Array::in_room(&format!("time({})", channel.path), vec![channel.len], room)?;
                 arrays.push(Array { unit: Some("s".into()), ..array });
                 sources.push(ArraySource::Clock(index));
             }
-            let array = budget.array(&channel.path, vec![channel.len])?;
+            let array = Array::in_room(&channel.path, vec![channel.len], room)?;
             arrays.push(Array { unit: channel.unit.clone(), ..array });
             sources.push(ArraySource::Values(index));
         }
@@ -178,32 +172,27 @@ impl Tdms {
 
 struct Reader<'a> {
     bytes: &'a [u8],
-    budget: &'a Budget,
+    room: &'a Room,
     channels: Vec<Channel>,
     by_path: HashMap<String, usize>,
     /// The objects of the segment with raw data, in the order of their data, with their entries. An object with another
     /// entry is no longer active at this place.
     active: Vec<(usize, u64)>,
     entries: u64,
-    /// The data of the active objects, unless the list of objects has changed.
     layout: Layout,
     is_layout_new: bool,
     unfinished: Option<String>,
 }
 
-/// The data of a chunk.
 #[derive(Debug, Default)]
 struct Layout {
-    /// The objects with data, in the order of their data.
     indices: Vec<(usize, Index)>,
     chunk_bytes: usize,
     row_bytes: usize,
-    /// True if every object has as many values as the first one.
     is_even: bool,
 }
 
 impl Reader<'_> {
-    /// Reads the segment at `start` and returns the start of the next one.
     fn segment(&mut self, start: usize) -> Result<usize, Problem> {
         let damaged = |detail: &str| Format::Tdms.damaged(detail);
         let cut = || damaged("it is cut off");
@@ -252,7 +241,6 @@ impl Reader<'_> {
         Ok(content + next)
     }
 
-    /// Reads a list of objects; `None` if it is damaged.
     fn objects(&mut self, at: &mut Cursor<'_>, are_new: bool) -> Result<Option<()>, Problem> {
         if are_new {
             self.is_layout_new = true;
@@ -262,8 +250,8 @@ impl Reader<'_> {
         for _ in 0..count {
             let Some(path) = text(at) else { return Ok(None) };
             if !self.by_path.contains_key(&*path) {
-                self.budget.check_name(path.len())?;
-                self.budget.hold("channels and their names", size_of::<Channel>() + 4 * path.len())?;
+                check_name(path.len())?;
+                self.room.take(size_of::<Channel>() + path.len())?;
             }
             if self.object(at, &path).is_none() {
                 return Ok(None);
@@ -272,7 +260,6 @@ impl Reader<'_> {
         Ok(Some(()))
     }
 
-    /// Reads the description of an object after its path; `None` if it is damaged.
     fn object(&mut self, at: &mut Cursor<'_>, path: &str) -> Option<()> {
         let index = match self.by_path.get(path) {
             Some(index) => *index,
@@ -332,7 +319,6 @@ impl Reader<'_> {
         Some(())
     }
 
-    /// Computes the data of a chunk from the active objects; `None` if their sizes are too large.
     fn renew_layout(&mut self) -> Option<()> {
         let channels = &self.channels;
         self.active.retain(|(index, entry)| channels[*index].entry == Some(*entry));
@@ -348,12 +334,11 @@ impl Reader<'_> {
         Some(())
     }
 
-    /// Notes where the values of the active objects are in the raw data of a segment.
     fn raw(&mut self, raw: &Raw) -> Result<(), Problem> {
         let damaged = || Format::Tdms.damaged("its raw data is damaged");
         if self.is_layout_new {
             // Every segment can change the list of objects.
-            self.budget.work("channels in its segments", LAYOUT_BYTES * self.active.len())?;
+            self.room.take(size_of::<(usize, Index)>() * self.active.len())?;
             self.renew_layout().ok_or_else(damaged)?;
         }
         let Layout { chunk_bytes, row_bytes, is_even, .. } = self.layout;
@@ -381,7 +366,7 @@ impl Reader<'_> {
         for (channel, index) in &self.layout.indices {
             let stride = if raw.is_interleaved { row_bytes } else { index.kind.size() };
             if matches!(index.kind, Kind::Number(_) | Kind::Stamp) {
-                self.budget.hold("channels in its segments", size_of::<Run>())?;
+                self.room.take(size_of::<Run>())?;
                 let channel = &mut self.channels[*channel];
                 let run = Run { start: from, count: index.count, stride, chunks, chunk_bytes, order: raw.order };
                 channel.runs.push(run);
@@ -394,7 +379,6 @@ impl Reader<'_> {
     }
 }
 
-/// The raw data of a segment.
 struct Raw {
     start: usize,
     size: usize,
@@ -443,8 +427,7 @@ impl Container for Tdms {
         self.unfinished.as_deref()
     }
 
-    fn values(&mut self, index: usize, budget: &Budget) -> Result<Vec<f64>, Fault> {
-        budget.values(self.arrays[index].len())?;
+    fn values(&mut self, index: usize, _: &Room) -> Result<Vec<f64>, Fault> {
         let channel = match self.sources[index] {
             ArraySource::Values(channel) => &self.channels[channel],
             ArraySource::Clock(channel) => {

@@ -8,15 +8,13 @@ use std::collections::HashMap;
 use super::json::JsonColumns;
 use super::ros::{Decoder, Definition, FirstStamps};
 use super::{Array, Format, Loaded};
-use crate::budget::Budget;
 use crate::error::Problem;
+use crate::room::{Room, check_name};
 
-/// The topics of a log while its messages are read.
+#[derive(Default)]
 pub(super) struct Topics {
-    format: Format,
     topics: Vec<Topic>,
-    /// The index of the topic of each channel.
-    by_channel: HashMap<i64, usize>,
+    by_channel: HashMap<u16, usize>,
     start_ns: Option<i128>,
     first_stamps: FirstStamps,
 }
@@ -28,7 +26,6 @@ struct Topic {
     columns: Vec<Vec<f64>>,
 }
 
-/// The reason why a message is not read.
 #[derive(Debug)]
 pub(super) enum Refusal {
     /// The messages of the topic are omitted.
@@ -49,25 +46,18 @@ impl From<Problem> for Refusal {
     }
 }
 
-/// The encoding of the messages of a topic.
 pub(super) enum Kind {
-    Ros {
-        decoder: Decoder,
-        row: Vec<f64>,
-    },
+    Ros { decoder: Decoder, row: Vec<f64> },
     Json(JsonColumns),
-    /// The reason why the messages are not read.
     LeftOut(String),
 }
 
 impl Kind {
-    /// Messages of ROS, or the reason why they are not read.
     pub(super) fn ros(definition: Result<Definition, String>) -> Self {
         definition.map_or_else(Self::LeftOut, |definition| Self::Ros { decoder: Decoder::new(definition), row: vec![] })
     }
 }
 
-/// The meaning of the numbers of a column.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Meaning {
     Number,
@@ -78,16 +68,16 @@ enum Meaning {
 }
 
 impl Topic {
-    fn push(&mut self, data: &[u8], first_stamps: &mut FirstStamps, budget: &Budget) -> Result<(), Refusal> {
+    fn push(&mut self, data: &[u8], first_stamps: &mut FirstStamps, room: &Room) -> Result<(), Refusal> {
         match &mut self.kind {
             Kind::Ros { decoder, row } => {
-                decoder.decode(data, row, first_stamps, budget)?;
+                decoder.decode(data, row, first_stamps, room)?;
                 self.columns.resize_with(row.len(), Vec::new);
                 for (column, value) in self.columns.iter_mut().zip(row) {
                     column.push(*value);
                 }
             }
-            Kind::Json(columns) => columns.push(data, budget).map_err(|refusal| match refusal {
+            Kind::Json(columns) => columns.push(data, room).map_err(|refusal| match refusal {
                 Refusal::Message(reason) => Refusal::Message(format!("a message in JSON: {reason}")),
                 file => file,
             })?,
@@ -96,7 +86,6 @@ impl Topic {
         Ok(())
     }
 
-    /// Number of columns.
     fn width(&self) -> usize {
         match &self.kind {
             Kind::Json(columns) => columns.names.len(),
@@ -104,7 +93,6 @@ impl Topic {
         }
     }
 
-    /// The names, the columns and their meanings.
     fn finish(self) -> Vec<(String, Vec<f64>, Meaning)> {
         match self.kind {
             Kind::Ros { decoder, .. } => {
@@ -122,18 +110,12 @@ impl Topic {
 }
 
 impl Topics {
-    pub(super) fn new(format: Format) -> Self {
-        let (topics, by_channel) = (vec![], HashMap::new());
-        Self { format, topics, by_channel, start_ns: None, first_stamps: FirstStamps::new() }
-    }
-
-    /// Adds a message of a channel. `describe` gives the name and the encoding of a new channel.
     pub(super) fn push(
         &mut self,
-        channel: i64,
+        channel: u16,
         log_time_ns: i128,
         data: &[u8],
-        budget: &Budget,
+        room: &Room,
         describe: impl FnOnce() -> Result<(String, Kind), Problem>,
     ) -> Result<(), Problem> {
         let start_ns = *self.start_ns.get_or_insert(log_time_ns);
@@ -141,8 +123,8 @@ impl Topics {
             Some(index) => *index,
             None => {
                 let (name, kind) = describe()?;
-                budget.check_name(name.len())?;
-                budget.hold("topics", size_of::<Topic>() + name.len())?;
+                check_name(name.len())?;
+                room.take(size_of::<Topic>() + name.len())?;
                 self.topics.push(Topic { name, log_time_s: vec![], kind, columns: vec![] });
                 self.by_channel.insert(channel, self.topics.len() - 1);
                 self.topics.len() - 1
@@ -152,12 +134,12 @@ impl Topics {
         if matches!(topic.kind, Kind::LeftOut(_)) {
             return Ok(());
         }
-        let limit = budget.limits().max_samples;
+        let limit = room.limits().max_samples;
         if topic.log_time_s.len() >= limit {
             return Err(Problem::TooManySamples { limit });
         }
-        budget.keep_values(1 + topic.width())?;
-        match topic.push(data, &mut self.first_stamps, budget) {
+        room.take_values(1 + topic.width())?;
+        match topic.push(data, &mut self.first_stamps, room) {
             Ok(()) => topic.log_time_s.push(1e-9 * (log_time_ns - start_ns) as f64),
             Err(Refusal::Message(reason)) => {
                 topic.kind = Kind::LeftOut(reason);
@@ -168,8 +150,7 @@ impl Topics {
         Ok(())
     }
 
-    pub(super) fn finish(self, budget: &Budget) -> Result<Loaded, Problem> {
-        let format = self.format;
+    pub(super) fn finish(self, room: &Room) -> Result<Loaded, Problem> {
         let left_out = self.topics.iter().find_map(|topic| match &topic.kind {
             Kind::LeftOut(reason) => Some(format!("the topic {} cannot be read: {reason}", topic.name)),
             _ => None,
@@ -186,8 +167,8 @@ impl Topics {
             let log_time = ("log_time".to_owned(), log_time_s, Meaning::SharedTime);
             for (name, mut column, meaning) in signals.into_iter().chain([log_time]) {
                 column.resize(rows, f64::NAN);
-                budget.check_name(topic_name.len() + 1 + name.len())?;
-                let array = budget.array(&format!("{topic_name}.{name}"), vec![rows])?;
+                check_name(topic_name.len() + 1 + name.len())?;
+                let array = Array::in_room(&format!("{topic_name}.{name}"), vec![rows], room)?;
                 let unit = (meaning != Meaning::Number).then(|| "s".to_owned());
                 let is_shared_time = meaning == Meaning::SharedTime;
                 arrays.push(Array { aliases: vec![name], unit, clock, is_shared_time, ..array });
@@ -195,8 +176,8 @@ impl Topics {
             }
         }
         match left_out {
-            Some(reason) if arrays.is_empty() => Err(format.damaged(reason)),
-            _ => Loaded::new(format, arrays, columns, &[]),
+            Some(reason) if arrays.is_empty() => Err(Format::Mcap.damaged(reason)),
+            _ => Loaded::new(Format::Mcap, arrays, columns, &[]),
         }
     }
 }
@@ -210,7 +191,7 @@ mod tests {
     /// A log of the topics `/a` and `/b`. Each value is the time of its stamp, in s since the first stamp of the log;
     /// the messages of `/b` are logged 30 ms late.
     fn log(stamp_of_b: &str) -> Loaded {
-        let (mut topics, budget) = (Topics::new(Format::Mcap), Budget::new(&Limits::default()));
+        let (mut topics, room) = (Topics::default(), Room::new(&Limits::default()));
         let start_ns = 1_700_000_000_000_000_000_i128;
         for k in 0..100 {
             for (channel, name, due, late_ns) in [(1, "/a", k % 10 == 0, 0), (2, "/b", k > 2, 30_000_000)] {
@@ -223,18 +204,18 @@ mod tests {
                     || Definition::parse(Encoding::Ros1, "lab/Sample", &format!("time {field}\nfloat64 value"));
                 let describe = || Ok((name.to_owned(), Kind::ros(definition())));
                 if due {
-                    topics.push(channel, stamp_ns + late_ns, &data, &budget, describe).expect("a message");
+                    topics.push(channel, stamp_ns + late_ns, &data, &room, describe).expect("a message");
                 }
             }
         }
-        topics.finish(&budget).expect("two topics")
+        topics.finish(&room).expect("two topics")
     }
 
     fn joined_by(time: &str, mut log: Loaded) -> Result<Recording, RecordingError> {
         let column = |name: &str| name.parse().expect("a column");
         let columns =
             Columns { time: column(time), position: column("/a.value"), velocity: None, force: column("/b.value") };
-        super::super::read::read("log.mcap", &mut log, &columns, &Budget::new(&Limits::default()))
+        super::super::read::read("log.mcap", &mut log, &columns, &Room::new(&Limits::default()))
     }
 
     #[test]

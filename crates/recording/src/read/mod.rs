@@ -1,39 +1,19 @@
-//! Reads samples from CSV text.
-
 use std::io::Read;
 
 use super::arrays::first_where;
-use super::budget::Budget;
 use super::error::{Place, Problem, Row};
 use super::header::Layout;
 use super::labview::X_VALUE;
+use super::room::Room;
 use super::signals::{Signal, Statistics};
 use super::stamp::Stamps;
 use super::table::Rows;
 use super::{Column, Columns, IgnoredUnit, Limits, Quantity, Recording, RecordingError};
 
-/// Reads a recording from CSV text in UTF-8; `source` is its name in messages.
+/// Reads a recording from CSV text; `source` is its name in messages.
 ///
-/// The first line is the header, which must contain each requested name exactly once. The separator is the most
-/// frequent of `,`, `;` and tab in the header; without any of them it is `|`, or spaces. Comment lines that begin with
-/// `#`, blank lines (also with separators), a byte order mark, any kind of line end, quotes, and spaces around names
-/// and numbers are allowed. Numbers have a decimal point and may have an exponent. Other columns may contain anything.
-///
-/// Typical files of laboratories are also accepted:
-///
-/// - UTF-16 with a byte order mark, and names in Latin-1;
-/// - `%` before comments, and names in the comment above the numbers;
-/// - a preamble of any length: the names are then on the line above the longest block of numbers;
-/// - no names: the columns are named by their numbers, from 1;
-/// - a row of units below the names, or in the comment;
-/// - times as dates of ISO 8601 or as Unix times, which then count from the first one;
-/// - decimal commas, unless the comma is the separator or the file also has decimal points;
-/// - the header of LabVIEW's `.lvm`, whose `Delta_X` gives the times if `X_Value` is empty.
-///
-/// # Errors
-/// A [`RecordingError`] with the place and the remedy if the text is not such a table; if a requested number is
-/// missing, malformed or not finite after scaling; if time does not increase strictly or has a gap above
-/// [`Limits::max_gap_s`]; if there are fewer than two samples, or more text or samples than the limits allow.
+/// The header must contain each requested name exactly once; other columns may contain anything. The manual lists the
+/// accepted forms of tables (*Read the files of a lab*).
 pub fn read_csv<R: Read>(
     source: &str,
     reader: R,
@@ -71,14 +51,11 @@ pub(super) fn names_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Re
 }
 
 /// Lists the columns of a table that contain a number, as signals. Other fields count as undefined.
-///
-/// # Errors
-/// As [`read_csv`], for a text that is not a table.
 pub fn scan_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Result<Vec<Signal>, RecordingError> {
     let (mut rows, names) = Rows::open(source, reader, limits, |names| Ok(names.to_vec()))?;
-    let budget = Budget::new(limits);
-    let charged = names.iter().try_for_each(|name| budget.signals(1, name.len()));
-    charged.map_err(|problem| Place::file(source).error(problem))?;
+    let room = Room::new(limits);
+    let taken = names.iter().try_for_each(|name| room.take_signals(name, 1));
+    taken.map_err(|problem| Place::file(source).error(problem))?;
     let mut statistics = vec![(Statistics::default(), Stamps::default()); names.len()];
     let mut has_row = rows.next()?;
     if has_row && rows.take_units() {
@@ -88,15 +65,13 @@ pub fn scan_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Result<Vec
     let mut count = 0;
     while has_row {
         rows.check_room(count, limits.max_samples)?;
-        let mut work = 0;
         for (index, (statistics, stamps)) in statistics.iter_mut().enumerate() {
             let value = match clock {
                 Some(clock) if names[index] == X_VALUE && rows.is_empty_or(index, &[]) => clock.time_s(count),
-                _ => rows.number_or_date(index, stamps, &mut work).unwrap_or(f64::NAN),
+                _ => rows.number_or_date(index, stamps).unwrap_or(f64::NAN),
             };
             statistics.push(value);
         }
-        budget.work("fields", work).map_err(|problem| rows.place().error(problem))?;
         count += 1;
         has_row = rows.next()?;
     }
@@ -194,7 +169,6 @@ impl<'a> Samples<'a> {
     }
 }
 
-/// Checks that no gap and no value exceeds its limit, and returns the recording. `row` gives the place of a sample.
 pub(super) fn check_gaps(
     source: &str,
     recording: Recording,
@@ -219,7 +193,6 @@ pub(super) fn check_gaps(
     Ok(recording)
 }
 
-/// Checks that no gap of increasing times (s), with their median interval (s), exceeds the limit.
 pub(super) fn check_times(
     source: &str,
     column: &Column,

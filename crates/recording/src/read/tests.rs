@@ -199,54 +199,61 @@ fn scales_convert_units_and_signs() {
 }
 
 #[test]
-fn unusable_headers_are_refused() {
-    assert_eq!(
-        refusal("t,x,F,raw\n"),
-        "pop.csv: no column 'f' (--force or recording.columns.force_n); the file has t, x, F, raw; did you mean 'F'?"
-    );
-    assert_eq!(
-        refusal("t,y,f\n"),
-        "pop.csv: no column 'x' (--position or recording.columns.position_m); the file has t, y, f"
-    );
-    assert_eq!(
-        refusal("t,x,f,x,x\n"),
-        "pop.csv: 3 columns are named 'x'; rename all but one, or give the number of the column, from 1"
-    );
-    assert_eq!(
-        refusal("# t,x\n0,1,2\n"),
-        "pop.csv: no column 't' (--time or recording.columns.time_s): the file has no line of names, so that its 3 columns \
-         are named by their numbers; give them as in --time 1 --position 2 --force 3, or add a line of names"
-    );
-}
-
-#[test]
-fn files_that_are_no_tables_are_refused() {
-    let empty = "pop.csv: holds no data; a header line with the columns' names is expected, then one sample per line";
-    for table in ["", "\n\n", "\u{feff}", "# nothing\n", "  "] {
-        assert_eq!(refusal(table), empty, "{table:?}");
+fn unusable_tables_are_refused_with_place_and_remedy() {
+    const EMPTY: &str = ": holds no data; a header line with the columns' names is expected, then one sample per line";
+    const NO_SAMPLES: &str = ": holds a header but no samples; at least two are needed";
+    const BINARY: &str = ": holds binary data (a zero byte); export it as CSV text in UTF-8";
+    const RAGGED: &str = "the header 3; complete or remove the row (decimals need a point, not a comma)";
+    const OPEN: &str = ": a quoted field continues past the end of the line; close the quote";
+    const REMOVE: &str = "; correct it or remove the row";
+    let by_numbers = ": no column 't' (--time or recording.columns.time_s): the file has no line of names, so that its 3 columns \
+                      are named by their numbers; give them as in --time 1 --position 2 --force 3, or add a line of names";
+    for (table, place, problem) in [
+        (
+            "t,x,F,raw\n",
+            ": no column 'f' (--force or recording.columns.force_n)",
+            "; the file has t, x, F, raw; did you mean 'F'?",
+        ),
+        ("t,y,f\n", ": no column 'x' (--position or recording.columns.position_m)", "; the file has t, y, f"),
+        ("t,x,f,x,x\n", ": 3 columns are named 'x'; rename all but one, ", "or give the number of the column, from 1"),
+        ("# t,x\n0,1,2\n", "", by_numbers),
+        ("", "", EMPTY),
+        ("\n\n", "", EMPTY),
+        ("\u{feff}", "", EMPTY),
+        ("# nothing\n", "", EMPTY),
+        ("  ", "", EMPTY),
+        ("t,x,f", "", NO_SAMPLES),
+        ("t,x,f\n\n# 0,1,2\n", "", NO_SAMPLES),
+        ("t,x,f\n0,1,2\n", "", ": holds a single sample; at least two are needed"),
+        ("t,x,f\n0,1,2\n\0", " line 3", BINARY),
+        ("t\0,\0", " line 1", BINARY),
+        ("t,x,f\n0,1,2\n1,abc,2\n", " line 3, column 'x': 'abc' is not a number", REMOVE),
+        ("t,x,f\n0,1,NaN\n", " line 2, column 'f': 'NaN' is not finite", REMOVE),
+        ("t,x,f\n0,\"1,5\",2\n", " line 2, column 'x': '1,5' is not a number", "; write decimals with a point"),
+        ("t,x,f\n0,,2\n", " line 2, column 'x': the field is empty; fill in a number or", " remove the row"),
+        ("t,x,f\n0,1\n", " line 2: the row has 2 fields, ", RAGGED),
+        ("t,x,f\n0,0,1,5,2,0\n", " line 2: the row has 6 fields, ", RAGGED),
+        ("t,x,f\n0,\"1,2\n1,1,2\n2,1,2\n", " line 2", OPEN),
+        ("t,x,f\n0,1,2\n1,\"1,2", " line 3", OPEN),
+        ("t,x,f\n0,1,\"2\n1,1,2\n", " line 2, column 'f'", OPEN),
+        (
+            "t,x,f\n0,1,2\n# pause\n0.5,1,2\n0.25,1,2\n",
+            " line 5, column 't': time decreases, from 0.5 s on line 4 to 0.25 s",
+            "; sort the rows by time, or keep one run per file",
+        ),
+        (
+            "t,x,f\n0,1,2\n1,1,2\n# pause\n1,1,2\n",
+            " line 5, column 't': the time 1 s repeats that of line 3",
+            "; remove the repeated row, or log time with more digits",
+        ),
+        (
+            "t,x,f\n0,0,0\n0.1,0,0\n\n0.2,0,1e9\n",
+            " line 5, column 'f': is 1e9 N, at most 1e6 N",
+            "; correct it, or give the unit or the factor of the column",
+        ),
+    ] {
+        assert_eq!(refusal(table), format!("pop.csv{place}{problem}"), "{table:?}");
     }
-    let header = "pop.csv: holds a header but no samples; at least two are needed";
-    assert_eq!(refusal("t,x,f"), header);
-    assert_eq!(refusal("t,x,f\n\n# 0,1,2\n"), header);
-    assert_eq!(refusal("t,x,f\n0,1,2\n"), "pop.csv: holds a single sample; at least two are needed");
-    let binary = "holds binary data (a zero byte); export it as CSV text in UTF-8";
-    assert_eq!(refusal(b"t,x,f\n0,1,2\n\0"), format!("pop.csv line 3: {binary}"));
-    assert_eq!(refusal(b"t\0,\0"), format!("pop.csv line 1: {binary}"));
-}
-
-#[test]
-fn bad_numbers_are_refused_with_their_place() {
-    let at = |table: &str| refusal(table).replace("; correct it or remove the row", "");
-    assert_eq!(at("t,x,f\n0,1,2\n1,abc,2\n"), "pop.csv line 3, column 'x': 'abc' is not a number");
-    assert_eq!(at("t,x,f\n0,1,NaN\n"), "pop.csv line 2, column 'f': 'NaN' is not finite");
-    assert_eq!(
-        at("t,x,f\n0,\"1,5\",2\n"),
-        "pop.csv line 2, column 'x': '1,5' is not a number; write decimals with a point"
-    );
-    assert_eq!(
-        at("t,x,f\n0,,2\n"),
-        "pop.csv line 2, column 'x': the field is empty; fill in a number or remove the row"
-    );
 }
 
 #[test]
@@ -262,34 +269,6 @@ fn lines_are_counted_as_in_an_editor() {
     ] {
         assert!(refusal(table).starts_with(&format!("pop.csv line {line}, column 't': '?'")), "{table:?}");
     }
-}
-
-#[test]
-fn rows_of_another_width_are_refused() {
-    let remedy = "complete or remove the row (decimals need a point, not a comma)";
-    let ragged = |line, found| format!("pop.csv line {line}: the row has {found} fields, the header 3; {remedy}");
-    assert_eq!(refusal("t,x,f\n0,1\n"), ragged(2, 2));
-    assert_eq!(refusal("t,x,f\n0,0,1,5,2,0\n"), ragged(2, 6));
-    let open =
-        |line| format!("pop.csv line {line}: a quoted field continues past the end of the line; close the quote");
-    assert_eq!(refusal("t,x,f\n0,\"1,2\n1,1,2\n2,1,2\n"), open(2));
-    assert_eq!(refusal("t,x,f\n0,1,2\n1,\"1,2"), open(3));
-    let in_column = "pop.csv line 2, column 'f': a quoted field continues past the end of the line; close the quote";
-    assert_eq!(refusal("t,x,f\n0,1,\"2\n1,1,2\n"), in_column);
-}
-
-#[test]
-fn time_must_increase() {
-    assert_eq!(
-        refusal("t,x,f\n0,1,2\n# pause\n0.5,1,2\n0.25,1,2\n"),
-        "pop.csv line 5, column 't': time decreases, from 0.5 s on line 4 to 0.25 s; \
-         sort the rows by time, or keep one run per file"
-    );
-    assert_eq!(
-        refusal("t,x,f\n0,1,2\n1,1,2\n# pause\n1,1,2\n"),
-        "pop.csv line 5, column 't': the time 1 s repeats that of line 3; \
-         remove the repeated row, or log time with more digits"
-    );
 }
 
 #[test]
@@ -350,14 +329,6 @@ fn almost_a_table() -> impl Strategy<Value = String> {
 /// A number of any exponent that a position can have, and also twice the number.
 fn plausible(number: f64) -> f64 {
     if number.abs() <= 0.5 * Limits::MAX_MAGNITUDE { number } else { 1.0 / number }
-}
-
-#[test]
-fn a_value_that_no_needle_has_is_reported_with_its_place() {
-    assert_eq!(
-        refusal("t,x,f\n0,0,0\n0.1,0,0\n\n0.2,0,1e9\n"),
-        "pop.csv line 5, column 'f': is 1e9 N, at most 1e6 N; correct it, or give the unit or the factor of the column"
-    );
 }
 
 #[test]

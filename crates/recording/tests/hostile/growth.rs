@@ -132,7 +132,6 @@ fn numpy_files() {
     });
 }
 
-#[cfg(feature = "lab-formats")]
 #[test]
 fn spreadsheets() {
     use super::containers::book;

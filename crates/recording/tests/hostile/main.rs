@@ -1,4 +1,4 @@
-//! Files that are made to cost time or memory: each is answered within the budget, whatever it states or repeats.
+//! Files that are made to cost time or memory: each is answered within the limits, whatever it states or repeats.
 //!
 //! The tests count the memory that is allocated.
 
@@ -12,10 +12,13 @@ use std::time::{Duration, Instant};
 
 use trocar_recording::{Columns, Limits, list_signals, open_recording, signal_names};
 
-/// Memory that the files may take here, in bytes.
-const MAX_MEMORY: u64 = 16 << 20;
+/// Maximum size of the files here in bytes; their content may have twice as many.
+const MAX_BYTES: u64 = 8 << 20;
 
-/// Memory besides the budget, in bytes: buffers of decoders, and growing vectors, which are twice in memory when they
+/// Maximum number of samples.
+const MAX_SAMPLES: usize = 500_000;
+
+/// Memory besides the content, in bytes: buffers of decoders, and growing vectors, which are twice in memory when they
 /// grow.
 const BESIDES: usize = 24 << 20;
 
@@ -28,7 +31,7 @@ fn answers(name: &str, content: &[u8]) -> Vec<String> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join(name);
     std::fs::write(&path, content).expect("written");
-    let limits = Limits { max_memory_bytes: MAX_MEMORY, ..Limits::default() };
+    let limits = Limits { max_bytes: MAX_BYTES, max_samples: MAX_SAMPLES, ..Limits::default() };
     let column = |name: &str| trocar_recording::Column::new(name, 1.0).expect("a name");
     let columns =
         Columns { time: column("time_s"), position: column("position_m"), velocity: None, force: column("force_n") };
@@ -40,7 +43,7 @@ fn answers(name: &str, content: &[u8]) -> Vec<String> {
     for way in ways {
         let start = Instant::now();
         let (peak, answer) = peak::of(way);
-        let allowed = MAX_MEMORY as usize + BESIDES + 3 * content.len();
+        let allowed = 2 * MAX_BYTES as usize + BESIDES + 3 * content.len();
         assert!(peak <= allowed, "{name}: {peak} bytes of memory for a file of {} bytes", content.len());
         assert!(start.elapsed() < LONGEST, "{name}: {:?}", start.elapsed());
         if let Err(error) = answer {

@@ -16,7 +16,7 @@ fn many_columns_and_long_names_are_refused() {
     let header = vec!["a"; 300_000].join(",");
     let row = vec!["1"; 300_000].join(",");
     let messages = answers("columns.csv", format!("{header}\n{row}\n{row}\n").as_bytes());
-    assert!(messages[0].contains("--max-memory"), "{messages:?}");
+    assert!(messages[0].contains("recording.max_bytes"), "{messages:?}");
     let long = "n".repeat(300_000);
     let rows: String = (0..20).map(|k| format!("{k},{k},{k}\n")).collect();
     refused(
@@ -29,17 +29,10 @@ fn many_columns_and_long_names_are_refused() {
 #[test]
 fn rows_without_end_are_refused() {
     // The last row with the first time counts, so that none of these rows is kept.
-    let repeated = zipped(60, "time_s,position_m,force_n\n", &"0,0,0\n".repeat(100_000));
+    let repeated = zipped(10, "time_s,position_m,force_n\n", &"0,0,0\n".repeat(100_000));
     let messages = answers("repeated.csv.gz", &repeated);
-    assert!(messages[0].contains("--max-memory") && messages[1].contains("more than 5000000 samples"), "{messages:?}");
-}
-
-#[test]
-fn a_table_of_dates_costs_bounded_work() {
-    let block = vec!["2020-01-01 00:00:00"; 20].join(",") + "\n";
-    let messages =
-        answers("dates.csv.gz", &zipped(500, &vec!["a"; 20].join(","), &("\n".to_owned() + &block.repeat(100))));
-    assert!(messages[0].contains("--max-memory"), "{messages:?}");
+    assert_eq!(messages.len(), 2, "{messages:?}");
+    assert!(messages.iter().all(|message| message.contains("more than 500000 samples")), "{messages:?}");
 }
 
 #[test]

@@ -1,18 +1,10 @@
 use super::calibration::noise_std;
 use super::plausibility::{Signals, range};
-use super::position_step_m;
-use trocar_base::interrupt;
 use trocar_base::warning::{Code, Warning};
 
 const MIN_SAMPLES: usize = 100;
 
-/// Minimum ratio of roughness at which the columns count as swapped. In this project's recordings, positions are 2.2 to
-/// 12,000 times *less* rough than forces: a needle has mass and a guide.
-const SWAPPED_RATIO: f64 = 3.0;
-
-/// Roughness that the encoder explains, in its steps.
-const ENCODER_STEPS: f64 = 5.0;
-
+/// Samples per block, whose mean force is compared with the initial force.
 const BLOCK: usize = 20;
 
 /// A free needle moves at least so far at constant force.
@@ -23,36 +15,6 @@ const CONSTANT_N: f64 = 0.02;
 
 /// Share of the largest change of the force. A larger constant force is a load.
 const MAX_OFFSET_SHARE: f64 = 0.5;
-
-fn roughness(values: &[f64]) -> Option<(f64, f64)> {
-    let (low, high) = range(values)?;
-    let mut sum = 0.0;
-    for (sample, w) in values.windows(3).enumerate() {
-        interrupt::check_at(sample as u64);
-        sum += (w[2] - 2.0 * w[1] + w[0]).powi(2);
-    }
-    (high > low).then(|| ((sum / values.len().saturating_sub(2).max(1) as f64).sqrt(), high - low))
-}
-
-pub(super) fn swapped(signals: &Signals<'_>) -> Option<Warning> {
-    if signals.position_m.len() < MIN_SAMPLES {
-        return None;
-    }
-    let (position_m, travel_m) = roughness(signals.position_m)?;
-    let (force_n, span_n) = roughness(signals.force_n)?;
-    let ratio = (position_m / travel_m) / (force_n / span_n).max(f64::MIN_POSITIVE);
-    let is_encoder = position_m <= ENCODER_STEPS * position_step_m(signals.position_m, 0.0);
-    (ratio > SWAPPED_RATIO && !is_encoder).then(|| {
-        let times = if ratio > 1e3 { "over 1000 times".to_owned() } else { format!("{ratio:.0} times") };
-        let message = format!(
-            "the second difference of the position is {:.2e} of its range (root mean square), {times} that of the \
-             force: the columns of position and force seem to be swapped",
-            position_m / travel_m
-        );
-        let remedy = "exchange --position and --force, each with its unit";
-        Warning::new(Code::ColumnsSwapped, message).at("--position and --force").remedy(remedy)
-    })
-}
 
 pub(super) fn offset(signals: &Signals<'_>) -> Option<Warning> {
     if signals.force_n.len() < MIN_SAMPLES {
