@@ -13,7 +13,6 @@ use trocar_base::warning::Warning;
 use trocar_document::{json_of, to_json};
 use trocar_report::wrapped;
 use trocar_scenario::{Scenario, Source};
-use trocar_stability::{LinearLoop, TissueRange};
 use trocar_studies::design::{Problem, is_design};
 use trocar_studies::run::{foreseen, outside_measured, promise_gaps};
 use trocar_studies::stability_check::{LoopPart, LoopVerdict};
@@ -48,10 +47,7 @@ pub(super) struct CheckArgs {
 
 /// The verdict on the linear loop of a scenario, or the reason for having none. Runs nothing.
 fn verdict(scenario: &Scenario) -> Result<LoopVerdict, String> {
-    let tissue = TissueRange::of_parameters(scenario)
-        .ok_or("the stiffness of its tissue follows only from a run; `trocar stability` performs this run")?;
-    let settings = LinearLoop::of(scenario, tissue).map_err(|error| error.to_string())?;
-    LoopVerdict::with_loop(scenario, settings).map_err(|error| error.to_string())
+    LoopVerdict::of(scenario).map_err(|error| error.to_string())
 }
 
 /// A valid file.

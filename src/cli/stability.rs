@@ -13,7 +13,7 @@ use trocar_document::Study as _;
 use trocar_recording::{Limits, open_response};
 use trocar_report::html::{Again, command_line};
 use trocar_scenario::{Source, keys_outside_loop};
-use trocar_stability::{Axis, FrequencyResponse, MeasuredSides, Parameter, Terminations, TissueRange};
+use trocar_stability::{Axis, FrequencyResponse, MeasuredSides, Parameter, Terminations};
 use trocar_studies::stability_check::{MAX_STIFFNESS_N_PER_M, StabilityStudy, Verified, is_tissue, verify};
 
 const DEFAULT_SCENARIO: &str = "paper/depth-classical";
@@ -205,10 +205,7 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
     study.make_worst_events(&Source::parse(name), &args.changes.settings)?;
     let warnings = Warnings::new(&args.output);
     let document = study.document();
-    // For any other tissue, a run determines the stiffness, and the run reads every key.
-    if TissueRange::of_parameters(&scenario).is_some() {
-        warnings.print(&keys_outside_loop(&scenario, &args.changes.settings));
-    }
+    warnings.print(&keys_outside_loop(&scenario, &args.changes.settings));
     warnings.print(&document.warnings);
     let again = || Again {
         command: "trocar stability",

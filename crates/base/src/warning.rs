@@ -141,8 +141,7 @@ codes! {
     TissueNotCovered "tissue-not-covered":
         "The certificate does not cover the whole tissue of the scenario.",
         "The certificate covers any force and springs whose stiffness changes at any tick within a range: that of the \
-         scenario's tissue, or --tissue LOW:HIGH. The stiffness of the tissue is not within that range, or is known \
-         from a run only.";
+         scenario's tissue, or --tissue LOW:HIGH. The stiffness of the tissue is not within that range.";
     LowSamplingRate "low-sampling-rate":
         "The samples are too far apart to show a rupture.",
         "A rupture takes about 30 ms. At a low rate it falls between two samples, and the defaults of estimator and \

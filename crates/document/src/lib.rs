@@ -2,8 +2,6 @@
 //!
 //! A study returns a [`Document`]. Terminal, report, page, JSON, CSV and Python only render documents: they compute no
 //! numbers and write no sentences.
-#![allow(missing_docs, reason = "names and units say it")]
-
 pub mod animation;
 mod cell;
 mod command;

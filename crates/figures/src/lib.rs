@@ -3,8 +3,6 @@
 //! Functions borrow the columns of a [`RunView`] or an [`EstimationView`] and return a [`Figure`]: a description, which
 //! [`draw::file`] draws at any width and in any format. Pages and the Python package draw it themselves. Non-finite
 //! samples leave gaps. Long records are reduced to the minimum and maximum of short intervals.
-#![allow(missing_docs, reason = "names and units say it")]
-
 mod absolute;
 mod cases;
 mod characteristic;

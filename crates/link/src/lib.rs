@@ -3,8 +3,6 @@
 //! This crate reads no clock and opens no socket: its functions receive times and packets as bytes. A link can
 //! therefore also run in virtual time, and its replay in a simulation gives the same bits.
 
-#![allow(missing_docs, reason = "names and units say it")]
-
 mod arrivals;
 mod counters;
 mod document;

@@ -1,8 +1,6 @@
 //! The metrics of a run, computed by streaming observers without storage per tick.
 //!
 //! An undefined metric is `None`, never 0: the delay of a missed rupture, the travel at 0.3 s of a shorter run.
-#![allow(missing_docs, reason = "names and units say it")]
-
 #[doc(hidden)]
 pub mod catalogue;
 mod event;

@@ -28,8 +28,6 @@
 
 // The readers of other files than text use some parts alone.
 #![cfg_attr(not(feature = "formats"), allow(dead_code))]
-#![allow(missing_docs, reason = "names with units say it")]
-
 mod arrays;
 mod block;
 mod column;

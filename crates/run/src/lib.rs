@@ -1,8 +1,6 @@
 //! Runs scenarios for their metrics, and optionally their trace.
 //!
 //! It does not judge or describe a run; `trocar-studies` does. The crate `trocar` re-exports it as `trocar::run`.
-#![allow(missing_docs, reason = "names and units say it")]
-
 mod at_rest;
 mod checked_parts;
 mod misses;

@@ -3,8 +3,6 @@
 //!
 //! The crate depends only on `trocar-core`, `trocar-base`, `trocar-recording` and `trocar-engine`. The shipped
 //! scenarios are embedded. The crate `trocar` re-exports it as `trocar::scenario`.
-#![allow(missing_docs, reason = "names and units say it")]
-
 mod build;
 mod builtin;
 mod clutch;

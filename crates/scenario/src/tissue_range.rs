@@ -17,8 +17,6 @@ pub enum TissueSource {
     /// The slopes of the layers between their ruptures.
     Layers,
     RecordedDepth,
-    /// The slopes of a tissue model without layers, down to the depth that the needle may reach in a run with a live hand.
-    ModelInRun,
     /// A recorded force over time. It does not depend on the needle, so the stiffness is 0.
     RecordedForce,
     /// A spring and a damper that the scenario states to represent a recorded force over time.
@@ -33,7 +31,6 @@ impl TissueSource {
             Self::Model => "model-slopes",
             Self::Layers => "layer-slopes",
             Self::RecordedDepth => "recorded-depth",
-            Self::ModelInRun => "model-slopes-of-run",
             Self::RecordedForce => "recorded-force",
             Self::Stated => "stated",
         }
@@ -53,8 +50,8 @@ impl TissueRange {
         Self { source: TissueSource::SpringDamper, springs: Springs::constant(stiffness_n_per_m, damping_n_s_per_m) }
     }
 
-    /// The tissue from a scenario's parameters and recordings. `None` if only a run shows it: for a tissue
-    /// that stiffens with depth under a live hand.
+    /// The tissue from a scenario's parameters and recordings. `None` for a tissue that stiffens
+    /// with depth under a live hand.
     #[must_use]
     pub fn of_parameters(scenario: &Scenario) -> Option<Self> {
         let (source, springs) = match &scenario.tissue {
@@ -92,12 +89,6 @@ impl TissueRange {
     #[must_use]
     pub fn sector_n_per_m(&self) -> (f64, f64) {
         (self.springs.stiffness_n_per_m.0, self.stiffest_n_per_m())
-    }
-
-    /// True if another run with the same scenario may show another range.
-    #[must_use]
-    pub fn is_of_run(&self) -> bool {
-        self.source == TissueSource::ModelInRun
     }
 
     /// True if springs and dampers in the range model the whole tissue: no ruptures, friction or relaxation.

@@ -69,7 +69,6 @@ fn other_parts(scenario: &Scenario, delays: Option<&VaryingDelays>) -> Vec<LeftO
         Some(_) => (true, 0),
     };
     let parts = [
-        (has_unknown_tissue(scenario), "tissue.kind", "a tissue whose springs are not stated"),
         (scenario.link.passivity.scheme != Scheme::None, "passivity.scheme", "the passivity scheme"),
         (has_jitter && !is_covered, "channel.jitter_s", JITTER[why]),
         (scenario.safety.acts_in_simulation(), "safety.acts", "the limits of the commands"),
@@ -93,13 +92,6 @@ fn other_parts(scenario: &Scenario, delays: Option<&VaryingDelays>) -> Vec<LeftO
 fn present(parts: impl IntoIterator<Item = (bool, &'static str, &'static str)>) -> Vec<LeftOut> {
     let present = parts.into_iter().filter(|(is_present, ..)| *is_present);
     present.map(|(_, key, what)| LeftOut { key, what, bound: None }).collect()
-}
-
-fn has_unknown_tissue(scenario: &Scenario) -> bool {
-    match &scenario.tissue {
-        TissueSpec::Recording { .. } | TissueSpec::Depth { .. } => false,
-        TissueSpec::Model(settings) => settings.springs(Some(0.0)).is_none(),
-    }
 }
 
 /// The unmodelled parts that only dissipate energy.

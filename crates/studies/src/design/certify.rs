@@ -202,9 +202,6 @@ fn loops_of(scenarios: &[Scenario]) -> Result<Loops, RunError> {
     let mut groups: BTreeMap<String, (&Scenario, TissueRange)> = BTreeMap::new();
     for scenario in scenarios {
         let tissue = tissue_range(scenario)?;
-        if tissue.is_of_run() {
-            return Ok(Err("the stiffness of the tissue is known from a run only".to_owned()));
-        }
         if scenario.sensor.force_resolution_n > 0.0 {
             return Ok(Err("the force sensor has steps, and motions within them need not decay".to_owned()));
         }

@@ -24,7 +24,7 @@ impl LoopFacts {
     /// True if no cheap condition excludes a certificate: the loop is stable with every stiffness of the tissue and in
     /// free motion, the kind of event is covered, and no gap is kept.
     pub(super) fn may_be_certified(&self, scenario: &Scenario) -> bool {
-        let Some(linear) = self.linear.as_ref().filter(|linear| self.is_stable && !linear.tissue.is_of_run()) else {
+        let Some(linear) = self.linear.as_ref().filter(|_| self.is_stable) else {
             return false;
         };
         let events = SwitchingSettings::of(scenario, linear.clone(), linear.tissue.sector_n_per_m());

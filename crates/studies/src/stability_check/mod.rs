@@ -12,7 +12,6 @@ mod statement;
 mod study;
 #[cfg(test)]
 mod tests;
-mod tissue_of_run;
 mod verdict;
 mod verification;
 
@@ -24,7 +23,6 @@ pub use run::{Verdict, simulate};
 pub use sequences::{EventRecord, EventRun, Farthest, random_sequences, without_alarms};
 pub use statement::Statement;
 pub use study::{MAX_STIFFNESS_N_PER_M, StabilityStudy, is_tissue};
-pub use tissue_of_run::{linear_loop, tissue_range};
 pub use verdict::LoopVerdict;
 pub use verification::{VerificationError, Verified, verify};
 
@@ -33,8 +31,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::run::RunError;
 use thiserror::Error;
 use trocar_base::parallel::try_map;
-use trocar_scenario::Scenario;
-use trocar_stability::{LinearLoop, Parameter, StabilityError, StabilityMap, is_near_boundary};
+use trocar_scenario::{Scenario, ScenarioError};
+use trocar_stability::{LinearLoop, Parameter, StabilityError, StabilityMap, TissueRange, is_near_boundary};
 
 /// Relative distance to the boundary within which a verdict does not count.
 pub const BAND: f64 = 0.005;
@@ -47,6 +45,17 @@ pub enum CheckError {
     Run(#[from] RunError),
 }
 
+/// Fails for a tissue that stiffens with depth under a live hand.
+pub fn tissue_range(scenario: &Scenario) -> Result<TissueRange, RunError> {
+    let unknown = || ScenarioError::new("the stiffness of the tissue depends on the depth that the live hand reaches");
+    Ok(TissueRange::of_parameters(scenario).ok_or_else(unknown)?)
+}
+
+pub fn linear_loop(scenario: &Scenario) -> Result<LinearLoop, CheckError> {
+    Ok(LinearLoop::of(scenario, tissue_range(scenario)?)?)
+}
+
+/// A point at which a run does not confirm the linear verdict.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unconfirmed {
     /// First parameter of the map.

@@ -47,9 +47,6 @@ impl StabilityStudy {
             Ok(switching) => switching,
             Err(reason) => return Statement::None(reason),
         };
-        if self.tissue().is_of_run() {
-            return Statement::None("the stiffness of the tissue is known from a run only");
-        }
         if self.covers_tissue() != Some(true) {
             return Statement::None("the range of stiffness does not contain the tissue's");
         }

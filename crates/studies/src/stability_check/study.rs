@@ -2,9 +2,8 @@ use std::sync::atomic::AtomicBool;
 
 use super::event_limits::EventLimit;
 use super::statement::Statement;
-use super::tissue_of_run::linear_loop;
 use super::verdict::LoopVerdict;
-use super::{Check, CheckError, check, worst_events};
+use super::{Check, CheckError, check, linear_loop, worst_events};
 use crate::run::delays_rounded;
 use trocar_base::warning::{Code, Warning};
 use trocar_scenario::{Scenario, ScenarioError, Source};
@@ -139,7 +138,7 @@ impl StabilityStudy {
     pub fn covers_tissue(&self) -> Option<bool> {
         let (low, high) = self.switching.as_ref().ok()?.settings.stiffness_n_per_m;
         let (softest, stiffest) = self.tissue().sector_n_per_m();
-        Some(!self.tissue().is_of_run() && low <= softest && stiffest <= high)
+        Some(low <= softest && stiffest <= high)
     }
 
     /// True if every motion decays or stays bounded. `None` if the analysis leaves out a part or does not cover the
@@ -164,22 +163,13 @@ impl StabilityStudy {
         let sector = self.switching.as_ref().ok().map(|switching| switching.settings.stiffness_n_per_m);
         let uncovered = sector.filter(|_| self.covers_tissue() == Some(false)).map(|(low, high)| {
             let (softest, stiffest) = self.tissue().sector_n_per_m();
-            let is_outside = softest < low || stiffest > high;
-            let (message, remedy) = if is_outside {
-                (
-                    format!(
-                        "the tissue has {softest:.0} to {stiffest:.0} N/m, and the analysis of events covers {low} to {high} N/m"
-                    ),
-                    "leave out --tissue: the default is the range of the scenario's tissue",
-                )
-            } else {
-                (
-                    "the analysis of events takes the stiffness of the tissue from a run, which another run can exceed"
-                        .to_owned(),
-                    "`trocar run` simulates them and warns of a swing that does not decay; no warning is no proof",
-                )
-            };
-            Warning::new(Code::TissueNotCovered, message).of(&self.name).at("--tissue").remedy(remedy)
+            let message = format!(
+                "the tissue has {softest:.0} to {stiffest:.0} N/m, and the analysis of events covers {low} to {high} N/m"
+            );
+            Warning::new(Code::TissueNotCovered, message)
+                .of(&self.name)
+                .at("--tissue")
+                .remedy("leave out --tissue: the default is the range of the scenario's tissue")
         });
         self.rounded.iter().cloned().chain(left_out).chain(uncovered).collect()
     }

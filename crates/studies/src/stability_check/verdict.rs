@@ -1,6 +1,5 @@
 use super::document::LoopPart;
-use super::tissue_of_run::linear_loop;
-use super::{CheckError, document};
+use super::{CheckError, document, linear_loop};
 use trocar_document::json_of;
 use trocar_scenario::Scenario;
 use trocar_stability::{

@@ -79,7 +79,7 @@ impl<'a> LoopOfCase<'a> {
         if self.leaves_out() {
             return None;
         }
-        let settings = self.settings().filter(|settings| !settings.tissue.is_of_run())?;
+        let settings = self.settings()?;
         SwitchingSettings::of(self.scenario, settings.clone(), settings.tissue.sector_n_per_m()).ok()
     }
 

@@ -95,9 +95,6 @@ fn in_tissue(settings: &LinearLoop) -> String {
         TissueSource::Stated => format!("{single}, stated in place of the recorded force"),
         TissueSource::RecordedForce => "under the recorded force".to_owned(),
         TissueSource::Model => format!("{worst} (slopes of the tissue down to the depth that the needle may reach)"),
-        TissueSource::ModelInRun => {
-            format!("{worst} (slopes of the tissue down to the depth that the needle may reach, from a run)")
-        }
         TissueSource::Layers => format!("{worst} (slopes of the layers between ruptures)"),
         TissueSource::RecordedDepth => format!("{worst} (slopes of the recorded force)"),
     }
