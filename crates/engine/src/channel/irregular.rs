@@ -239,13 +239,6 @@ mod tests {
     }
 
     #[test]
-    fn without_irregularity_a_link_is_a_plain_delay() {
-        let held = held(0.0, 0.0, 3, 1);
-        assert_eq!(held[..5], [-7.0, -7.0, -7.0, 0.0, 1.0]);
-        assert_eq!(held[19_999], 19_996.0);
-    }
-
-    #[test]
     fn the_receiver_holds_the_last_sample_as_often_as_samples_are_lost() {
         let held = held(0.0, 0.1, 2, 1);
         let over = held[10..].windows(2).filter(|pair| pair[0] == pair[1]).count();
@@ -283,14 +276,6 @@ mod tests {
                 last = last.max(latest[tick]);
                 assert_eq!(f64::from(last), *held, "at {tick}");
             }
-        }
-    }
-
-    #[test]
-    fn samples_are_numbered_from_0() {
-        let mut delays = SampleDelays::new((&Irregularity::default(), &Schedule::default()), (2, 1e-3), (1, 0));
-        for number in 0..4 {
-            assert_eq!((delays.tick(), delays.next_ticks()), (number, Some(2)));
         }
     }
 

@@ -58,13 +58,3 @@ impl UnitTissue {
         FmuSettings::KEYS[1].path
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_keys_of_file_and_step_are_the_keys_of_the_settings() {
-        assert_eq!([UnitTissue::file_key(), UnitTissue::step_key()], ["tissue.fmu.file", "tissue.fmu.step_s"]);
-    }
-}
