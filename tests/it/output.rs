@@ -2,14 +2,10 @@
 //!
 //! `TROCAR_KILLS=75 cargo test --test it output::` kills each of the four commands 75 times, instead of 4.
 
-use std::collections::BTreeMap;
-use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use crate::support::test_folder::TestFolder;
-
-type Files = BTreeMap<PathBuf, Vec<u8>>;
 
 const SCENARIO: &str = "name = \"x\"\nbase = \"layers/skin-augmented\"\n[simulation]\nduration_s = 1.0\n";
 const SWEEP: &str = "name = \"s\"\nbase = \"x.toml\"\nseeds = 2\nmetrics = [\"max_excess_advance_m\", \"false_alarms\"]\n\
