@@ -281,7 +281,6 @@ impl ScenarioArgs {
 }
 
 /// Parses the command line, runs the command, and returns the exit code.
-#[must_use]
 pub fn main() -> ExitCode {
     let matches = help::grouped(Cli::command()).get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());

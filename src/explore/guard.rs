@@ -19,7 +19,6 @@ pub struct Guard {
 }
 
 impl Guard {
-    #[must_use]
     pub fn new(bound: SocketAddr) -> Self {
         Self { bound, token: None }
     }
@@ -33,13 +32,11 @@ impl Guard {
     }
 
     /// The query with the token, `?token=…`; empty without a token.
-    #[must_use]
     pub fn query(&self) -> String {
         self.token.as_ref().map_or(String::new(), |token| format!("?token={token}"))
     }
 
     /// True if no token is required, or if the query of a request contains it.
-    #[must_use]
     pub fn admits_query(&self, query: Option<&str>) -> bool {
         let Some(token) = &self.token else { return true };
         let given = |part: &str| part.strip_prefix("token=").is_some_and(|given| given == token);
@@ -47,7 +44,6 @@ impl Guard {
     }
 
     /// True if the `Host` of a request is this server.
-    #[must_use]
     pub fn admits_host(&self, host: &str) -> bool {
         let (name, port) = match host.rsplit_once(':') {
             // Colons inside brackets belong to an IPv6 address.
@@ -73,7 +69,6 @@ impl Guard {
     }
 
     /// True if a page of this server opens the WebSocket: its `Origin` equals its `Host`.
-    #[must_use]
     pub fn admits_origin(&self, origin: Option<&str>, host: &str) -> bool {
         let site = origin.and_then(|origin| origin.strip_prefix("http://"));
         self.admits_host(host) && site.is_some_and(|site| site.eq_ignore_ascii_case(host))

@@ -39,7 +39,6 @@ struct Cached {
 }
 
 impl PairMaker {
-    #[must_use]
     pub fn new(catalogue: Catalogue) -> Self {
         Self { catalogue, cached: None }
     }

@@ -161,7 +161,6 @@ pub struct Catalogue {
 
 impl Catalogue {
     /// The catalogue. The scenario of the command line, if any, is the first.
-    #[must_use]
     pub fn new(given: Option<&str>) -> Self {
         let source = given.map(Source::parse).filter(|source| !matches!(source, Source::Builtin(_)));
         Self { given: source.map(|source| (source.display(), source)) }

@@ -6,7 +6,6 @@ pub struct Centred {
 
 impl Centred {
     /// `None` if the values are constant.
-    #[must_use]
     pub fn of(values: &[f64]) -> Option<Self> {
         let count = values.len() as f64;
         let mean = values.iter().sum::<f64>() / count.max(1.0);
@@ -17,13 +16,11 @@ impl Centred {
     }
 
     /// Power 2 gives the variance.
-    #[must_use]
     pub fn moment(&self, power: i32) -> f64 {
         moment(&self.values, power)
     }
 
     /// The correlation of each value with the one `lag` values later, -1 to 1. `lag` is below the number of values.
-    #[must_use]
     pub fn correlation(&self, lag: usize) -> f64 {
         let products = self.values.iter().zip(&self.values[lag..]).map(|(a, b)| a * b);
         products.sum::<f64>() / (self.values.len() as f64 * self.variance)

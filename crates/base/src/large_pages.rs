@@ -2,14 +2,12 @@
 const LARGE: usize = 4 << 20;
 
 /// Requests large pages, because mapping a long column in pages of 4 KB takes longer than most computations on it.
-#[must_use]
 pub fn with_capacity<T>(count: usize) -> Vec<T> {
     let column = Vec::with_capacity(count);
     request_large_pages(&column);
     column
 }
 
-#[must_use]
 pub fn copy_of<T: Copy>(values: &[T]) -> Vec<T> {
     let mut copy = with_capacity(values.len());
     copy.extend_from_slice(values);

@@ -2,7 +2,6 @@ use std::borrow::Cow;
 use std::collections::HashSet;
 
 /// Makes names unique, ignoring case: the second `x` becomes `x-2`. The `reserved` names are in lower case.
-#[must_use]
 pub fn distinct(names: &[String], reserved: &[&str]) -> Vec<String> {
     let given: HashSet<String> = names.iter().map(|name| name.to_lowercase()).collect();
     let mut used: HashSet<String> = reserved.iter().map(|&name| name.to_owned()).collect();
@@ -28,12 +27,10 @@ const MAX_PATH_CHARACTERS: usize = 240;
 const MAX_MESSAGE_CHARACTERS: usize = 4000;
 
 /// Jaro-Winkler, 0 to 1; 0 for names of over 80 bytes, because the time grows with the product of the lengths.
-#[must_use]
 pub fn similarity(a: &str, b: &str) -> f64 {
     if a.len().max(b.len()) > MAX_CHARACTERS { 0.0 } else { strsim::jaro_winkler(a, b) }
 }
 
-#[must_use]
 pub fn shortened(text: &str) -> Cow<'_, str> {
     cut(text, MAX_CHARACTERS)
 }
@@ -46,7 +43,6 @@ fn cut(text: &str, characters: usize) -> Cow<'_, str> {
 }
 
 /// Limits words to 80 characters and paths to 240, so that a message does not repeat a long input.
-#[must_use]
 pub fn with_short_words(message: &str) -> Cow<'_, str> {
     if message.len() <= MAX_CHARACTERS {
         return message.into();

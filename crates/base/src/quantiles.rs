@@ -135,13 +135,11 @@ fn of_key(key: u64) -> f64 {
 }
 
 /// `Φ(x)`.
-#[must_use]
 pub fn normal_share(x: f64) -> f64 {
     0.5 * libm::erfc(-x / std::f64::consts::SQRT_2)
 }
 
 /// `Φ⁻¹(share)`, limited to ±38.
-#[must_use]
 pub fn normal_quantile(share: f64) -> f64 {
     bisect(-38.0, 38.0, |x| normal_share(x) < share)
 }

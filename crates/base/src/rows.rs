@@ -14,7 +14,6 @@ pub struct Rows<const N: usize> {
 
 impl<const N: usize> Rows<N> {
     /// Discards the values of columns that are not kept.
-    #[must_use]
     pub fn new(count: usize, is_kept: [bool; N]) -> Self {
         let columns = is_kept.map(|is_kept| if is_kept { with_capacity(count) } else { vec![] });
         Self { block: [[0.0; AT_ONCE]; N], filled: 0, is_kept, columns }
@@ -42,7 +41,6 @@ impl<const N: usize> Rows<N> {
     }
 
     /// Columns that are not kept are empty.
-    #[must_use]
     pub fn into_columns(mut self) -> [Vec<f64>; N] {
         self.append();
         self.columns

@@ -29,7 +29,6 @@ pub enum Unit {
 
 impl Unit {
     /// `"1"` without a unit.
-    #[must_use]
     pub fn si(self) -> &'static str {
         match self {
             Self::Metre => "m",

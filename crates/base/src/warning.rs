@@ -15,21 +15,18 @@ macro_rules! codes {
         impl Code {
             pub const ALL: &'static [Self] = &[$(Self::$Code),*];
 
-            #[must_use]
             pub fn word(self) -> &'static str {
                 match self {
                     $(Self::$Code => $word,)*
                 }
             }
 
-            #[must_use]
             pub fn meaning(self) -> &'static str {
                 match self {
                     $(Self::$Code => $meaning,)*
                 }
             }
 
-            #[must_use]
             pub fn explanation(self) -> &'static str {
                 match self {
                     $(Self::$Code => $more,)*
@@ -230,7 +227,6 @@ codes! {
 }
 
 impl Code {
-    #[must_use]
     pub fn parse(word: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|code| code.word() == word)
     }
@@ -261,23 +257,19 @@ pub struct Warning {
 
 impl Warning {
     /// Shortens long words of the message.
-    #[must_use]
     pub fn new(code: Code, message: impl Into<String>) -> Self {
         let message = with_short_words(&message.into()).into_owned();
         Self { code, message, source: None, place: None, remedy: None }
     }
 
-    #[must_use]
     pub fn at(self, place: impl Into<String>) -> Self {
         Self { place: Some(place.into()), ..self }
     }
 
-    #[must_use]
     pub fn remedy(self, remedy: impl Into<String>) -> Self {
         Self { remedy: Some(with_short_words(&remedy.into()).into_owned()), ..self }
     }
 
-    #[must_use]
     pub fn of(self, source: impl Into<String>) -> Self {
         Self { source: Some(source.into()), ..self }
     }

@@ -17,12 +17,10 @@ impl SampleConditions {
         AlarmConditions { in_contact, armed, is_drop, moves_as_required, is_deep, quiet_samples }
     }
 
-    #[must_use]
     pub fn in_contact(self) -> bool {
         self.holds(0)
     }
 
-    #[must_use]
     pub fn armed(self) -> bool {
         self.holds(1)
     }

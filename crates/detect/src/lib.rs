@@ -71,7 +71,6 @@ pub struct Detection {
 }
 
 impl Detection {
-    #[must_use]
     pub fn trust(&self) -> TrustColumns {
         let parameters = (&*self.stiffness_n_per_m, &*self.damping_n_s_per_m);
         let motion = (&*self.position_m, &*self.velocity_m_per_s);

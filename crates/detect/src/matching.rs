@@ -18,7 +18,6 @@ fn delay_s(alarm_s: f64, label_s: f64) -> f64 {
 /// A pass from the last label to the first finds the latest matchable labels, and a pass from the first alarm to the
 /// last the earliest matchable alarms. Some matching joins both sets (Mendelsohn and Dulmage 1958). As all windows have
 /// the same length, crossing pairs can exchange partners, so the k-th alarm matches the k-th label.
-#[must_use]
 pub fn match_alarms(alarms_s: &[f64], labels_s: &[f64], within_s: f64) -> Vec<Match> {
     let is_late = |alarm: usize, label: usize| delay_s(alarms_s[alarm], labels_s[label]) > within_s;
     let is_early = |alarm: usize, label: usize| delay_s(alarms_s[alarm], labels_s[label]) < 0.0;
@@ -61,7 +60,6 @@ const FALL_AFTER_S: f64 = 0.03;
 const FALLEN_SHARE: f64 = 0.5;
 
 /// False if the prediction changed instead of the force, so that the alarm indicates no rupture.
-#[must_use]
 pub(super) fn follows_fall(force_n: &[f64], interval_s: f64, sample: usize, residual_n: f64) -> bool {
     let samples_in = |time_s: f64| (time_s / interval_s).round() as usize;
     let from = sample.saturating_sub(samples_in(FALL_BEFORE_S));

@@ -21,7 +21,6 @@ pub enum Phase {
 }
 
 impl Phase {
-    #[must_use]
     pub fn shade(self) -> Option<Shade> {
         match self {
             Self::Free => None,
@@ -33,7 +32,6 @@ impl Phase {
 
     pub const ALL: [Self; 4] = [Self::Free, Self::Insertion, Self::Hold, Self::Withdrawal];
 
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Free => "free",
@@ -76,7 +74,6 @@ impl Default for PhaseRule {
 
 impl PhaseRule {
     /// The intervals have no gaps; neighbours differ in phase.
-    #[must_use]
     pub fn split(&self, position_m: &[f64], interval_s: f64, contact_m: f64) -> Vec<PhaseInterval> {
         let samples = |duration_s: f64| (duration_s / interval_s).round().max(0.0) as usize;
         let half = samples(0.5 * self.window_s).max(1);

@@ -46,7 +46,6 @@ const MIN_CONTACT_S: f64 = 0.5;
 const MIN_MOTION_M: f64 = 5e-4;
 
 /// Warns if samples `interval_s` (s) apart are too far apart for a rupture, or closer than sensors sample.
-#[must_use]
 pub fn sampling_rate(interval_s: f64) -> Option<Warning> {
     let rate_hz = 1.0 / interval_s;
     // The measured rate has a tolerance of 1 %.
@@ -114,7 +113,6 @@ impl Plausibility {
 
 /// Warnings about a recording that a run replays at `interval_s` (s): implausible position (m) or force (N). The
 /// remedies name flags, whose keys have the same names.
-#[must_use]
 pub fn recorded_warnings(interval_s: f64, position_m: &[f64], force_n: &[f64]) -> Vec<Warning> {
     let count = position_m.len().min(force_n.len());
     let time_s: Vec<f64> = (0..count).map(|sample| sample as f64 * interval_s).collect();

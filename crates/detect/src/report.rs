@@ -55,7 +55,6 @@ pub struct ExtraParameterEstimate {
 }
 
 impl ExtraParameterEstimate {
-    #[must_use]
     pub fn of(extra_parameter: &Option<(&'static str, Vec<f64>)>) -> Option<Self> {
         let (column, values) = extra_parameter.as_ref()?;
         Some(Self { column, median: upper_median(values)?, last: *values.last()? })
@@ -132,7 +131,6 @@ fn stray_alarm(alarms_s: &[f64], labels_s: &[f64], stray: &Match) -> Warning {
 
 impl DetectionReport {
     /// `ruptures_s` are in s after the first sample; an empty list means no labels.
-    #[must_use]
     pub fn of(detection: &Detection, ruptures_s: &[f64]) -> Self {
         let start_s = detection.time_s.first().copied().unwrap_or(0.0);
         let label = |rupture: &f64| Label { time_s: start_s + rupture, kind: None };
@@ -141,7 +139,6 @@ impl DetectionReport {
     }
 
     /// Labels ascend; an empty list means no rupture, `None` no labels.
-    #[must_use]
     pub fn judged(detection: &Detection, labels: Option<&[Label]>, within_s: f64) -> Self {
         let start_s = detection.time_s.first().copied().unwrap_or(0.0);
         let labelled_ruptures_s: Vec<f64> = labels.unwrap_or_default().iter().map(|label| label.time_s).collect();

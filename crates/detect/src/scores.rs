@@ -62,7 +62,6 @@ pub struct Scores {
 }
 
 impl Scores {
-    #[must_use]
     pub fn of(tally: &Tally) -> Self {
         let found = tally.delays_s.len();
         let false_alarms = tally.alarms.saturating_sub(found);

@@ -211,7 +211,6 @@ impl PhaseStatistics {
     }
 
     /// Every sample has equal weight. The standard deviation is about each recording's mean.
-    #[must_use]
     pub fn pooled<'a>(phase: Phase, of: impl IntoIterator<Item = &'a Self>) -> Self {
         let of_phase: Vec<&Self> = of.into_iter().filter(|statistics| statistics.phase == phase).collect();
         let samples = of_phase.iter().map(|s| s.samples).sum();

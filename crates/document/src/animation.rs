@@ -101,23 +101,19 @@ pub struct Shape {
 }
 
 impl Shape {
-    #[must_use]
     pub fn new<const N: usize>(role: Role, points: [(f64, f64); N]) -> Self {
         let (x, y) = points.into_iter().unzip();
         Self { role, x, y, text: None }
     }
 
-    #[must_use]
     pub fn rectangle(role: Role, (left, right): (f64, f64), (top, bottom): (f64, f64)) -> Self {
         Self::new(role, [(left, top), (right, top), (right, bottom), (left, bottom)])
     }
 
-    #[must_use]
     pub fn text(role: Role, at: (f64, f64), anchor: Anchor, text: impl Into<String>) -> Self {
         Self { text: Some((anchor, text.into())), ..Self::new(role, [at]) }
     }
 
-    #[must_use]
     pub fn shown_if(self, is_shown: bool) -> Self {
         if is_shown { self } else { Self { x: vec![], y: vec![], ..self } }
     }
@@ -148,7 +144,6 @@ impl Shape {
 impl Drawing {
     /// The drawing as data: `size`, and for each of the `shapes` its `kind`, `role`, positions `x` and `states`. A
     /// state has its first frame, the positions y from then on (empty: hidden), and the text.
-    #[must_use]
     pub fn description(&self) -> Json {
         let Some((first, frames)) = self.frames.split_first() else { return Json::Null };
         let mut tracks: Vec<Json> = first.iter().map(placed).collect();

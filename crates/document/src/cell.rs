@@ -40,7 +40,6 @@ pub enum Cell {
 }
 
 impl Number {
-    #[must_use]
     pub fn new(value: f64, unit: Unit) -> Self {
         let (factor, name) = readable(unit);
         // Times from one second on are displayed in seconds.
@@ -50,7 +49,6 @@ impl Number {
     }
 
     /// With an SI unit, for example `N/m`; empty or `1` for a plain number.
-    #[must_use]
     pub fn si(value: f64, unit: impl Into<String>) -> Self {
         let unit = unit.into();
         let unit = if unit.is_empty() || unit == "1" { String::new() } else { format!(" {unit}") };
@@ -58,12 +56,10 @@ impl Number {
     }
 
     /// From s, displayed in ms.
-    #[must_use]
     pub fn milliseconds(seconds: f64) -> Self {
         Self { factor: 1e3, ..Self::si(seconds, "ms") }
     }
 
-    #[must_use]
     pub fn digits(self, digits: Digits) -> Self {
         Self { digits, ..self }
     }
@@ -80,33 +76,27 @@ impl Number {
 }
 
 impl Cell {
-    #[must_use]
     pub fn of(value: Option<f64>, unit: Unit) -> Self {
         value.map_or(Self::Undefined, |value| Self::Number(Number::new(value, unit)))
     }
 
-    #[must_use]
     pub fn si(value: Option<f64>, unit: &str) -> Self {
         value.map_or(Self::Undefined, |value| Self::Number(Number::si(value, unit)))
     }
 
-    #[must_use]
     pub fn count(count: u64) -> Self {
         Self::Number(Number::new(count as f64, Unit::Count))
     }
 
-    #[must_use]
     pub fn flag(flag: Option<bool>) -> Self {
         flag.map_or(Self::Undefined, Self::Flag)
     }
 
-    #[must_use]
     pub fn empty() -> Self {
         Self::Text(String::new())
     }
 
     /// In SI units; `None` unless the cell is a quantity.
-    #[must_use]
     pub fn value(&self) -> Option<f64> {
         match self {
             Self::Number(number) | Self::Interval(number, _) | Self::PlusMinus(number, _) => Some(number.value),

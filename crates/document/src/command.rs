@@ -1,5 +1,4 @@
 /// `trocar` and its arguments, quoted for a shell where necessary.
-#[must_use]
 pub fn command_line<S: AsRef<str>>(arguments: impl IntoIterator<Item = S>) -> String {
     arguments.into_iter().fold("trocar".to_owned(), |line, argument| format!("{line} {}", quoted(argument.as_ref())))
 }

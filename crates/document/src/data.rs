@@ -36,7 +36,6 @@ pub enum Values<'a> {
 }
 
 impl Values<'_> {
-    #[must_use]
     pub fn len(&self) -> usize {
         match self {
             Self::Numbers(values) => values.len(),
@@ -50,50 +49,41 @@ impl Values<'_> {
         }
     }
 
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 }
 
 impl<'a> DataTable<'a> {
-    #[must_use]
     pub fn new(name: impl Into<Cow<'static, str>>) -> Self {
         Self { name: name.into(), columns: vec![], is_sampled: false, metadata: vec![] }
     }
 
-    #[must_use]
     pub fn sampled(self) -> Self {
         Self { is_sampled: true, ..self }
     }
 
-    #[must_use]
     pub fn with(mut self, name: impl Into<Cow<'a, str>>, values: Values<'a>) -> Self {
         self.columns.push(DataColumn { name: name.into(), values });
         self
     }
 
-    #[must_use]
     pub fn numbers(self, name: impl Into<Cow<'a, str>>, values: impl IntoIterator<Item = f64>) -> Self {
         self.with(name, Values::Numbers(values.into_iter().collect()))
     }
 
-    #[must_use]
     pub fn optional(self, name: impl Into<Cow<'a, str>>, values: impl IntoIterator<Item = Option<f64>>) -> Self {
         self.with(name, Values::Optional(values.into_iter().collect()))
     }
 
-    #[must_use]
     pub fn whole(self, name: impl Into<Cow<'a, str>>, values: impl IntoIterator<Item = u64>) -> Self {
         self.with(name, Values::Whole(values.into_iter().collect()))
     }
 
-    #[must_use]
     pub fn flags(self, name: impl Into<Cow<'a, str>>, values: impl IntoIterator<Item = bool>) -> Self {
         self.with(name, Values::Flags(values.into_iter().map(Some).collect()))
     }
 
-    #[must_use]
     pub fn texts<T: Into<Cow<'a, str>>>(
         self,
         name: impl Into<Cow<'a, str>>,
@@ -102,7 +92,6 @@ impl<'a> DataTable<'a> {
         self.with(name, Values::Texts(values.into_iter().map(Into::into).collect()))
     }
 
-    #[must_use]
     pub fn rows(&self) -> usize {
         self.columns.first().map_or(0, |column| column.values.len())
     }

@@ -4,19 +4,16 @@ use serde::Serialize;
 use serde_json::Value as Json;
 
 /// Indented, with a line feed at the end. `--json` prints the same text.
-#[must_use]
 pub fn to_json(value: &Json) -> String {
     format!("{value:#}\n")
 }
 
 /// A number that is not finite becomes `null`. Panics if the keys of a map are not strings.
-#[must_use]
 pub fn json_of(content: &impl Serialize) -> Json {
     serde_json::to_value(content).expect("keys are strings")
 }
 
 /// Draft 2020-12, with the doc comments as descriptions. Objects allow only the keys of their type.
-#[must_use]
 pub fn schema_of<T: JsonSchema>() -> Json {
     let generator = SchemaSettings::draft2020_12().for_serialize().into_generator();
     let mut schema = generator.into_root_schema_for::<T>().to_value();

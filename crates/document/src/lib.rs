@@ -85,7 +85,6 @@ pub enum Shown {
 }
 
 impl Shown {
-    #[must_use]
     pub fn is_on_terminal(self, all: bool) -> bool {
         match self {
             Self::Everywhere | Self::OnTerminal => true,
@@ -122,12 +121,10 @@ impl<'a> Document<'a> {
 }
 
 impl Section {
-    #[must_use]
     pub fn new(id: impl Into<Cow<'static, str>>, title: impl Into<Cow<'static, str>>) -> Self {
         Self { id: id.into(), title: title.into(), shown: Shown::Everywhere, blocks: vec![] }
     }
 
-    #[must_use]
     pub fn shown(self, shown: Shown) -> Self {
         Self { shown, ..self }
     }
@@ -155,7 +152,6 @@ impl Section {
 }
 
 impl Verdict {
-    #[must_use]
     pub fn text(&self) -> String {
         self.sentences.join(" ")
     }

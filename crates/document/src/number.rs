@@ -1,7 +1,6 @@
 use trocar_base::unit::Unit;
 
 /// The factor from SI, and the displayed unit.
-#[must_use]
 pub fn readable(unit: Unit) -> (f64, &'static str) {
     match unit {
         Unit::Metre => (1e3, " mm"),
@@ -17,7 +16,6 @@ pub fn readable(unit: Unit) -> (f64, &'static str) {
 }
 
 /// `—` if it is undefined.
-#[must_use]
 pub fn show(value: Option<f64>, unit: Unit) -> String {
     let (factor, name) = readable(unit);
     match (value, unit) {
@@ -29,7 +27,6 @@ pub fn show(value: Option<f64>, unit: Unit) -> String {
 }
 
 /// Four significant digits and at most four decimals; very small and very large numbers in scientific notation.
-#[must_use]
 pub fn significant(value: f64) -> String {
     let magnitude = value.abs();
     if value == 0.0 {
@@ -42,7 +39,6 @@ pub fn significant(value: f64) -> String {
 }
 
 /// Four significant digits, without trailing zeros.
-#[must_use]
 pub fn plain(value: f64) -> String {
     let text = significant(value);
     if !text.contains('.') || text.contains('e') {
@@ -51,13 +47,11 @@ pub fn plain(value: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-#[must_use]
 pub fn counted(count: u64, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 /// The shortest decimal form that reads back to the same value.
-#[must_use]
 pub fn shortest(value: f64) -> String {
     ryu::Buffer::new().format(value).to_owned()
 }

@@ -34,13 +34,11 @@ pub struct Row {
 
 impl Table {
     /// On the terminal only the first rows, and the name of the file that has all.
-    #[must_use]
     pub fn first_rows(self, rows: usize, file: &'static str) -> Self {
         Self { first_rows: Some((rows, file)), ..self }
     }
 
     /// Columns are pairs of key and heading.
-    #[must_use]
     pub fn new<K: Into<String>, L: Into<String>>(
         key: &'static str,
         caption: impl Into<String>,
@@ -58,12 +56,10 @@ impl Table {
         }
     }
 
-    #[must_use]
     pub fn of_text(self) -> Self {
         Self { is_text: true, ..self }
     }
 
-    #[must_use]
     pub fn shown(self, shown: Shown) -> Self {
         Self { shown, ..self }
     }

@@ -50,7 +50,6 @@ impl Diagram {
 }
 
 /// Draws the principle of the detection, from the force and its estimate to the alarm, as in figure 10 of the paper.
-#[must_use]
 pub fn principle() -> Figure<'static> {
     const HALF: Point = (21.0, 6.0);
     let mut diagram = Diagram::new();
@@ -80,7 +79,6 @@ pub fn principle() -> Figure<'static> {
 
 /// Draws the force-position controller with the adaptation at a rupture, as in figure 14 of the paper: the adaptation
 /// in the colour of augmented runs.
-#[must_use]
 pub fn augmented_controller() -> Figure<'static> {
     const HALF: Point = (10.5, 8.0);
     let mut diagram = Diagram::new();
@@ -136,7 +134,6 @@ const NEEDLE: f64 = 0.8;
 const SPREAD: f64 = 5.0;
 
 /// Draws the three phases of an insertion into one layer, not to scale, as in figure 1 of the paper.
-#[must_use]
 pub fn insertion_phases() -> Figure<'static> {
     let axes = Panel::new(Axis::exact((0.0, 100.0), 0), "", Axis::exact((0.0, 80.0), 0), "");
     let mut panel = Panel { is_bare: true, ..axes };

@@ -23,7 +23,6 @@ pub fn residual_histogram(view: &EstimationView<'_>) -> Result<Figure<'static>, 
 
 /// Draws the density of a prediction error (N) on a logarithmic axis, with named zero-mean Gaussians of given standard
 /// deviations (N).
-#[must_use]
 pub fn distribution(name: &str, residual_n: &[f64], gaussians: &[(f64, String)]) -> Figure<'static> {
     let (residuals, Histogram { half, bin, densities, .. }) = histogram(residual_n);
     let single = 1.0 / (residuals.len().max(1) as f64 * bin);

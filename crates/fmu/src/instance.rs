@@ -220,12 +220,10 @@ impl Instance {
     }
 
     /// The end of the last step in s; `None` before the first one.
-    #[must_use]
     pub fn time_s(&self) -> Option<f64> {
         self.clock.as_ref()?.time_s()
     }
 
-    #[must_use]
     pub fn has_ended(&self) -> bool {
         if let Running::Simulation(run) = &self.running { run.has_ended() } else { false }
     }

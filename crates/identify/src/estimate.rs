@@ -78,13 +78,11 @@ pub struct Identification {
 
 impl Identification {
     /// `key` as in files, such as `mass_kg`.
-    #[must_use]
     pub fn parameter(&self, key: &str) -> Option<(f64, [f64; 2])> {
         let (_, bounded) = self.parameters.iter().find(|(parameter, _)| parameter.key() == key)?;
         Some((bounded.value, [bounded.low, bounded.high]))
     }
 
-    #[must_use]
     pub fn mean_fit_percent(&self, role: Role) -> Option<f64> {
         mean_fit(self.fits.iter().filter(|fit| fit.role == role).map(|fit| fit.fit_percent))
     }

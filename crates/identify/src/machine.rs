@@ -55,7 +55,6 @@ impl Machine {
     /// Without delay, a step of length h solves for the mean velocity w with the implicit midpoint rule:
     /// `(2 m/h + b + K_d + K_p h/2) w + F(w) = 2 m v/h + K_p (x_m - x) + K_d ẋ_m - f`. The slave rests if the right
     /// side is within ±F_c: exact stiction without chatter.
-    #[must_use]
     pub fn simulate(&self, measured: &Measured, zero_n: f64) -> Option<Vec<f64>> {
         let interval_s = measured.interval_s;
         let steps = ((interval_s / LONGEST_STEP_S - 1e-9).ceil() as usize).clamp(1, MAX_STEPS);

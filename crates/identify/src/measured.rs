@@ -95,7 +95,6 @@ impl Measured {
         })
     }
 
-    #[must_use]
     #[expect(clippy::len_without_is_empty, reason = "a recording is never empty")]
     pub fn len(&self) -> usize {
         self.slave_m.len()
@@ -106,7 +105,6 @@ impl Measured {
         deviation(&self.slave_m)
     }
 
-    #[must_use]
     pub fn fit_percent(&self, simulated_m: &[f64]) -> f64 {
         fit_percent(simulated_m, &self.slave_m, self.motion_m())
     }

@@ -13,7 +13,6 @@ pub enum Structure {
 impl Structure {
     pub(crate) const ALL: [Self; 3] = [Self::Plain, Self::Sensor, Self::LaggingSensor];
 
-    #[must_use]
     pub fn key(self) -> &'static str {
         match self {
             Self::Plain => "plain",
@@ -22,7 +21,6 @@ impl Structure {
         }
     }
 
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Plain => "exact force sensor",

@@ -15,7 +15,6 @@ pub struct Whiteness {
 
 impl Whiteness {
     /// `None` if the residuals are constant or fewer than 100.
-    #[must_use]
     pub fn of(residuals: &[f64]) -> Option<Self> {
         let centred = Centred::of(residuals).filter(|_| residuals.len() >= 5 * LAGS)?;
         let bound = 1.96 / (residuals.len() as f64).sqrt();
@@ -28,7 +27,6 @@ impl Whiteness {
     }
 
     /// At least 17 of the 20 lags are within their bounds, as for 98 % of white residuals.
-    #[must_use]
     pub fn is_white(&self) -> bool {
         self.lags_within_bounds >= 17
     }

@@ -32,7 +32,6 @@ pub(super) enum Fate {
 
 impl<const N: usize> Arrivals<N> {
     /// Creates a record for `ticks` ticks. Until a message arrives, the receiver has the `initial` sample.
-    #[must_use]
     pub fn new(ticks: u64, initial: [f64; N]) -> Self {
         Self {
             held: Message { sample: initial, payload: [0.0; PAYLOAD] },
@@ -90,7 +89,6 @@ impl<const N: usize> Arrivals<N> {
     }
 
     /// Returns the delay in ticks of the message of each tick in the run, or [`Schedule::LOST`].
-    #[must_use]
     pub fn delays(&self) -> &[u32] {
         &self.delays
     }

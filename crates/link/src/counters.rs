@@ -15,7 +15,6 @@ pub struct Counters {
 }
 
 impl Counters {
-    #[must_use]
     pub fn dropped(&self) -> u64 {
         self.malformed + self.foreign + self.replayed + self.out_of_range
     }

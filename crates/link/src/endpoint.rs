@@ -41,7 +41,6 @@ pub struct Endpoint<const N: usize> {
 
 impl<const N: usize> Endpoint<N> {
     /// Creates the end of a side for a run of `ticks` ticks. Until a message arrives, it has the `initial` sample.
-    #[must_use]
     pub fn new(role: Role, session: Session, ticks: u64, initial: [f64; N]) -> Self {
         Self {
             role,
@@ -152,22 +151,18 @@ impl<const N: usize> Endpoint<N> {
         self.arrivals.at_next_tick()
     }
 
-    #[must_use]
     pub fn counters(&self) -> Counters {
         self.counters
     }
 
-    #[must_use]
     pub fn delays(&self) -> &[u32] {
         self.arrivals.delays()
     }
 
-    #[must_use]
     pub fn last_trip(&self) -> Option<Trip> {
         self.last_trip
     }
 
-    #[must_use]
     pub fn other_energy_j(&self) -> f64 {
         self.energy.map_or(0.0, |(_, energy_j)| energy_j)
     }

@@ -77,7 +77,6 @@ impl MasterEnd {
         self.side.step(&received, &mut self.trace)
     }
 
-    #[must_use]
     pub fn has_ended(&self) -> bool {
         self.side.has_ended()
     }
@@ -160,17 +159,14 @@ impl SlaveEnd {
         Ok(self.endpoint.seal((tick, now_ns), &message, self.side.energy_j()))
     }
 
-    #[must_use]
     pub fn has_ended(&self) -> bool {
         self.side.has_ended()
     }
 
-    #[must_use]
     pub fn ruptures(&self) -> &[u64] {
         &self.events.ruptures
     }
 
-    #[must_use]
     pub fn alarms(&self) -> &[u64] {
         &self.events.alarms
     }
@@ -204,28 +200,23 @@ macro_rules! both {
                 }
             }
 
-            #[must_use]
             pub fn tick(&self) -> u64 {
                 self.side.tick()
             }
 
-            #[must_use]
             pub fn counters(&self) -> Counters {
                 self.endpoint.counters()
             }
 
-            #[must_use]
             pub fn delays(&self) -> &[u32] {
                 self.endpoint.delays()
             }
 
             /// Returns the signals so far. The other side's signals are 0.
-            #[must_use]
             pub fn trace(&self) -> &Trace {
                 &self.trace
             }
 
-            #[must_use]
             pub fn meter(&self) -> Meter {
                 self.meter
             }

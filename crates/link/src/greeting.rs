@@ -32,7 +32,6 @@ const MAX_SINCE_NS: i64 = 31_536_000_000_000_000;
 /// Returns a hash of a scenario and the program's version. Sides with different hashes cannot run together.
 ///
 /// Paths of files are excluded, because they differ between computers.
-#[must_use]
 pub fn fingerprint(scenario: &Scenario) -> [u8; 32] {
     let mut hash = Sha256::new_with_prefix(env!("CARGO_PKG_VERSION"));
     let echo = scenario.echo();
@@ -93,12 +92,10 @@ struct SlaveReply {
 }
 
 impl Calling {
-    #[must_use]
     pub fn new(key: Key, own: [u8; NONCE_BYTES], scenario: [u8; 32]) -> Self {
         Self { key, own, scenario, reply: None, replies: 0, differs: false, is_ready: false }
     }
 
-    #[must_use]
     pub fn hello(&self, now_ns: i64) -> [u8; PACKET_BYTES] {
         let body = body(&self.own, &[0; NONCE_BYTES], &self.scenario, [now_ns, 0]);
         self.key.seal(&packet(Kind::Hello, Role::Master, body))
@@ -143,24 +140,20 @@ impl Calling {
         }
     }
 
-    #[must_use]
     pub fn replies(&self) -> u32 {
         self.replies
     }
 
-    #[must_use]
     pub fn differs(&self) -> bool {
         self.differs
     }
 
     /// Returns tick 0 of the slave's link by this side's clock (ns); `None` if the slave's link has not begun.
-    #[must_use]
     pub fn begun_ns(&self) -> Option<i64> {
         self.reply.as_ref()?.begun_ns
     }
 
     /// Returns a Start for tick 0 at `start_ns`, sent at `now_ns` (ns); `None` before a reply.
-    #[must_use]
     pub fn start(&self, now_ns: i64, start_ns: i64) -> Option<[u8; PACKET_BYTES]> {
         let reply = self.reply.as_ref()?;
         let times_ns = [start_ns.saturating_sub(now_ns), reply.round_ns / 2];
@@ -168,7 +161,6 @@ impl Calling {
         Some(reply.session.0.seal(&packet(Kind::Start, Role::Master, body)))
     }
 
-    #[must_use]
     pub fn greeted(&self, start_ns: i64) -> Option<Greeted> {
         let SlaveReply { session, round_ns, .. } = self.reply.as_ref().filter(|_| self.is_ready)?;
         Some(Greeted { session: session.clone(), start_ns, round_ns: *round_ns })
@@ -186,13 +178,11 @@ pub struct Waiting {
 }
 
 impl Waiting {
-    #[must_use]
     pub fn new(key: Key, own: [u8; NONCE_BYTES], scenario: [u8; 32]) -> Self {
         Self { key, own, scenario, begun_ns: None, greeted: None, differs: false }
     }
 
     /// Like [`Waiting::new`], for a slave whose link runs since tick 0 at `begun_ns` (ns): a master may join it.
-    #[must_use]
     pub fn running(key: Key, own: [u8; NONCE_BYTES], scenario: [u8; 32], begun_ns: i64) -> Self {
         Self { begun_ns: Some(begun_ns), ..Self::new(key, own, scenario) }
     }
@@ -231,12 +221,10 @@ impl Waiting {
         }
     }
 
-    #[must_use]
     pub fn differs(&self) -> bool {
         self.differs
     }
 
-    #[must_use]
     pub fn greeted(&self) -> Option<&Greeted> {
         self.greeted.as_ref().map(|(_, greeted)| greeted)
     }

@@ -17,7 +17,6 @@ pub struct LatenessSummary {
 }
 
 impl Lateness {
-    #[must_use]
     pub fn new(ticks: u64) -> Self {
         Self { late_s: Vec::with_capacity(ticks as usize) }
     }
@@ -26,7 +25,6 @@ impl Lateness {
         self.late_s.push(late_s);
     }
 
-    #[must_use]
     pub fn summary(&self, tick_s: f64) -> LatenessSummary {
         let mut values = self.late_s.clone();
         let mut at = |share| quantile_of(&mut values, share);

@@ -16,7 +16,6 @@ pub enum Direction {
 }
 
 impl Direction {
-    #[must_use]
     pub fn column(self) -> &'static str {
         match self {
             Self::Forward => "forward_delay_s",
@@ -39,7 +38,6 @@ pub enum RemoteLogError {
 
 /// Returns the delays of both directions (in ticks, by the tick that sent the message) as a file for
 /// `channel.delays_file`.
-#[must_use]
 pub fn delays_csv(delays: &[(Direction, &[u32])], grid: &TickGrid) -> String {
     let mut text = "time_s".to_owned();
     for (direction, _) in delays {

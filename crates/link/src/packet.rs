@@ -33,7 +33,6 @@ pub enum Role {
 }
 
 impl Role {
-    #[must_use]
     pub fn word(self) -> &'static str {
         match self {
             Self::Master => "master",
@@ -41,7 +40,6 @@ impl Role {
         }
     }
 
-    #[must_use]
     pub fn other(self) -> Self {
         match self {
             Self::Master => Self::Slave,

@@ -38,7 +38,6 @@ pub struct Heard {
 impl Rejoin {
     /// Creates the greeting of a side, with a random number that was never used, for a scenario with this
     /// [`fingerprint`](super::fingerprint) and a link whose tick 0 was at `begun_ns` by this side's clock (ns).
-    #[must_use]
     pub fn new(role: Role, key: Key, own: [u8; NONCE_BYTES], scenario: [u8; 32], begun_ns: i64) -> Self {
         let greeting = match role {
             Role::Master => Greeting::OfMaster(Calling::new(key, own, scenario)),
@@ -76,13 +75,11 @@ impl Rejoin {
         Heard { session, ..heard }
     }
 
-    #[must_use]
     pub fn has_agreed(&self) -> bool {
         self.agreed_ns.is_some()
     }
 
     /// Returns true if the other side has agreed, but has sent no message for too long at a time (ns).
-    #[must_use]
     pub fn is_overdue(&self, now_ns: i64) -> bool {
         self.agreed_ns.is_some_and(|agreed_ns| now_ns.saturating_sub(agreed_ns) > PATIENCE_NS)
     }

@@ -27,7 +27,6 @@ impl Key {
     }
 
     /// Returns the key of links on one computer. Its code only detects errors and foreign packets.
-    #[must_use]
     pub fn of_loopback() -> Self {
         Self::of(b"loopback")
     }

@@ -25,7 +25,6 @@ pub struct Silence {
 
 impl Silence {
     /// Expects the first message shortly after `start_ns`. The delays of the scenario's channel do not count.
-    #[must_use]
     pub fn new(scenario: &Scenario, start_ns: i64) -> Self {
         let longest_ticks = scenario.longest_delays_ticks().into_iter().max().unwrap_or(0);
         let longest_s = scenario.grid.time_s(longest_ticks);
@@ -56,12 +55,10 @@ impl Silence {
         Some(SilenceChange::Silent(seconds(silent_ns)))
     }
 
-    #[must_use]
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    #[must_use]
     pub fn since_ns(&self) -> Option<i64> {
         self.is_silent.then_some(self.last_ns)
     }

@@ -16,7 +16,6 @@ pub struct Spread {
 }
 
 impl Spread {
-    #[must_use]
     pub fn of(values: &mut [f64]) -> Self {
         Self { median: quantile_of(values, 0.5), p99: quantile_of(values, 0.99), worst: quantile_of(values, 1.0) }
     }
@@ -29,7 +28,6 @@ pub struct Trips {
 }
 
 impl Trips {
-    #[must_use]
     pub fn new(messages: u64) -> Self {
         let empty = || Vec::with_capacity(messages as usize);
         Self { one_way_s: empty(), round_s: empty() }
@@ -66,14 +64,12 @@ pub struct SideSummary {
 }
 
 impl SideSummary {
-    #[must_use]
     pub fn delays(delays: &[u32]) -> (u64, Spread) {
         let mut arrived: Vec<f64> =
             delays.iter().filter(|delay| **delay != Schedule::LOST).map(|delay| f64::from(*delay)).collect();
         ((delays.len() - arrived.len()) as u64, Spread::of(&mut arrived))
     }
 
-    #[must_use]
     pub fn times(mut trips: Trips) -> (Spread, Spread) {
         (Spread::of(&mut trips.one_way_s), Spread::of(&mut trips.round_s))
     }

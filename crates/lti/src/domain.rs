@@ -35,7 +35,6 @@ impl Discrete {
         if tick_s.is_finite() && tick_s > 0.0 { Ok(Self { tick_s }) } else { Err(Error::TickNotPositive { tick_s }) }
     }
 
-    #[must_use]
     pub fn tick_s(self) -> f64 {
         self.tick_s
     }

@@ -37,7 +37,6 @@ pub struct Interconnection {
 
 impl Interconnection {
     /// Starts with all inputs at 0 and without outputs.
-    #[must_use]
     pub fn new<D: Domain>(system: &StateSpace<D>, externals: usize) -> Self {
         let outputs = system.outputs();
         Self { outputs, externals, gain: DMatrix::zeros(system.inputs(), outputs + externals), selection: Vec::new() }

@@ -45,56 +45,46 @@ impl Polynomial {
     }
 
     /// In descending powers; empty for the zero polynomial.
-    #[must_use]
     pub fn coefficients(&self) -> &[f64] {
         &self.descending
     }
 
     /// `None` for the zero polynomial.
-    #[must_use]
     pub fn leading(&self) -> Option<f64> {
         self.descending.first().copied()
     }
 
     /// The coefficient of `s^power`; 0 beyond the degree.
-    #[must_use]
     pub fn coefficient(&self, power: usize) -> f64 {
         self.descending.iter().rev().nth(power).copied().unwrap_or(0.0)
     }
 
     /// `None` for the zero polynomial.
-    #[must_use]
     pub fn degree(&self) -> Option<usize> {
         self.descending.len().checked_sub(1)
     }
 
-    #[must_use]
     pub fn is_zero(&self) -> bool {
         self.descending.is_empty()
     }
 
     /// 0 for the zero polynomial.
-    #[must_use]
     pub fn roots_at_zero(&self) -> usize {
         self.descending.iter().rev().take_while(|c| **c == 0.0).count()
     }
 
-    #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         Self::trimmed(self.descending.iter().map(|c| c * factor).collect())
     }
 
-    #[must_use]
     pub fn evaluate(&self, x: f64) -> f64 {
         self.descending.iter().fold(0.0, |value, c| value * x + c)
     }
 
-    #[must_use]
     pub fn evaluate_complex(&self, s: Complex64) -> Complex64 {
         self.descending.iter().fold(Complex64::new(0.0, 0.0), |value, c| value * s + c)
     }
 
-    #[must_use]
     pub fn derivative(&self) -> Self {
         let powers = (1..self.descending.len()).rev();
         Self::trimmed(self.descending.iter().zip(powers).map(|(c, power)| c * power as f64).collect())

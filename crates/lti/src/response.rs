@@ -14,13 +14,11 @@ pub struct FrequencyPoint {
 
 impl FrequencyPoint {
     /// A ratio, not in decibels.
-    #[must_use]
     pub fn magnitude(&self) -> DMatrix<f64> {
         self.response.map(|h| h.norm())
     }
 
     /// Between -π and π; 0 where H is 0.
-    #[must_use]
     pub fn phase_rad(&self) -> DMatrix<f64> {
         self.response.map(|h| h.arg())
     }

@@ -56,7 +56,6 @@ impl StateSpace<Discrete> {
         Self::new(a, b, c, d, Discrete::new(tick_s)?)
     }
 
-    #[must_use]
     pub fn tick_s(&self) -> f64 {
         self.domain.tick_s()
     }
@@ -82,42 +81,34 @@ impl<D: Domain> StateSpace<D> {
         Self::new(DMatrix::zeros(0, 0), DMatrix::zeros(0, m), DMatrix::zeros(p, 0), d, domain)
     }
 
-    #[must_use]
     pub fn a(&self) -> &DMatrix<f64> {
         &self.a
     }
 
-    #[must_use]
     pub fn b(&self) -> &DMatrix<f64> {
         &self.b
     }
 
-    #[must_use]
     pub fn c(&self) -> &DMatrix<f64> {
         &self.c
     }
 
-    #[must_use]
     pub fn d(&self) -> &DMatrix<f64> {
         &self.d
     }
 
-    #[must_use]
     pub fn domain(&self) -> D {
         self.domain
     }
 
-    #[must_use]
     pub fn states(&self) -> usize {
         self.a.nrows()
     }
 
-    #[must_use]
     pub fn inputs(&self) -> usize {
         self.b.ncols()
     }
 
-    #[must_use]
     pub fn outputs(&self) -> usize {
         self.c.nrows()
     }
@@ -151,7 +142,6 @@ impl<D: Domain> StateSpace<D> {
     }
 
     /// `C (c I - A)⁻¹ B + D` with c = 0 (s) or 1 (z), p x m. `None` with an integrating mode, even an unobservable one.
-    #[must_use]
     pub fn dc_gain(&self) -> Option<DMatrix<f64>> {
         let n = self.states();
         let shifted = DMatrix::identity(n, n) * self.domain.constant_point() - &self.a;

@@ -30,36 +30,30 @@ impl TransferFunction {
         Self::new(&[value], &[1.0])
     }
 
-    #[must_use]
     pub fn numerator(&self) -> &Polynomial {
         &self.numerator
     }
 
-    #[must_use]
     pub fn denominator(&self) -> &Polynomial {
         &self.denominator
     }
 
     /// `None` for the zero function.
-    #[must_use]
     pub fn relative_degree(&self) -> Option<i64> {
         Some(self.denominator.degree()? as i64 - self.numerator.degree()? as i64)
     }
 
     /// True if the response stays finite at infinite frequency.
-    #[must_use]
     pub fn is_proper(&self) -> bool {
         self.relative_degree().is_none_or(|degree| degree >= 0)
     }
 
     /// Infinite or NaN at a pole.
-    #[must_use]
     pub fn evaluate(&self, s: Complex64) -> Complex64 {
         self.numerator.evaluate_complex(s) / self.denominator.evaluate_complex(s)
     }
 
     /// The limit at s = 0, with factors of s cancelled; `None` if infinite.
-    #[must_use]
     pub fn dc_gain(&self) -> Option<f64> {
         if self.numerator.is_zero() {
             return Some(0.0);

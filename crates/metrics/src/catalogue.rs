@@ -22,7 +22,6 @@ pub enum Better {
 }
 
 impl Better {
-    #[must_use]
     pub fn word(self) -> &'static str {
         match self {
             Self::Lower => "lower",
@@ -66,7 +65,6 @@ pub enum Scope {
 }
 
 impl Scope {
-    #[must_use]
     pub fn word(self) -> &'static str {
         match self {
             Self::Run => "run",
@@ -120,7 +118,6 @@ pub struct Declaration {
 
 impl Shown {
     /// In the short table of a comparison.
-    #[must_use]
     pub fn is_main(self) -> bool {
         matches!(self, Self::Main | Self::MainWhereDefined)
     }
@@ -128,12 +125,10 @@ impl Shown {
 
 impl Declaration {
     /// `number`, from 1, identifies a rupture or event.
-    #[must_use]
     pub fn key(&self, number: usize) -> String {
         self.scope.key_prefix(number) + self.name
     }
 
-    #[must_use]
     pub fn full_label(&self, number: usize) -> String {
         self.scope.label_prefix(number) + self.label
     }

@@ -91,19 +91,16 @@ struct Explained {
 }
 
 impl MissReason {
-    #[must_use]
     pub fn word(&self) -> String {
         // Every variant of this enum is serialized with its tag.
         let tag = |value: serde_json::Value| Some(value.get("reason")?.as_str()?.to_owned());
         serde_json::to_value(self).ok().and_then(tag).unwrap_or_default()
     }
 
-    #[must_use]
     pub fn key(&self) -> &'static str {
         self.explained().key
     }
 
-    #[must_use]
     pub fn remedy(&self) -> Cow<'static, str> {
         self.explained().remedy
     }

@@ -86,7 +86,6 @@ pub struct PortColumns<'a> {
 
 impl PortMetrics {
     /// `energy_scale` scales the slave's energies to the master. `None` without a tick.
-    #[must_use]
     pub fn of(columns: &PortColumns<'_>, energy_scale: f64) -> Option<Self> {
         let PortColumns { time_s, needle_m, hand_j, master_j, reference_j, needle_j } = *columns;
         let [mut master, mut link, mut slave, mut both] = [Balance::default(); 4];

@@ -74,7 +74,6 @@ impl RunMetric {
     }
 
     /// A key such as `rupture_2_detection_delay_s`.
-    #[must_use]
     pub fn named(key: &str) -> Option<Self> {
         if let Some((number, name)) = numbered(key, "rupture_") {
             return Self::of_rupture(number).find(|metric| metric.declaration.name == name);
@@ -90,29 +89,24 @@ impl RunMetric {
             .or_else(|| key.strip_prefix("port_").and_then(of_port))
     }
 
-    #[must_use]
     pub fn declaration(&self) -> &'static Declaration {
         self.declaration
     }
 
     /// The number of the rupture or event, from 1; 1 for other metrics.
-    #[must_use]
     pub fn number(&self) -> usize {
         self.number
     }
 
-    #[must_use]
     pub fn key(&self) -> String {
         self.declaration.key(self.number)
     }
 
-    #[must_use]
     pub fn label(&self) -> String {
         self.declaration.full_label(self.number)
     }
 
     /// In SI units; `None` if undefined.
-    #[must_use]
     pub fn read(&self, metrics: &Metrics) -> Option<f64> {
         match self.reader {
             Reader::Run(read) => read(metrics),

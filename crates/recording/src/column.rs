@@ -39,18 +39,15 @@ impl Column {
         Self { name: name.to_owned(), scale: 1.0, offset: 0.0 }
     }
 
-    #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
     /// SI units per unit of the file: finite, never zero, and negative if the file has the opposite sign.
-    #[must_use]
     pub fn scale(&self) -> f64 {
         self.scale
     }
 
-    #[must_use]
     pub fn offset(&self) -> f64 {
         self.offset
     }

@@ -15,7 +15,6 @@ macro_rules! formats {
         impl Format {
             pub const ALL: &'static [Self] = &[$(Self::$Format),*];
 
-            #[must_use]
             pub fn suffixes(self) -> &'static [&'static str] {
                 match self { $(Self::$Format => &[$($suffix),*],)* }
             }

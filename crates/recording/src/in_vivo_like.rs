@@ -127,13 +127,11 @@ impl Layer {
 }
 
 /// The recording as CSV. The same seed gives the same bytes.
-#[must_use]
 pub fn in_vivo_like_csv(seed: u64) -> String {
     in_vivo_like_variant_csv(seed, &InVivoLikeVariant::default())
 }
 
 /// The recording of a variant, in the format of [`in_vivo_like_csv`]. It ruptures at [`RUPTURES_S`].
-#[must_use]
 pub fn in_vivo_like_variant_csv(seed: u64, variant: &InVivoLikeVariant) -> String {
     let scale = variant.scale();
     let layers = variant.layers();

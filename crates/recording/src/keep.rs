@@ -6,7 +6,6 @@ use trocar_base::hexadecimal::hexadecimal;
 use super::Recording;
 use super::memory::{KEPT, MEMORY};
 
-#[must_use]
 pub fn keep(recording: Recording) -> (String, Arc<Recording>) {
     let name = name_of(&recording);
     let mut all = KEPT.lock().unwrap_or_else(PoisonError::into_inner);

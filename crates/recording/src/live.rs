@@ -39,7 +39,6 @@ pub struct LiveTable {
 }
 
 impl LiveTable {
-    #[must_use]
     pub fn new(source: &str, columns: Columns) -> Self {
         Self {
             source: source.into(),
@@ -53,12 +52,10 @@ impl LiveTable {
         }
     }
 
-    #[must_use]
     pub fn has_header(&self) -> bool {
         self.layout.is_some()
     }
 
-    #[must_use]
     pub fn lines(&self) -> u64 {
         self.line
     }

@@ -13,13 +13,11 @@ impl Quantity {
     pub const ALL: [Self; 4] = [Self::Time, Self::Position, Self::Velocity, Self::Force];
 
     /// The name, which is also the name of the command-line flag without `--`.
-    #[must_use]
     pub fn name(self) -> &'static str {
         let column = self.key().rsplit('.').next().unwrap_or_default();
         column.split('_').next().unwrap_or_default()
     }
 
-    #[must_use]
     pub const fn unit(self) -> &'static str {
         match self {
             Self::Time => "s",
@@ -29,7 +27,6 @@ impl Quantity {
         }
     }
 
-    #[must_use]
     pub const fn units(self) -> &'static str {
         match self {
             Self::Time => "s, ms, us, ns or min",
@@ -39,7 +36,6 @@ impl Quantity {
         }
     }
 
-    #[must_use]
     pub(super) fn key(self) -> &'static str {
         ColumnSettings::KEYS[self as usize].path
     }

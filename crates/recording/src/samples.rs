@@ -76,24 +76,20 @@ impl Recording {
         Self { unfinished, ..self }
     }
 
-    #[must_use]
     pub fn unfinished(&self) -> Option<&str> {
         self.unfinished.as_deref()
     }
 
-    #[must_use]
     pub fn unfinished_warning(&self) -> Option<Warning> {
         let message = format!("the recording may be cut off: {}", self.unfinished.as_ref()?);
         let remedy = "compare its end with the original, or remove the last sample";
         Some(Warning::new(Code::UnfinishedFile, message).remedy(remedy))
     }
 
-    #[must_use]
     pub fn ignored_units(&self) -> &[IgnoredUnit] {
         &self.ignored_units
     }
 
-    #[must_use]
     pub fn joined(&self) -> &[Joined] {
         &self.joined
     }
@@ -103,17 +99,14 @@ impl Recording {
     }
 
     /// The time of the calendar from which the times count, in s since 1970; 0 if the times are not of the calendar.
-    #[must_use]
     pub fn origin_s(&self) -> f64 {
         self.origin_s
     }
 
-    #[must_use]
     pub fn origin_text(&self) -> Option<String> {
         if self.origin_s == 0.0 { None } else { written(self.origin_s) }
     }
 
-    #[must_use]
     pub fn zeroed(mut self, is_on: bool) -> Self {
         if is_on && let Some(&first_m) = self.position_m.first() {
             self.position_m.iter_mut().for_each(|position_m| *position_m -= first_m);
@@ -121,37 +114,31 @@ impl Recording {
         self
     }
 
-    #[must_use]
     pub fn into_columns(self) -> (Vec<f64>, Vec<f64>, Option<Vec<f64>>, Vec<f64>) {
         (self.time_s, self.position_m, self.velocity_m_per_s, self.force_n)
     }
 
     /// Time of each sample in s, as recorded; the first may differ from 0.
-    #[must_use]
     pub fn time_s(&self) -> &[f64] {
         &self.time_s
     }
 
     /// Position of the needle in m, which increases into the tissue.
-    #[must_use]
     pub fn position_m(&self) -> &[f64] {
         &self.position_m
     }
 
-    #[must_use]
     pub fn velocity_m_per_s(&self) -> Option<&[f64]> {
         self.velocity_m_per_s.as_deref()
     }
 
     /// Force on the needle in N, positive when it resists insertion.
-    #[must_use]
     pub fn force_n(&self) -> &[f64] {
         &self.force_n
     }
 
     /// Corrects an untared sensor: subtracts the mean force of the first `tare_s` (s) from all forces. 0 subtracts
     /// nothing.
-    #[must_use]
     pub fn tared(mut self, tare_s: f64) -> Self {
         let start_s = self.time_s.first().copied().unwrap_or(0.0);
         let count = self.time_s.partition_point(|time_s| time_s - start_s <= tare_s);
@@ -163,17 +150,14 @@ impl Recording {
     }
 
     /// The median time between two samples in s; for an even number of intervals, the lower of the middle two.
-    #[must_use]
     pub fn median_interval_s(&self) -> f64 {
         self.interval_s[1]
     }
 
-    #[must_use]
     pub fn interval_range_s(&self) -> (f64, f64) {
         (self.interval_s[0], self.interval_s[2])
     }
 
-    #[must_use]
     pub fn duration_s(&self) -> f64 {
         match self.time_s.as_slice() {
             [first, .., last] => last - first,
@@ -181,7 +165,6 @@ impl Recording {
         }
     }
 
-    #[must_use]
     #[expect(clippy::len_without_is_empty, reason = "a recording is never empty")]
     pub fn len(&self) -> usize {
         self.time_s.len()

@@ -63,7 +63,6 @@ impl Signal {
         Self { name, label, unit, shape, samples, range, undefined, increase, role }
     }
 
-    #[must_use]
     pub fn column(&self) -> String {
         let unit = self.unit.as_deref().filter(|unit| self.role.is_some() && units::quantity(unit) == self.role);
         match unit {
@@ -162,7 +161,6 @@ fn role(name: &str, label: Option<&str>, unit: Option<&str>, may_be_time: bool) 
 
 /// Creates signals from names alone, with the roles that names and units indicate; each could be a time. They allow
 /// reading a file with invalid samples, to report the error in them.
-#[must_use]
 pub fn signals_by_name(names: &[String]) -> Vec<Signal> {
     let of = |name: &String| {
         let mut statistics = Statistics::default();
@@ -179,7 +177,6 @@ const PLAUSIBLE: [(Quantity, f64); 2] = [(Quantity::Position, 2.0), (Quantity::F
 impl Signal {
     /// Returns true if the range of the signal is not that of its role in SI units, and it states no unit: a position
     /// from 0 to 55 is hardly in metres.
-    #[must_use]
     pub fn needs_unit(&self) -> bool {
         let Some((low, high)) = self.range else { return false };
         self.unit.is_none() && PLAUSIBLE.iter().any(|(role, span)| self.role == Some(*role) && high - low > *span)
@@ -203,7 +200,6 @@ impl Roles {
     /// Sorts signals by their roles. A position, a velocity or a force needs the clock of the time: as many samples, and
     /// in a log the same topic. If no topic has both a position and a force, the time is the log time, to which all
     /// topics are joined. Constant signals are candidates only if all are constant.
-    #[must_use]
     pub fn of(signals: &[Signal]) -> Self {
         let mut roles = Self::default();
         let with = |quantity: Quantity| {
@@ -246,12 +242,10 @@ impl Roles {
         roles
     }
 
-    #[must_use]
     pub fn first(&self, quantity: Quantity) -> Option<usize> {
         self.candidates[quantity as usize].first().copied()
     }
 
-    #[must_use]
     pub fn are_unique(&self) -> bool {
         Quantity::ALL.into_iter().all(|quantity| match self.candidates[quantity as usize].len() {
             0 => quantity == Quantity::Velocity,

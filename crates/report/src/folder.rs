@@ -22,7 +22,6 @@ pub struct Destination {
 
 impl Destination {
     /// With figures of the default style and samples as CSV.
-    #[must_use]
     pub fn new(path: impl Into<PathBuf>) -> Self {
         Self { path: path.into(), figures: FigureStyle::default(), samples: vec![ColumnFormat::Csv] }
     }
@@ -56,13 +55,11 @@ pub struct Folder {
 
 impl Folder {
     /// A folder within this one.
-    #[must_use]
     pub fn folder(&self, name: &str) -> Self {
         Self { path: self.path.join(name), within: self.within.join(name), ..self.clone() }
     }
 
     /// This folder with other formats of tables with one row per sample.
-    #[must_use]
     pub fn with_samples(&self, samples: Vec<ColumnFormat>) -> Self {
         Self { samples, ..self.clone() }
     }

@@ -23,14 +23,12 @@ pub struct Manifest {
 
 impl Manifest {
     /// A manifest that is missing or damaged is empty, so the files there count as the user's.
-    #[must_use]
     pub fn of(folder: &Path) -> Self {
         let text = std::fs::read(folder.join(MANIFEST)).unwrap_or_default();
         serde_json::from_slice(&text).unwrap_or_default()
     }
 
     /// The text of the file, with the version of this program.
-    #[must_use]
     pub fn text(&self) -> String {
         let manifest = Self { trocar_version: env!("CARGO_PKG_VERSION").to_owned(), ..self.clone() };
         // Maps with names as keys are always valid JSON.

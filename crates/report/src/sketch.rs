@@ -13,7 +13,6 @@ const DOTS: (u32, u32) = (120, 36);
 const COLOURS: [AnsiColor; 4] = [AnsiColor::Blue, AnsiColor::Yellow, AnsiColor::Cyan, AnsiColor::Magenta];
 
 /// The first signal of each row as a chart, with ANSI colours.
-#[must_use]
 pub fn sketch(figure: &Figure<'_>) -> String {
     let mut text = String::new();
     for (index, row) in figure.rows.iter().enumerate() {

@@ -8,7 +8,6 @@ const INDENT: usize = 2;
 
 /// A document as text: the answer, its limitations, and the sections for the terminal; with `all`, also those on
 /// request.
-#[must_use]
 pub fn document_text(document: &Document<'_>, all: bool) -> String {
     let answer = document.verdict.text();
     let head = if answer.is_empty() { document.title.clone() } else { format!("{}: {answer}", document.title) };

@@ -3,7 +3,6 @@ pub const WIDTH: usize = 80;
 
 /// Breaks a text at spaces into lines of at most `width` characters, the later ones indented by `indent`. A longer
 /// word, such as a path, stays whole.
-#[must_use]
 pub fn filled(text: &str, width: usize, indent: usize) -> Vec<String> {
     let mut lines: Vec<String> = vec![];
     for word in text.split_whitespace() {

@@ -78,7 +78,6 @@ impl Run {
     ///
     /// Such a run cannot be repeated, so the layer of a rupture, the reason of a miss and the cause of an oscillation
     /// remain unknown. The warnings about a run report this where it matters.
-    #[must_use]
     pub fn of_user_defined_parts(
         scenario: Scenario,
         user_defined_parts: Vec<&'static str>,

@@ -72,7 +72,6 @@ pub(super) fn outcome(scenario: &Scenario, trace: &Trace, outcome: Outcome) -> R
 }
 
 /// The swing that does not decay at the end of a run.
-#[must_use]
 pub fn lasting_swing(scenario: &Scenario, trace: &Trace) -> Option<Swing> {
     Tail::of(scenario, trace).lasting()
 }

@@ -86,7 +86,6 @@ pub fn run_pack_observed<R: RunObserver>(
     packs.flat_map(|(k, pack)| run_eight(set, bank, pack, (k * PACK, observer))).collect()
 }
 
-#[must_use]
 pub fn can_share(scenarios: &[Scenario]) -> bool {
     scenarios.len() <= PACK && Engines::of(scenarios).is_some_and(|engines| engines.can_share())
 }

@@ -171,28 +171,23 @@ impl SteppedRun {
         Ok(())
     }
 
-    #[must_use]
     pub fn scenario(&self) -> &Scenario {
         &self.scenario
     }
 
-    #[must_use]
     pub fn ticks(&self) -> u64 {
         self.led_m.len() as u64
     }
 
     /// The position that a person gave at each tick; NaN at ticks without one.
-    #[must_use]
     pub fn led_m(&self) -> &[f64] {
         &self.led_m
     }
 
-    #[must_use]
     pub fn has_ended(&self) -> bool {
         self.has_ended
     }
 
-    #[must_use]
     pub fn trace(&self) -> &Trace {
         &self.observers.1.1
     }
@@ -202,7 +197,6 @@ impl SteppedRun {
         self.observers.1.0.metrics(0)
     }
 
-    #[must_use]
     pub fn conclude(self) -> Run {
         let (checked, (metrics, trace)) = self.observers;
         let metrics = with_link(&self.scenario, metrics.metrics(0), self.engine.parts.link_report(0));

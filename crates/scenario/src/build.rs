@@ -53,7 +53,6 @@ impl ScenarioEngine {
     }
 
     /// Returns the totals of the link; `None` for a direct link.
-    #[must_use]
     pub fn link_report(&self) -> Option<LinkReport> {
         match self {
             Self::Exact(engine) => engine.link_report(0),

@@ -66,14 +66,12 @@ pub fn recordings() -> impl Iterator<Item = &'static str> {
 }
 
 /// The content of an embedded file with any name that [`find`] accepts.
-#[must_use]
 pub fn content(name: &str) -> Option<&'static [u8]> {
     let file = find(name)?;
     files().find(|(known, _)| *known == file).map(|(_, content)| *content)
 }
 
 /// The full name of an embedded file. A scenario and a sweep file are also found without their ending or folder.
-#[must_use]
 pub fn find(name: &str) -> Option<&'static str> {
     let wanted = without_ending(name);
     let is_wanted = |file: &str| {
@@ -83,7 +81,6 @@ pub fn find(name: &str) -> Option<&'static str> {
 }
 
 /// The shipped scenario with the most similar name, without its ending, if any is similar enough.
-#[must_use]
 pub fn nearest(name: &str) -> Option<&'static str> {
     let name = without_ending(name);
     let last = last_part(name);

@@ -4,7 +4,6 @@ use crate::ScenarioError;
 
 /// The message of an error with its line underlined, styled for a terminal. Further errors of the scenario
 /// follow.
-#[must_use]
 pub fn underlined(error: &ScenarioError) -> String {
     let all: Vec<String> = std::iter::once(error).chain(&error.others).map(single).collect();
     all.join("\n")

@@ -47,7 +47,6 @@ pub enum Source {
 impl Source {
     /// Parses an argument: `builtin:` and the name of a shipped file; a path; or, if there is no such file, the name of
     /// a shipped scenario, for example `layers/skin-augmented`.
-    #[must_use]
     pub fn parse(text: &str) -> Self {
         match text.strip_prefix(builtin::PREFIX) {
             Some(name) => Self::Builtin(builtin::find(name).unwrap_or(name).to_owned()),
@@ -56,7 +55,6 @@ impl Source {
         }
     }
 
-    #[must_use]
     pub fn relative(&self, text: &str) -> Self {
         if let Self::Kept(source, files) = self {
             let relative = source.relative(text);
@@ -78,23 +76,19 @@ impl Source {
     }
 
     /// Returns this source with the content of files. Files that are read later are added.
-    #[must_use]
     pub fn keeping(&self, files: KeptFiles) -> Self {
         Self::Kept(Box::new(self.plain().clone()), files)
     }
 
-    #[must_use]
     pub fn plain(&self) -> &Self {
         if let Self::Kept(source, _) = self { source.plain() } else { self }
     }
 
     /// The content of the files that were read.
-    #[must_use]
     pub fn kept(&self) -> Option<&KeptFiles> {
         if let Self::Kept(_, files) = self { Some(files) } else { None }
     }
 
-    #[must_use]
     pub fn disk_path(&self) -> Option<&Path> {
         if let Self::Disk(path) = self.plain() { Some(path) } else { None }
     }
@@ -109,7 +103,6 @@ impl Source {
         }
     }
 
-    #[must_use]
     pub fn display(&self) -> String {
         match self {
             Self::Disk(path) => path.display().to_string(),
@@ -120,7 +113,6 @@ impl Source {
         }
     }
 
-    #[must_use]
     pub fn stem(&self) -> String {
         let path = match self {
             Self::Disk(path) => path.as_path(),
@@ -132,7 +124,6 @@ impl Source {
     }
 
     /// The canonical form of the source, for comparison and for the echo.
-    #[must_use]
     pub fn canonical(&self) -> Self {
         match self {
             Self::Disk(path) => Self::Disk(canonical_path(path)),
@@ -289,13 +280,11 @@ fn kind_of_file(entry: &Entry) -> Option<&'static str> {
     is_design_goal(entry).then_some("design")
 }
 
-#[must_use]
 pub fn is_design_goal(entry: &Entry) -> bool {
     matches!(entry.path.split('.').next(), Some("free" | "objectives"))
 }
 
 /// True if an entry is in the section of a sweep's axes.
-#[must_use]
 pub fn is_axis(entry: &Entry) -> bool {
     entry.path.split('.').next() == Some("axes")
 }

@@ -14,7 +14,6 @@ pub struct Place {
 
 impl Place {
     /// Returns line and column of the start, counted from 1.
-    #[must_use]
     pub fn line_and_column(&self) -> (usize, usize) {
         let before = self.text.get(..self.span.start).unwrap_or(&self.text);
         let line = before.matches('\n').count() + 1;
@@ -34,13 +33,11 @@ pub struct ScenarioError {
 
 impl ScenarioError {
     /// Creates an error without a place. Long words of the message are shortened.
-    #[must_use]
     pub fn new(message: impl Into<String>) -> Self {
         let message = names::with_short_words(&message.into()).into_owned();
         Self { message, place: None, remedy: None, others: Box::default() }
     }
 
-    #[must_use]
     pub fn at(mut self, place: Option<Place>) -> Self {
         self.place = place;
         self
@@ -73,7 +70,6 @@ impl ScenarioError {
         Err(Self { others: errors.collect(), ..first })
     }
 
-    #[must_use]
     pub fn remedy(mut self, remedy: impl Into<String>) -> Self {
         self.remedy = Some(names::with_short_words(&remedy.into()).into_owned());
         self

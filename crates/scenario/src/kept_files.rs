@@ -22,13 +22,11 @@ pub struct FileContents {
 }
 
 impl KeptFiles {
-    #[must_use]
     pub fn of(content: FileContents) -> Self {
         Self(Arc::new(Mutex::new(content)))
     }
 
     /// A copy of the content read so far.
-    #[must_use]
     pub fn content(&self) -> FileContents {
         self.locked().clone()
     }

@@ -41,7 +41,6 @@ impl Deref for KeyAt {
 }
 
 /// The key of a path, including keys of layers with any name.
-#[must_use]
 pub fn find(path: &str) -> Option<KeyAt> {
     if let Some(key) = BY_PATH.get(path) {
         return Some(KeyAt::from(*key));
@@ -51,7 +50,6 @@ pub fn find(path: &str) -> Option<KeyAt> {
     Some(KeyAt::of_layer(name, key))
 }
 
-#[must_use]
 pub fn is_section(path: &str) -> bool {
     SECTIONS.iter().any(|(section, _)| *section == path)
 }
@@ -61,7 +59,6 @@ const MIN_SIMILARITY: f64 = 0.8;
 const MIN_SIMILARITY_IN_SECTION: f64 = 0.75;
 
 /// The most similar known key, if similar enough. Prefers the same section, which is rarely wrong.
-#[must_use]
 pub fn nearest(path: &str) -> Option<&'static str> {
     // A path far longer than every key is like none of them.
     const MAX_BYTES: usize = 160;

@@ -36,7 +36,6 @@ pub struct DelayTicks {
 impl DelayTicks {
     /// Converts a delay (both times in s) to ticks. A receiver that `waits_for_tick` reads a sample at the next tick,
     /// otherwise on arrival.
-    #[must_use]
     pub fn new(delay_s: f64, tick_s: f64, waits_for_tick: bool) -> Self {
         let ticks = delay_s / tick_s;
         match whole_ticks(delay_s, tick_s) {
@@ -49,7 +48,6 @@ impl DelayTicks {
 
 /// True if a sample that arrives within a tick is read at the next tick. Only continuous position-force control of the
 /// appendix' machines without a scheme reads it on arrival.
-#[must_use]
 pub fn waits_for_tick(timing: ControlTiming, link: &LinkSettings, has_general_machine: bool) -> bool {
     timing == ControlTiming::Sampled || !link.forwards_samples() || has_general_machine
 }
@@ -95,7 +93,6 @@ impl Scenario {
     }
 
     /// Loads several scenarios with the same settings. Each setting must have an effect in at least one scenario.
-    #[must_use]
     pub fn load_all(sources: &[Source], settings: &[String]) -> Vec<Result<Self, ScenarioError>> {
         let all: Vec<_> = sources.iter().map(|source| Values::load(source, settings)).collect();
         let acts = |key: &KeyAt| all.iter().flatten().any(|values| values.is_acting(key));
@@ -137,12 +134,10 @@ impl Scenario {
     }
 
     /// The values of the scenario, including derived ones.
-    #[must_use]
     pub fn values(&self) -> &Values {
         &self.values
     }
 
-    #[must_use]
     pub fn with_seed(&self, seed: u64) -> Self {
         let mut other = Self { seed, ..self.clone() };
         Arc::make_mut(&mut other.values).derive_keeping_place("simulation.seed", Value::Whole(seed));
@@ -150,7 +145,6 @@ impl Scenario {
     }
 
     /// True if the seed has an effect: sensor noise, tremor, random reaction times, jitter or loss.
-    #[must_use]
     pub fn has_random_numbers(&self) -> bool {
         let reacts_randomly = self.perception.settings().is_some()
             || self.reflex.reacts() && self.reflex.reaction_min_s < self.reflex.reaction_max_s;
@@ -159,13 +153,11 @@ impl Scenario {
     }
 
     /// The scenario with every default written out; loading it gives the same scenario.
-    #[must_use]
     pub fn echo(&self) -> String {
         self.values.to_toml()
     }
 
     /// The true times of layer ruptures in s, if they are known in advance.
-    #[must_use]
     pub fn rupture_times_s(&self) -> Vec<f64> {
         match &self.tissue {
             TissueSpec::Recording { rupture_ticks, .. } => {
@@ -176,14 +168,12 @@ impl Scenario {
     }
 
     /// The names of the layers that rupture, from the surface down. The k-th rupture of a run is the k-th layer's.
-    #[must_use]
     pub fn rupturing_layers(&self) -> Vec<&str> {
         let layers = self.tissue.settings().map_or(vec![], TissueSettings::layers);
         layers.into_iter().filter(|layer| layer.ruptures).map(|layer| layer.name).collect()
     }
 
     /// The operator's properties for the metrics. The intention of a recorded hand is unknown.
-    #[must_use]
     pub fn operator_traits(&self) -> OperatorTraits {
         let is_planned = !replays_position(&self.values);
         OperatorTraits {
@@ -193,7 +183,6 @@ impl Scenario {
     }
 
     /// The ratio of slave motion to master motion.
-    #[must_use]
     pub fn position_scale(&self) -> f64 {
         self.link.machines.position_scale
     }

@@ -25,7 +25,6 @@ impl Scenario {
     ///
     /// Architecture and passivity of the link are not transferred, because [`trocar_core::rig`] implements the paper's
     /// scheme. A limit of the master's motor lowers the limit of the force.
-    #[must_use]
     pub fn rig_settings(&self) -> Settings {
         let resolution_m = self.sensor.position_resolution_m;
         Settings {

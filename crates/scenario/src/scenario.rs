@@ -175,7 +175,6 @@ impl Scenario {
 impl Scenario {
     /// True if the master or the slave is another machine than the appendix'. The controllers of both then run on the
     /// tick, but for an appendix' master with continuous control.
-    #[must_use]
     pub fn has_general_machine(&self) -> bool {
         self.master_model.is_general() || self.slave.is_general()
     }

@@ -10,7 +10,6 @@ use super::value::Value;
 use trocar_engine::tissue::{LAYER_KEYS, LAYER_LIST};
 
 /// The JSON Schema (draft 2020-12) of a scenario file.
-#[must_use]
 pub fn json_schema() -> Json {
     let mut root = table("A scenario of trocar: one simulated needle insertion.");
     let base = json!({ "type": "string", "description": "A scenario to inherit from: a path relative to this file, or the name of a shipped one." });
@@ -65,7 +64,6 @@ fn insert(schema: &mut Json, path: &[&str], property: Json) {
 const QUANTITY_PATTERN: &str = r"^\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*[^0-9\s.].*$";
 
 /// The schema of a number. A key with a unit also accepts a text with a number and a unit.
-#[must_use]
 pub fn number_schema(path: &str) -> Map<String, Json> {
     let mut map = Map::new();
     if unit_of(path).is_some() {

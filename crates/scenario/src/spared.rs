@@ -32,7 +32,6 @@ pub(super) fn check_spared(values: &mut Values, scenario: &Scenario) -> Result<(
 
 impl Scenario {
     /// The names of the layers that should rupture, from the surface down: all above `tissue.spared_layer`.
-    #[must_use]
     pub fn layers_to_rupture(&self) -> Vec<&str> {
         let spared = self.values().optional_word(AimSettings::KEYS[0].path);
         self.rupturing_layers().into_iter().take_while(|layer| Some(*layer) != spared).collect()

@@ -52,7 +52,6 @@ impl From<TissueSettings> for TissueSpec {
 
 impl TissueSpec {
     /// The settings of a tissue model; `None` for a recording.
-    #[must_use]
     pub fn settings(&self) -> Option<&TissueSettings> {
         match self {
             Self::Model(settings) => Some(settings),

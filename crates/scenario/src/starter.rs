@@ -129,7 +129,6 @@ impl Line {
 
 impl Starter {
     /// The text of a starter scenario. The name is made valid for a folder.
-    #[must_use]
     pub fn text(self, name: &str) -> String {
         let (subject, base, lines) = match self {
             Self::All => return every_key(name),

@@ -82,13 +82,11 @@ impl Template {
         Ok(Self { written, first, keys, groups })
     }
 
-    #[must_use]
     pub fn first(&self) -> &Scenario {
         &self.first
     }
 
     /// True if a key has a written or default value rather than a derived one.
-    #[must_use]
     pub fn gives(&self, path: &str) -> bool {
         self.written.is_given(path)
     }
@@ -104,7 +102,6 @@ impl Template {
     }
 
     /// A factory of scenarios. Each thread needs a separate one.
-    #[must_use]
     pub fn factory(&self) -> CaseFactory<'_> {
         let values = self.first.values().clone();
         let is_derived = |key: &&Key| matches!(key.fallback, Fallback::Derived(_)) && !self.written.is_given(key.path);

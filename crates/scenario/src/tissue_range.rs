@@ -24,7 +24,6 @@ pub enum TissueSource {
 }
 
 impl TissueSource {
-    #[must_use]
     pub fn word(self) -> &'static str {
         match self {
             Self::SpringDamper => "spring-damper",
@@ -45,14 +44,12 @@ pub struct TissueRange {
 }
 
 impl TissueRange {
-    #[must_use]
     pub fn spring(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Self {
         Self { source: TissueSource::SpringDamper, springs: Springs::constant(stiffness_n_per_m, damping_n_s_per_m) }
     }
 
     /// The tissue from a scenario's parameters and recordings. `None` for a tissue that stiffens
     /// with depth under a live hand.
-    #[must_use]
     pub fn of_parameters(scenario: &Scenario) -> Option<Self> {
         let (source, springs) = match &scenario.tissue {
             TissueSpec::Recording { .. } => match scenario.stated_tissue {
@@ -68,7 +65,6 @@ impl TissueRange {
     }
 
     /// A tissue model down to a depth in m; `None` if it depends on the depth and none is given.
-    #[must_use]
     pub fn of_model(settings: &TissueSettings, depth_m: Option<f64>) -> Option<Self> {
         let springs = settings.springs(depth_m)?;
         let source = match settings {
@@ -80,19 +76,16 @@ impl TissueRange {
     }
 
     /// The largest stiffness in N/m, on the way back too.
-    #[must_use]
     pub fn stiffest_n_per_m(&self) -> f64 {
         self.springs.stiffness_n_per_m.1.max(self.springs.drawn_back_n_per_m)
     }
 
     /// The smallest and the largest stiffness in N/m, on the way back too.
-    #[must_use]
     pub fn sector_n_per_m(&self) -> (f64, f64) {
         (self.springs.stiffness_n_per_m.0, self.stiffest_n_per_m())
     }
 
     /// True if springs and dampers in the range model the whole tissue: no ruptures, friction or relaxation.
-    #[must_use]
     pub fn is_whole_tissue(&self) -> bool {
         matches!(self.source, TissueSource::SpringDamper | TissueSource::Model | TissueSource::Stated)
     }
@@ -115,7 +108,6 @@ enum Scaled {
 
 impl TissueByDepth {
     /// From the intended motion of the hand, with its tremor; `None` for a recording over time.
-    #[must_use]
     pub fn of(scenario: &Scenario) -> Option<Self> {
         let tissue = match &scenario.tissue {
             TissueSpec::Model(settings) => Scaled::Model(Arc::new((**settings).clone())),
@@ -134,7 +126,6 @@ impl TissueByDepth {
     }
 
     /// The range at a position scale; `None` for a tissue without springs.
-    #[must_use]
     pub fn range(&self, position_scale: f64) -> Option<TissueRange> {
         let (low_m, high_m) = self.hand_m;
         match &self.tissue {

@@ -2,13 +2,11 @@ use super::Scenario;
 use trocar_engine::engine::{Trace, UserDefinedParts};
 
 /// An empty trace with all columns of a scenario's run.
-#[must_use]
 pub fn empty_trace(scenario: &Scenario) -> Trace {
     empty_trace_with(scenario, &UserDefinedParts::default())
 }
 
 /// Like [`empty_trace`], for a run with user-defined parts. A user-defined estimator has no extra parameter.
-#[must_use]
 pub fn empty_trace_with(scenario: &Scenario, parts: &UserDefinedParts) -> Trace {
     let column = scenario.estimator.extra_parameter_column().filter(|_| parts.estimator.is_none());
     Trace::new(scenario.grid).with_extra_parameter(column).with_contact(scenario.contact_m)

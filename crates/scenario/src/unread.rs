@@ -71,7 +71,6 @@ const COMMAND_LINE: &str = "--set";
 
 /// Warnings about command-line keys without effect in a run: keys of an unused recording, and the seed without random
 /// numbers.
-#[must_use]
 pub fn idle_keys(scenario: &Scenario) -> Vec<Warning> {
     let values = scenario.values();
     let replays = replays_position(values) || replays_force(values);
@@ -100,7 +99,6 @@ const NOT_OF_LOOP: [&str; 5] = ["estimator.", "detector.", "perception.", SEED, 
 
 /// Returns warnings about settings (`section.key=value`) without effect in the analysis of the linear loop. An operator's
 /// reflex has one: the analysis leaves it out, so the stability is unknown. The seed draws the population.
-#[must_use]
 pub fn keys_outside_loop(scenario: &Scenario, settings: &[String]) -> Vec<Warning> {
     let acts = |path: &str| path == Reflex::KEY.path || path == SEED && scenario.population.varies();
     let of = |path: String| {
@@ -123,7 +121,6 @@ fn paths(settings: &[String]) -> Vec<String> {
 
 /// Returns warnings about settings (`section.key=value`) without effect for a reader: it does not read the key, or the
 /// key has no effect for the kinds in `values`.
-#[must_use]
 pub fn keys_without_effect(values: &Values, settings: &[String], reader: Reader) -> Vec<Warning> {
     let of = |path: &String| {
         let (why, remedy) = match reader.refusal(path) {

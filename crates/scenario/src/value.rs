@@ -69,7 +69,6 @@ fn without_unit<'a>(key: &Key, toml: &'a Toml) -> Cow<'a, Toml> {
 impl Value {
     /// Converts a TOML value to a value of this key, with or without a unit; `None` if invalid. An empty text means no
     /// value for a text key without a default.
-    #[must_use]
     pub fn of_key(key: &Key, toml: &Toml) -> Option<Self> {
         // An empty text removes the value of a base from a key without a default.
         if matches!((key.kind, key.fallback), (Kind::Text, Fallback::Unset)) && toml.as_str() == Some("") {
@@ -79,7 +78,6 @@ impl Value {
     }
 
     /// Converts a TOML value to a value of this kind; `None` if it is invalid.
-    #[must_use]
     pub fn accept(kind: &Kind, toml: &Toml) -> Option<Self> {
         match kind {
             Kind::Number(range) => number(toml).filter(|&v| range.contains(v)).map(Self::Number),
@@ -104,7 +102,6 @@ impl Value {
     }
 
     /// Converts the value to TOML. Numbers have the shortest form that reads back the same.
-    #[must_use]
     pub fn to_toml(&self) -> Toml {
         match self {
             Self::Number(v) => Toml::Float(*v),

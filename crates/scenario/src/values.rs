@@ -257,7 +257,6 @@ impl Values {
         ScenarioError::new(message).at(place).remedy(format!("remove it, or change {}", unmet.key))
     }
 
-    #[must_use]
     pub fn is_acting(&self, key: &Key) -> bool {
         let is_stated = STATED.contains(&key.path) && self.states_tissue();
         is_stated || self.unmet(key).next().is_none()
@@ -265,7 +264,6 @@ impl Values {
 
     /// True if a spring or a damper is written beside a recorded force over time. The stability analysis then uses them
     /// as the tissue.
-    #[must_use]
     pub fn states_tissue(&self) -> bool {
         let is_written = |path: &str| self.given.get(path).is_some_and(|given| given.place.is_some());
         replays_over_time(self) && STATED.into_iter().any(is_written)
@@ -330,7 +328,6 @@ impl Values {
 
     /// Selects the adaptive detector, which needs no configuration, unless a written detector key requires another one:
     /// the kind, a number in its unit, or a setting that the adaptive detector does not use.
-    #[must_use]
     pub fn with_adaptive_detector(mut self) -> Self {
         let written = |key: &&Key| self.place(key.path).is_some();
         if keys_of("detector").filter(written).all(|key| OF_ADAPTIVE.contains(&key.path)) {
@@ -358,32 +355,26 @@ impl Values {
         self.given.remove(path);
     }
 
-    #[must_use]
     pub fn name(&self) -> &str {
         self.text("name").unwrap_or("scenario")
     }
 
-    #[must_use]
     pub fn is_given(&self, path: &str) -> bool {
         self.slot(path).is_some()
     }
 
-    #[must_use]
     pub fn get(&self, path: &str) -> Option<&Value> {
         self.slot(path).map(|given| &given.value)
     }
 
-    #[must_use]
     pub fn place(&self, path: &str) -> Option<Place> {
         self.slot(path)?.place.clone()
     }
 
-    #[must_use]
     pub fn error(&self, path: &str, message: impl Into<String>) -> ScenarioError {
         ScenarioError::new(message).at(self.place(path))
     }
 
-    #[must_use]
     pub fn out_of_range(&self, error: &InvalidValue) -> ScenarioError {
         let layer = error.item.and_then(|index| self.names.get(index));
         let named = |text: &'static str| path_in_layer(text, layer.map(|name| &**name));
@@ -402,7 +393,6 @@ impl Values {
     }
 
     /// The place of the first written key of a section.
-    #[must_use]
     pub fn section_place(&self, section: &str) -> Option<Place> {
         keys_of(section).find_map(|key| self.place(key.path))
     }
@@ -442,7 +432,6 @@ impl Values {
     }
 
     /// The values of one section by the keys' last names.
-    #[must_use]
     pub fn section_json(&self, section: &str) -> serde_json::Value {
         let entry = |key: &'static Key| {
             let name = key.path.rsplit('.').next().unwrap_or(key.path);
@@ -453,7 +442,6 @@ impl Values {
     }
 
     /// The written values of some sections as `section.key=value` settings.
-    #[must_use]
     pub fn written_settings(&self, sections: &[&str]) -> Vec<String> {
         let written = |key: &&Key| self.place(key.path).is_some();
         let setting = |key: &Key| Some(format!("{}={}", key.path, self.get(key.path)?.to_toml()));
@@ -461,13 +449,11 @@ impl Values {
     }
 
     /// The values as a TOML document that resolves to the same values.
-    #[must_use]
     pub fn to_toml(&self) -> String {
         self.sections_toml(std::iter::once("").chain(SECTIONS.iter().map(|(name, _)| *name)))
     }
 
     /// The values of some sections as a TOML document. `""` contains the keys without a section.
-    #[must_use]
     pub fn sections_toml<'a>(&self, sections: impl IntoIterator<Item = &'a str>) -> String {
         let mut text = String::new();
         for section in sections {
@@ -584,7 +570,6 @@ impl settings::KeySource for Values {
 }
 
 /// Makes a name valid for a folder: letters, digits and `-_.+ `, not hidden, and not the name of a comparison's file.
-#[must_use]
 pub fn harmless_name(name: &str) -> String {
     let harmless = |c: char| if c.is_alphanumeric() || "-_.+ ".contains(c) { c } else { '_' };
     let name: String = name.chars().take(100).map(harmless).collect();

@@ -66,12 +66,10 @@ impl Analysis {
         Ok((!points.is_empty()).then(|| (all(|point| point.is_absolutely_stable), all(|point| point.is_passive))))
     }
 
-    #[must_use]
     pub fn is_stable(&self) -> bool {
         self.mode.spectral_radius < 1.0
     }
 
-    #[must_use]
     pub fn is_jitter_unlimited(&self) -> bool {
         self.is_stable() && self.jitter_margin_ticks.is_none()
     }

@@ -134,7 +134,6 @@ impl Bounded {
         Ok(bounded)
     }
 
-    #[must_use]
     pub fn most(&self) -> Option<NeededDamping> {
         self.needed.iter().copied().reduce(
             |most, one| {
@@ -144,20 +143,17 @@ impl Bounded {
     }
 
     /// Infinite if no damping suffices.
-    #[must_use]
     pub fn needed_damping(&self) -> Option<f64> {
         let most = self.most()?;
         Some(if self.is_middle_stable { most.damping_n_s_per_m } else { f64::INFINITY })
     }
 
-    #[must_use]
     pub fn is_stable(&self) -> Option<bool> {
         Some(self.needed_damping()? <= self.terminations.hand_n_s_per_m.0)
     }
 }
 
 /// At the master in N·s/m, with a constant desired position.
-#[must_use]
 pub fn arm_impedance(arm: &ArmParameters, frequency_hz: f64) -> Complex64 {
     let s = Complex64::new(0.0, std::f64::consts::TAU * frequency_hz);
     let at_master = s.inv() * arm.k_a_n_per_m + arm.b_a_n_s_per_m;

@@ -72,25 +72,21 @@ impl ClosedLoop {
         [self.responses[0].relative_slope_at(z), self.responses[1].relative_slope_at(z)]
     }
 
-    #[must_use]
     pub fn tick_s(&self) -> f64 {
         self.tick_s
     }
 
-    #[must_use]
     pub fn round_trip_ticks(&self) -> u64 {
         self.forward + self.backward
     }
 
     /// Includes the delay lines.
-    #[must_use]
     pub fn states(&self) -> u64 {
         let held = u64::from(self.master.before.is_some()) + u64::from(self.slave.before.is_some());
         (self.master.a.nrows() + self.slave.a.nrows()) as u64 + held + self.round_trip_ticks()
     }
 
     /// `L` at `z = radius · exp(j angle_rad)`; closed-loop poles have `L = 1`.
-    #[must_use]
     pub fn loop_gain(&self, radius: f64, angle_rad: f64) -> Complex64 {
         let z = Complex64::from_polar(radius, angle_rad);
         let gain = self.responses[0].at(z) * self.responses[1].at(z);

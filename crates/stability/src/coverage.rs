@@ -23,7 +23,6 @@ pub struct LoopLimit {
 }
 
 impl LoopLimit {
-    #[must_use]
     pub fn is_unreached(&self) -> bool {
         self.part.bound.is_some_and(|bound| bound < self.limit)
     }
@@ -44,7 +43,6 @@ pub(crate) const FORCE_STEPS: &str = "sensor.force_resolution_n";
 
 /// The parts with which the stability is unknown: they can supply energy or delay. Excludes parts that act only during
 /// events.
-#[must_use]
 pub fn left_out(scenario: &Scenario, delays: Option<&VaryingDelays>) -> Vec<LeftOut> {
     left_out_with(scenario, delays, &loop_limits(scenario))
 }
@@ -95,7 +93,6 @@ fn present(parts: impl IntoIterator<Item = (bool, &'static str, &'static str)>) 
 }
 
 /// The unmodelled parts that only dissipate energy.
-#[must_use]
 pub fn assumed_passive(scenario: &Scenario) -> Vec<LeftOut> {
     present([
         (scenario.master_model.has_coulomb_friction(), "master.coulomb_friction_n", "the master's Coulomb friction"),
@@ -104,7 +101,6 @@ pub fn assumed_passive(scenario: &Scenario) -> Vec<LeftOut> {
 }
 
 /// The parts that move the loop without changing its stability.
-#[must_use]
 pub fn inputs(scenario: &Scenario) -> Vec<LeftOut> {
     let falls = match &scenario.tissue {
         TissueSpec::Depth { .. } => true,
@@ -121,7 +117,6 @@ pub fn inputs(scenario: &Scenario) -> Vec<LeftOut> {
     ])
 }
 
-#[must_use]
 pub fn loop_limits(scenario: &Scenario) -> Vec<LoopLimit> {
     let ActuatorLimits { master_force_n, master_force_rate_n_per_s, slave_command, slave_command_rate_per_s, .. } =
         scenario.actuators;

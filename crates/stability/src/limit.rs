@@ -21,7 +21,6 @@ pub struct Search {
 }
 
 impl Search {
-    #[must_use]
     pub fn of(parameter: Parameter) -> Self {
         let (low, high) = match parameter {
             Parameter::ForceScale | Parameter::PositionScale => (1e-3, 1e3),
@@ -50,14 +49,12 @@ pub struct Limit {
 
 impl Limit {
     /// Infinite at the end of the search.
-    #[must_use]
     pub fn largest(&self) -> Option<f64> {
         let (_, end) = *self.stable.iter().rev().find(|(start, _)| *start <= self.value)?;
         Some(if end >= self.search.high { f64::INFINITY } else { end })
     }
 
     /// True if another stable range lies above.
-    #[must_use]
     pub fn is_not_all(&self) -> bool {
         let last = self.stable.last().map_or(0.0, |(_, end)| *end);
         self.largest().is_some_and(|largest| largest < last)

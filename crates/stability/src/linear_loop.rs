@@ -32,7 +32,6 @@ pub struct LinearLoop {
 }
 
 impl LinearLoop {
-    #[must_use]
     pub fn get(&self, parameter: Parameter) -> f64 {
         let mut copy = self.clone();
         *copy.places(parameter)[0]
@@ -40,7 +39,6 @@ impl LinearLoop {
 
     /// Updates the gains. A position scale changes the tissue's depth; a stiffness or damping replaces the tissue by a
     /// spring and a damper.
-    #[must_use]
     pub fn with(&self, parameter: Parameter, value: f64) -> Self {
         let mut other = self.clone();
         for place in other.places(parameter) {
@@ -75,28 +73,23 @@ impl LinearLoop {
         self.tissue = tissue;
     }
 
-    #[must_use]
     pub fn forward(&self) -> DelayTicks {
         DelayTicks::new(self.forward_delay_s, self.tick_s, self.waits_for_tick())
     }
 
-    #[must_use]
     pub fn backward(&self) -> DelayTicks {
         DelayTicks::new(self.backward_delay_s, self.tick_s, self.waits_for_tick())
     }
 
-    #[must_use]
     pub fn waits_for_tick(&self) -> bool {
         waits_for_tick(self.timing, &self.link, self.has_general_machine())
     }
 
-    #[must_use]
     pub fn has_general_machine(&self) -> bool {
         self.master_model.is_general() || self.slave.is_general()
     }
 
     /// True if the needle does not yield to the tissue, so an additional force acts only through its reading.
-    #[must_use]
     pub fn adds_to_reading(&self) -> bool {
         !self.slave.is_general() && self.link.machines.compliance_m_per_n == 0.0
     }

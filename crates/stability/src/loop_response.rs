@@ -40,12 +40,10 @@ impl LoopResponse {
         Ok(Self { gain, margins: closed.margins()?, poles, step, tick_s: settings.tick_s })
     }
 
-    #[must_use]
     pub fn phases_deg(&self) -> Vec<f64> {
         Self::unwrapped_deg(&self.gain)
     }
 
-    #[must_use]
     pub fn unwrapped_deg(responses: &[(f64, Complex64)]) -> Vec<f64> {
         let mut phases: Vec<f64> = vec![];
         for (_, gain) in responses {

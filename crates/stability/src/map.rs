@@ -19,7 +19,6 @@ pub struct Axis {
 }
 
 impl Axis {
-    #[must_use]
     pub fn value(&self, index: usize) -> f64 {
         let share = index as f64 / (self.count - 1) as f64;
         match self.spacing {
@@ -41,12 +40,10 @@ pub struct StabilityMap {
 }
 
 impl StabilityMap {
-    #[must_use]
     pub fn is_stable(&self, column: usize, row: usize) -> bool {
         self.stable[row * self.x.count + column]
     }
 
-    #[must_use]
     pub fn stable_share(&self) -> f64 {
         self.stable.iter().filter(|stable| **stable).count() as f64 / self.stable.len() as f64
     }

@@ -19,7 +19,6 @@ pub struct FrequencyResponse {
 impl FrequencyResponse {
     /// Takes ascending frequencies in Hz, magnitudes, and phases in rad; `None` for fewer than two rows or other
     /// numbers.
-    #[must_use]
     pub fn new(table: impl IntoIterator<Item = [f64; 3]>) -> Option<Self> {
         let mut rows: Vec<[f64; 3]> = vec![];
         for [frequency_hz, magnitude, phase_rad] in table {
@@ -35,18 +34,15 @@ impl FrequencyResponse {
         (rows.len() >= 2).then_some(Self { rows })
     }
 
-    #[must_use]
     pub fn range_hz(&self) -> (f64, f64) {
         (self.rows[0][0].exp(), self.rows[self.rows.len() - 1][0].exp())
     }
 
-    #[must_use]
     pub fn largest_turn_rad(&self) -> f64 {
         self.rows.windows(2).map(|two| (two[1][2] - two[0][2]).abs()).fold(0.0, f64::max)
     }
 
     /// Constant outside the range.
-    #[must_use]
     pub fn at(&self, frequency_hz: f64) -> Complex64 {
         let at = frequency_hz.ln();
         let next = self.rows.partition_point(|row| row[0] < at).clamp(1, self.rows.len() - 1);

@@ -67,28 +67,23 @@ impl Parameter {
         TABLE.iter().map(|(parameter, _, _)| *parameter)
     }
 
-    #[must_use]
     pub fn of_key(key: &str) -> Option<Self> {
         TABLE.iter().find(|(_, known, _)| *known == key).map(|(parameter, _, _)| *parameter)
     }
 
-    #[must_use]
     pub fn key(self) -> &'static str {
         TABLE[self as usize].1
     }
 
-    #[must_use]
     pub fn caption(self) -> &'static str {
         TABLE[self as usize].2
     }
 
-    #[must_use]
     pub fn varies_with(self, other: Self) -> bool {
         let both_ways = |a: Self, b: Self| a == Self::Delay && matches!(b, Self::ForwardDelay | Self::BackwardDelay);
         self == other || both_ways(self, other) || both_ways(other, self)
     }
 
-    #[must_use]
     pub fn may_be_zero(self) -> bool {
         !matches!(self, Self::Tick | Self::MasterMass | Self::ArmMass | Self::AccelerationBandwidth)
     }

@@ -52,7 +52,6 @@ pub struct Population {
     pub map: ShareMap,
 }
 
-#[must_use]
 pub(super) fn of_member(settings: &LinearLoop, draw: &Draw) -> LinearLoop {
     let mut other = settings.clone();
     let arm = &mut other.arm;

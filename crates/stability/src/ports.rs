@@ -6,7 +6,6 @@ use trocar_lti::{Complex64, Continuous, StateSpace};
 const ROUNDING: f64 = 1e-12;
 
 /// True if the real part is at least 0, up to rounding.
-#[must_use]
 pub fn is_passive_impedance(immittance: Complex64) -> bool {
     immittance.re >= -ROUNDING * immittance.norm()
 }
@@ -28,7 +27,6 @@ impl Hybrid {
     /// `η = -cos ∠(h12 h21) + 2 Re h11 Re h22 / |h12 h21|`, infinite if `h12 h21 = 0`. The two-port is absolutely
     /// stable if `η >= 1` and both real parts are at least 0 at every frequency (Llewellyn, *Proc. IRE* 40, 1952; Adams
     /// and Hannaford, *IEEE Trans. Robot. Autom.* 15, 1999).
-    #[must_use]
     pub fn llewellyn(&self) -> f64 {
         let [[h11, _], [_, h22]] = self.h;
         let loop_gain = self.h[0][1] * self.h[1][0];
@@ -38,7 +36,6 @@ impl Hybrid {
         (2.0 * h11.re * h22.re - loop_gain.re) / loop_gain.norm()
     }
 
-    #[must_use]
     pub fn is_absolutely_stable(&self) -> bool {
         let [[h11, _], [_, h22]] = self.h;
         is_passive_impedance(h11) && is_passive_impedance(h22) && self.llewellyn() >= 1.0 - ROUNDING
@@ -46,7 +43,6 @@ impl Hybrid {
 
     /// At this frequency: `4 Re h11 Re h22 >= |h12 + h21*|²`. The scales make the powers of both sides comparable
     /// (`F_h v_h` and `s_f/s_p f_e v_e`).
-    #[must_use]
     pub fn is_passive(&self, (force, position): (f64, f64)) -> bool {
         let [[h11, h12], [h21, h22]] = self.h;
         let both = (h12 / force + h21.conj() / position).norm_sqr();
@@ -58,14 +54,12 @@ impl Hybrid {
     }
 
     /// `Z_t = h11 - h12 h21 Z_e / (1 + h22 Z_e)` in N·s/m, with the needle in an impedance `Z_e`.
-    #[must_use]
     pub fn transmitted(&self, impedance: Complex64) -> Complex64 {
         let [[h11, h12], [h21, h22]] = self.h;
         h11 - h12 * h21 * impedance / (Complex64::new(1.0, 0.0) + h22 * impedance)
     }
 
     /// `h11 - h12 h21 / h22`, with a clamped needle; `None` if the slave is rigid.
-    #[must_use]
     pub fn stiffest(&self) -> Option<Complex64> {
         let [[h11, h12], [h21, h22]] = self.h;
         (h22.norm() > 0.0).then(|| h11 - h12 * h21 / h22)
@@ -122,13 +116,11 @@ impl Ports {
         })
     }
 
-    #[must_use]
     pub fn scales(&self) -> (f64, f64) {
         (self.settings.link.machines.force_scale, self.settings.link.machines.position_scale)
     }
 
     /// `B + K / s` in N·s/m.
-    #[must_use]
     pub fn tissue(&self, omega_rad_per_s: f64) -> Complex64 {
         let s = Complex64::new(0.0, omega_rad_per_s);
         Complex64::new(self.settings.damping_n_s_per_m, 0.0) + s.inv() * self.settings.stiffness_n_per_m

@@ -19,7 +19,6 @@ pub struct SampledWall {
 
 impl SampledWall {
     /// `law` maps `ωT` in rad (above 0) to N/m.
-    #[must_use]
     pub fn min_damping_n_s_per_m(&self, law: impl Fn(f64) -> Complex64) -> f64 {
         let share = |k: usize| {
             // Denser near 0; includes π, where bounds are usually greatest.
@@ -63,7 +62,6 @@ impl SampledBound {
         }))
     }
 
-    #[must_use]
     pub fn is_passive(&self) -> bool {
         self.damping_n_s_per_m > self.min_damping_n_s_per_m
     }

@@ -41,7 +41,6 @@ impl ShareMap {
         Ok(Self { x, y, of: loops.len(), stable })
     }
 
-    #[must_use]
     pub fn share(&self, column: usize, row: usize) -> (f64, (f64, f64)) {
         share_interval(self.stable[row * self.x.count + column] as usize, self.of)
     }

@@ -10,7 +10,6 @@ pub fn declarations() -> impl Iterator<Item = &'static Declaration> {
 }
 
 /// Ruptures and events have the number 1.
-#[must_use]
 pub fn metrics_markdown() -> String {
     let mut text = String::new();
     let mut last: Option<Scope> = None;
@@ -41,7 +40,6 @@ fn about(scope: Scope) -> &'static str {
     }
 }
 
-#[must_use]
 pub fn trace_columns_markdown() -> String {
     let mut text = "| column | unit | meaning |\n|---|---|---|\n".to_owned();
     for column in TRACE_COLUMNS.iter().chain(&TRUST_COLUMNS) {

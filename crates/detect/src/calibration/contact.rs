@@ -32,7 +32,6 @@ const MIN_LOWEST: usize = 20;
 const BELOW_LOWEST_M: f64 = 5e-3;
 
 /// Contact in m, from positions, forces and the noise of the force.
-#[must_use]
 pub(super) fn contact(position_m: &[f64], force_n: &[f64], noise_n: f64) -> (f64, ContactRule) {
     let mut samples: Vec<(f64, f64)> = with_capacity(position_m.len());
     for (sample, (&position_m, &force_n)) in position_m.iter().zip(force_n).enumerate() {

@@ -30,7 +30,6 @@ pub struct CalibrationStudy<'a> {
 
 impl<'a> CalibrationStudy<'a> {
     /// `ruptures_s` are labels in s after the first sample.
-    #[must_use]
     pub fn new(
         name: &'a str,
         calibration: &'a Calibration,
@@ -77,7 +76,6 @@ fn alarms_line(report: &DetectionReport) -> String {
 }
 
 impl Calibration {
-    #[must_use]
     pub fn document(&self, name: &str) -> Document<'static> {
         let settings = self.rounded_settings();
         let mut measured = Section::new("measured", "Measured");
@@ -103,7 +101,6 @@ impl Calibration {
     }
 
     /// Rounds computed numbers to four significant digits, but not a given contact.
-    #[must_use]
     pub fn rounded_settings(&self) -> Candidate {
         let four = |value: &mut f64| *value = rounded(*value, 4);
         let mut chosen = *self.settings();
@@ -125,7 +122,6 @@ impl Calibration {
         chosen
     }
 
-    #[must_use]
     pub fn toml(&self) -> String {
         let Candidate { contact_m, estimator, detector, .. } = self.rounded_settings();
         let (cusum, arming, hypotheses) = (&detector.cusum, &detector.arming, &detector.distance.hypotheses);
@@ -401,7 +397,6 @@ fn probability(p: f64) -> String {
     if p < 1e-4 { "p < 0.0001".into() } else { format!("p = {p:.4}") }
 }
 
-#[must_use]
 pub fn run_lengths_document(lengths: &[RunLength]) -> Document<'static> {
     let columns = [
         ("drift", "ν / σ_0²"),

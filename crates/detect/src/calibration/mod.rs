@@ -98,17 +98,14 @@ const NONE_EXPECTED: f64 = 2.995_732_273_553_991;
 
 impl Calibration {
     /// Lower bound with 95 % confidence.
-    #[must_use]
     pub fn least_false_alarm_s(&self) -> f64 {
         self.quiet_s / NONE_EXPECTED
     }
 
-    #[must_use]
     pub fn settings(&self) -> &Candidate {
         &self.candidates[self.chosen]
     }
 
-    #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let Candidate { found_share, harmless_share, .. } = self.settings();
         let missed = found_share.filter(|share| *share < MIN_FOUND).map(|share| {

@@ -34,7 +34,6 @@ impl Default for CalibrationRequest {
 
 impl CalibrationRequest {
     /// At a quiet variance of 1: the likelihood ratio of eq. 23 changes its sign there.
-    #[must_use]
     pub fn drift(&self) -> f64 {
         let ratio = self.variance_ratio;
         ratio.ln() * ratio / (ratio - 1.0)

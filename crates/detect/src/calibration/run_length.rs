@@ -35,7 +35,6 @@ const RUNS_PER_STREAM: u64 = 32;
 
 impl RunLength {
     /// Simulates `alarms` runs (a multiple of 32), and calls `done` after every 32.
-    #[must_use]
     pub fn check(drift: f64, wanted: f64, alarms: u64, done: impl Fn() + Sync) -> Self {
         let threshold = threshold_for(drift, wanted);
         let chunks = alarms.div_ceil(RUNS_PER_STREAM);
@@ -71,7 +70,6 @@ fn chi_square(u: f64) -> (f64, f64) {
 }
 
 /// For `drift > 0` and `threshold > 0`; at most [`LONGEST`].
-#[must_use]
 pub fn average_run_length(drift: f64, threshold: f64) -> f64 {
     let elements = (threshold * NODES_PER_UNIT).ceil().clamp(NODES.0, NODES.1) as usize;
     on_elements(drift, threshold, elements)
@@ -103,7 +101,6 @@ fn on_elements(drift: f64, threshold: f64, elements: usize) -> f64 {
 }
 
 /// For `samples` within [`WANTED`], with a relative error of 1e-4.
-#[must_use]
 pub fn threshold_for(drift: f64, samples: f64) -> f64 {
     let (mut low, mut high) = (1e-3_f64, 1.0_f64);
     while average_run_length(drift, high) < samples && high < 1e6 {
@@ -123,7 +120,6 @@ pub fn threshold_for(drift: f64, samples: f64) -> f64 {
 }
 
 /// Total number of samples.
-#[must_use]
 pub fn simulate(drift: f64, threshold: f64, alarms: u64, seed: u64) -> u64 {
     let mut noise = ChaCha8Rng::seed_from_u64(seed);
     let mut samples = 0;

@@ -5,18 +5,15 @@ use trocar_base::quantiles::quantile_of;
 const NOISE_BLOCK: usize = 50;
 const NOISE_SHARE: f64 = 0.75;
 
-#[must_use]
 pub(super) fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     trocar_base::interrupt::check();
     quantile_of(&mut values, share)
 }
 
-#[must_use]
 pub(super) fn median(values: &[f64]) -> Option<f64> {
     quantile(values.to_vec(), 0.5)
 }
 
-#[must_use]
 pub(super) fn root_mean_square(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
@@ -25,7 +22,6 @@ pub(super) fn root_mean_square(values: &[f64]) -> f64 {
 ///
 /// The second difference of white noise has six times its variance. An encoder is quiet at rest and a rupture is not
 /// noise, hence the upper quartile over blocks of 50 samples.
-#[must_use]
 pub(crate) fn noise_std(signal: &[f64]) -> f64 {
     let mut second = with_capacity(signal.len());
     for (sample, w) in signal.windows(3).enumerate() {
@@ -38,7 +34,6 @@ pub(crate) fn noise_std(signal: &[f64]) -> f64 {
 }
 
 /// 0 for a constant.
-#[must_use]
 pub(super) fn min_step(signal: &[f64]) -> f64 {
     let steps = signal.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 1e-9);
     steps.reduce(f64::min).unwrap_or(0.0)

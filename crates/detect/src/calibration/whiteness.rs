@@ -29,13 +29,11 @@ pub struct Whiteness {
 const REJECTED: f64 = 0.01;
 
 impl Whiteness {
-    #[must_use]
     pub fn is_rejected(&self) -> bool {
         self.ljung_box_p < REJECTED || self.jarque_bera_p < REJECTED
     }
 
     /// `None` for a constant or for fewer than five times [`LAGS`] residuals.
-    #[must_use]
     pub fn of(residual: &[f64]) -> Option<Self> {
         let count = residual.len() as f64;
         let centred = Centred::of(residual).filter(|_| residual.len() >= 5 * LAGS)?;

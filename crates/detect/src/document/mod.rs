@@ -44,7 +44,6 @@ pub struct DetectionStudy {
 }
 
 impl DetectionStudy {
-    #[must_use]
     pub fn new(name: String, file: String, values: Values, (detection, report): (Detection, DetectionReport)) -> Self {
         let samples = Samples::of(detection);
         Self { name, file, values, report, is_drawn: true, samples }
@@ -85,7 +84,6 @@ pub fn add_timeline(document: &mut Document<'_>, name: &str, report: &DetectionR
     document.figure("timeline", trocar_figures::timeline(&[figures::row(name, report, report.start_s)]));
 }
 
-#[must_use]
 pub fn report_document(name: &str, report: &DetectionReport, values: &Values) -> Document<'static> {
     let (detector, threshold, unit) = report.detector;
     let samples = format!(

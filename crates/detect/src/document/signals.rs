@@ -7,7 +7,6 @@ use trocar_document::{Cell, Document, Section, Table, Verdict, command_line, cou
 use trocar_recording::{Quantity, Roles, Signal};
 use trocar_scenario::parse_quantity;
 
-#[must_use]
 pub fn signals_document(file: &str, signals: &[Signal]) -> Document<'static> {
     let times = times(signals);
     let mut section = Section::new("signals", "Signals");

@@ -164,12 +164,10 @@ impl LiveDetector {
         Ok(None)
     }
 
-    #[must_use]
     pub fn interval_s(&self) -> Option<f64> {
         self.interval_s
     }
 
-    #[must_use]
     pub fn summary(&self) -> LiveSummary {
         let interval_s = self.interval_s.unwrap_or(0.0);
         let ResidualSums { moments, absolute_n, max_absolute_n } = &self.residual;

@@ -22,14 +22,12 @@ pub type Ticks = Vec<(f64, String)>;
 
 impl Axis {
     /// With exactly these limits; without labels if there are 0 ticks.
-    #[must_use]
     pub fn exact(range: (f64, f64), max_ticks: usize) -> Self {
         let (low, high) = sane(range);
         Self { low, high, log: false, max_ticks, names: vec![] }
     }
 
     /// A line for each name, at 0, -1, -2, … from the top down.
-    #[must_use]
     pub fn of_names(names: impl IntoIterator<Item = String>) -> Self {
         let names: Vec<String> = names.into_iter().collect();
         let low = 0.5 - names.len().max(1) as f64;
@@ -37,7 +35,6 @@ impl Axis {
     }
 
     /// With a margin around the data, larger above for the marks of alarms.
-    #[must_use]
     pub fn padded(range: (f64, f64), max_ticks: usize) -> Self {
         let (low, high) = sane(range);
         let margin = 0.05 * (high - low);
@@ -45,34 +42,28 @@ impl Axis {
     }
 
     /// From 0, for quantities that cannot be negative.
-    #[must_use]
     pub fn from_zero(high: f64, max_ticks: usize) -> Self {
         let high = if high.is_finite() && high > 0.0 { high } else { 1.0 };
         Self::exact((0.0, 1.14 * high), max_ticks)
     }
 
-    #[must_use]
     pub fn log10(range: (f64, f64)) -> Self {
         let (low, high) = sane((range.0.max(1e-300).log10(), range.1.max(1e-300).log10()));
         Self { low, high, log: true, max_ticks: X_TICKS, names: vec![] }
     }
 
-    #[must_use]
     pub fn over(range: (f64, f64), is_log: bool, max_ticks: usize) -> Self {
         if is_log { Self::log10(range) } else { Self::exact(range, max_ticks) }
     }
 
-    #[must_use]
     pub fn all_ticks(&self) -> Ticks {
         self.ticks(|_| true)
     }
 
-    #[must_use]
     pub fn within(&self, place: f64) -> f64 {
         place.max(self.low).min(self.high)
     }
 
-    #[must_use]
     pub fn place(&self, value: f64) -> f64 {
         if self.log && value.is_finite() { if value > 0.0 { value.log10() } else { self.low - 1.0 } } else { value }
     }

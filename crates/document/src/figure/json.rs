@@ -102,7 +102,6 @@ fn detailed(events: &Events) -> Vec<(f64, f64)> {
 impl Figure<'_> {
     /// Positions are in axis coordinates: exponents of ten on a logarithmic axis. A line with one point is a dot;
     /// `null` is a gap. Long lines are reduced to the minima and maxima of 5000 intervals.
-    #[must_use]
     pub fn description(&self) -> Json {
         let mut points = |points: Vec<Point>| {
             let (x, y): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();

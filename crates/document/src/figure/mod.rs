@@ -39,7 +39,6 @@ pub struct Row<'a> {
 }
 
 impl<'a> Row<'a> {
-    #[must_use]
     pub fn of(height: f64, panel: Panel<'a>) -> Self {
         Self { title: None, height, panels: vec![panel] }
     }
@@ -74,7 +73,6 @@ impl<'a> Series<'a> {
         Self { x: x.into(), y: y.into(), scale: 1.0, stroke }
     }
 
-    #[must_use]
     pub fn times(self, scale: f64) -> Self {
         Self { scale, ..self }
     }

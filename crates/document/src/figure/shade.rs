@@ -17,7 +17,6 @@ impl Shade {
     pub const ALL: [Self; 7] =
         [Self::Frozen, Self::Held, Self::Event, Self::Reengaging, Self::Insertion, Self::Hold, Self::Withdrawal];
 
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Frozen => "frozen",
@@ -31,7 +30,6 @@ impl Shade {
     }
 
     /// On white paper.
-    #[must_use]
     pub fn color(self) -> Color {
         match self {
             Self::Frozen => ORANGE.pale(0.34),
@@ -44,7 +42,6 @@ impl Shade {
         }
     }
 
-    #[must_use]
     pub fn css(self) -> String {
         self.color().css()
     }

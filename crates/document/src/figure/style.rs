@@ -36,13 +36,11 @@ pub const NAMES: [(&str, Color); 10] = [
 ];
 
 impl Color {
-    #[must_use]
     pub fn hex(self) -> String {
         format!("#{:02x}{:02x}{:02x}", self.0, self.1, self.2)
     }
 
     /// Colours without a name are the same in every theme.
-    #[must_use]
     pub fn css(self) -> String {
         if let Some((name, _)) = NAMES.iter().find(|(_, color)| *color == self) {
             return format!("var(--{name})");
@@ -55,7 +53,6 @@ impl Color {
     }
 
     /// On white paper, with a coverage of 0 to 1.
-    #[must_use]
     pub const fn pale(self, coverage: f64) -> Self {
         const fn mix(channel: u8, coverage: f64) -> u8 {
             (255.0 + coverage * (channel as f64 - 255.0) + 0.5) as u8
@@ -86,12 +83,10 @@ pub struct Stroke {
 }
 
 impl Stroke {
-    #[must_use]
     pub const fn solid(color: Color, width: f64) -> Self {
         Self { color, width, dashes: &[] }
     }
 
-    #[must_use]
     pub const fn dashed(color: Color, width: f64, dashes: &'static [f64]) -> Self {
         Self { color, width, dashes }
     }

@@ -28,12 +28,10 @@ impl Irregularity {
         require("channel.jitter_s", self.jitter_s, held, "at most 100000 ticks").map(drop)
     }
 
-    #[must_use]
     pub fn jitter_ticks(&self, tick_s: f64) -> u64 {
         nearest_ticks(self.jitter_s, tick_s).min(MAX_JITTER_TICKS)
     }
 
-    #[must_use]
     pub fn is_none(&self) -> bool {
         self.jitter_s == 0.0 && self.loss == 0.0
     }

@@ -28,12 +28,10 @@ trocar_core::settings! {
 impl DelaySettings {
     pub const BOTH: &str = "channel.delay_s";
 
-    #[must_use]
     pub fn of_each_way(&self) -> [(&'static str, f64); 2] {
         [("channel.forward_delay_s", self.forward_delay_s), ("channel.backward_delay_s", self.backward_delay_s)]
     }
 
-    #[must_use]
     pub fn is_one_way(key: &str) -> bool {
         matches!(key, "channel.forward_delay_s" | "channel.backward_delay_s")
     }
@@ -55,14 +53,12 @@ pub struct Delay<L: Lane, const N: usize> {
 }
 
 impl<L: Lane, const N: usize> Delay<L, N> {
-    #[must_use]
     pub fn new(ticks: u64, initial: [L; N]) -> Self {
         let line = vec![initial; ticks.min(MAX_DELAY_TICKS) as usize].into_boxed_slice();
         Self { line, next: 0, lane_ticks: None, irregular: None }
     }
 
     /// `random` is `(seed, first_stream)`; lane `i` uses stream `first_stream + i`.
-    #[must_use]
     pub fn irregular(
         mut self,
         irregularity: &Irregularity,
@@ -77,12 +73,10 @@ impl<L: Lane, const N: usize> Delay<L, N> {
         self
     }
 
-    #[must_use]
     pub fn is_immediate(&self) -> bool {
         self.line.is_empty() && self.irregular.is_none()
     }
 
-    #[must_use]
     pub fn longest_ticks(&self) -> u64 {
         self.irregular.as_ref().map_or(self.line.len() as u64, |link| link.longest_ticks())
     }

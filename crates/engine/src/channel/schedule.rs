@@ -13,27 +13,22 @@ impl Schedule {
     pub const LOST: u32 = u32::MAX;
 
     /// The last of `delays` (ticks or [`Schedule::LOST`]) applies to all later samples. Outages ascend without overlap.
-    #[must_use]
     pub fn new(delays: Arc<[u32]>, outages: Arc<[Range<u64>]>) -> Self {
         Self { delays, outages }
     }
 
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.delays.is_empty() && self.outages.is_empty()
     }
 
-    #[must_use]
     pub fn has_delays(&self) -> bool {
         !self.delays.is_empty()
     }
 
-    #[must_use]
     pub fn has_outages(&self) -> bool {
         !self.outages.is_empty()
     }
 
-    #[must_use]
     pub fn repeating(&self, from: u64, to: u64, until: u64) -> Self {
         let Some(&last) = self.delays.last().filter(|_| from < to) else { return self.clone() };
         let delay = |tick: u64| {
@@ -44,7 +39,6 @@ impl Schedule {
     }
 
     /// `None` without scheduled delays, or if all samples from some tick on are lost.
-    #[must_use]
     pub fn ages(&self) -> Option<(u64, u64)> {
         let last = arriving(*self.delays.last()?)?;
         let end = self.delays.len() + last as usize;

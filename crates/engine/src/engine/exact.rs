@@ -45,7 +45,6 @@ pub struct ExactPlants<L, C = L> {
 }
 
 impl<L: Lane> ExactPlants<L> {
-    #[must_use]
     pub fn new(master: &MasterStep, slave: &SlaveStep, master_m: f64, reference_m: f64) -> Self {
         let motion =
             |column: [f64; MASTER_STATES]| -> [L; MOTION_ROWS] { std::array::from_fn(|i| L::splat(column[i])) };

@@ -51,7 +51,6 @@ impl GeneralSlave {
         Ok(Self { machine, controller: controller(slave, limits, tick_s, &rest, reference_m) })
     }
 
-    #[must_use]
     pub fn output(&self) -> [f64; 2] {
         match &self.machine {
             SlaveMachine::Exact(_, state) => [state[0], state[1]],
@@ -97,7 +96,6 @@ pub struct GeneralPlants {
 }
 
 impl GeneralPlants {
-    #[must_use]
     pub fn new(master: MasterPlants, slave: GeneralSlave) -> Self {
         Self { master, slave }
     }

@@ -67,7 +67,6 @@ impl ControlledMaster {
         }
     }
 
-    #[must_use]
     pub fn output(&self) -> MasterOutput<f64> {
         match &self.machine {
             Machine::Exact(step, state) => MasterOutput {

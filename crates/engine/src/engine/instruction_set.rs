@@ -17,7 +17,6 @@ impl InstructionSet {
     /// The widest first.
     pub const ALL: [Self; 3] = [Self::Avx512, Self::Avx2, Self::Baseline];
 
-    #[must_use]
     pub fn is_available(self) -> bool {
         #[cfg(target_arch = "x86_64")]
         match self {
@@ -35,7 +34,6 @@ impl InstructionSet {
         }
     }
 
-    #[must_use]
     pub fn widest() -> Self {
         Self::ALL.into_iter().find(|set| set.is_available()).unwrap_or(Self::Baseline)
     }

@@ -123,7 +123,6 @@ pub struct IntegratedPlants {
 }
 
 impl IntegratedPlants {
-    #[must_use]
     pub fn new(
         (master, arm, slave): (&MasterParameters, &ArmParameters, &SlaveParameters),
         timing: ControlTiming,
@@ -164,7 +163,6 @@ impl IntegratedPlants {
     }
 
     /// Arrival times within each tick, as fractions; with continuous control only.
-    #[must_use]
     pub fn split(mut self, feedback_share: f64, reference_share: f64) -> Self {
         self.arrivals = [feedback_share, reference_share];
         self
@@ -188,7 +186,6 @@ impl IntegratedPlants {
         Ok(())
     }
 
-    #[must_use]
     pub fn limited(mut self, limits: &ActuatorLimits) -> Self {
         let equations = &mut self.equations;
         equations.limits = *limits;

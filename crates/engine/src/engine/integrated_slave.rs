@@ -70,7 +70,6 @@ impl IntegratedSlave {
         Ok(Self { equations, is_loaded, constant_n, friction_n, part_s, state })
     }
 
-    #[must_use]
     pub fn output(&self) -> [f64; 2] {
         self.equations.output(self.state.as_slice())
     }

@@ -33,7 +33,6 @@ pub struct TissueForce<L> {
 
 impl<L: Lane> TissueForce<L> {
     #[inline(always)]
-    #[must_use]
     pub fn zero() -> Self {
         Self { on_needle_n: L::zero(), measured_n: L::zero() }
     }

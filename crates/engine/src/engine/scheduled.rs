@@ -14,7 +14,6 @@ pub struct ScheduledAlarms<D> {
 }
 
 impl<D> ScheduledAlarms<D> {
-    #[must_use]
     pub fn new(detector: D, ticks: Arc<[u64]>) -> Self {
         Self { detector, tick: 0, next: ticks.first().copied().unwrap_or(u64::MAX), ticks, index: 0 }
     }

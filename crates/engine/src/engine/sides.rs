@@ -19,7 +19,6 @@ pub struct MasterSide {
 
 impl MasterSide {
     /// `initial` is the sample before the first message.
-    #[must_use]
     pub fn new(mut engine: SideEngine, initial: [f64; 5]) -> Self {
         let desired_m = engine.parts.begin();
         let at_master = AtMaster { position_m: 0.0, velocity_m_per_s: 0.0, hand_force_n: 0.0 };
@@ -27,17 +26,14 @@ impl MasterSide {
     }
 
     /// Force, position, velocity, acceleration, mode.
-    #[must_use]
     pub fn initial(&self) -> [f64; 5] {
         self.initial
     }
 
-    #[must_use]
     pub fn tick(&self) -> u64 {
         self.tick
     }
 
-    #[must_use]
     pub fn has_ended(&self) -> bool {
         self.tick >= self.engine.grid.ticks()
     }
@@ -78,12 +74,10 @@ impl MasterSide {
     }
 
     /// `Σ F_ed Δx_h`
-    #[must_use]
     pub fn energy_j(&self) -> f64 {
         self.engine.parts.link.master_energy_j()
     }
 
-    #[must_use]
     pub fn promised_j(&self) -> Option<f64> {
         self.engine.parts.link.promised_j()
     }
@@ -98,23 +92,19 @@ pub struct SlaveSide {
 }
 
 impl SlaveSide {
-    #[must_use]
     pub fn new(engine: SideEngine, initial: [f64; 4]) -> Self {
         Self { engine, initial, at_rest: at_rest().0, reference_m: None, tick: 0 }
     }
 
     /// Position, velocity, acceleration, hand force.
-    #[must_use]
     pub fn initial(&self) -> [f64; 4] {
         self.initial
     }
 
-    #[must_use]
     pub fn tick(&self) -> u64 {
         self.tick
     }
 
-    #[must_use]
     pub fn has_ended(&self) -> bool {
         self.tick >= self.engine.grid.ticks()
     }
@@ -154,13 +144,11 @@ impl SlaveSide {
         }
     }
 
-    #[must_use]
     pub fn promised_j(&self) -> Option<f64> {
         self.engine.parts.link.promised_j()
     }
 
     /// `∫ f_e dx_e`, from the measured force scaled to the master.
-    #[must_use]
     pub fn energy_j(&self) -> f64 {
         self.engine.parts.link.slave_energy_j()
     }

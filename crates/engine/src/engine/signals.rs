@@ -178,7 +178,6 @@ impl<L: Lane> Signals<L> {
     }
 
     #[inline(always)]
-    #[must_use]
     pub fn lane(&self, index: usize) -> Signals<f64> {
         Signals {
             tick: self.tick,

@@ -20,7 +20,6 @@ pub struct FractionalDelayPlants<L> {
 
 impl<L: Lane> FractionalDelayPlants<L> {
     /// `master` and `slave` are the steps after the arrival.
-    #[must_use]
     pub fn new(exact: ExactPlants<L>, master: &MasterStep, slave: &SlaveStep, reference_m: f64) -> Self {
         Self {
             exact,

@@ -36,7 +36,6 @@ macro_rules! trace {
         }
 
         impl Trace {
-            #[must_use]
             pub fn new(grid: TickGrid) -> Self {
                 Self {
                     $($name: with_capacity(grid.ticks() as usize),)*
@@ -47,7 +46,6 @@ macro_rules! trace {
                 }
             }
 
-            #[must_use]
             pub fn columns(&self) -> [ColumnValues<&[f64], &[u8]>; COLUMNS.len()] {
                 [$(trace!(@values $value &self.$name)),*]
             }
@@ -162,25 +160,21 @@ trace! {
 }
 
 impl Trace {
-    #[must_use]
     pub fn recorder(&mut self) -> TraceRecorder<'_> {
         TraceRecorder { trace: self, ticks: Ticks::NONE, count: 0 }
     }
 
-    #[must_use]
     pub fn with_extra_parameter(mut self, column: Option<&'static str>) -> Self {
         self.extra_parameter = column.map(|name| (name, with_capacity(self.grid.ticks() as usize)));
         self
     }
 
-    #[must_use]
     pub fn with_contact(mut self, contact_m: f64) -> Self {
         self.contact_m = Some(contact_m);
         self
     }
 
     /// Uses the depth of the needle, not of the sensor; `None` without the contact position.
-    #[must_use]
     pub fn trust(&self) -> Option<TrustColumns> {
         let motion = (&*self.slave_position_m, &*self.slave_velocity_m_per_s);
         let parameters = (&*self.stiffness_n_per_m, &*self.damping_n_s_per_m);
@@ -188,18 +182,15 @@ impl Trace {
         self.contact_m.map(of)
     }
 
-    #[must_use]
     pub fn len(&self) -> usize {
         self.time_s.len()
     }
 
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.time_s.is_empty()
     }
 
     /// All columns but `mode`.
-    #[must_use]
     pub fn numbers(&self) -> Vec<&[f64]> {
         let numbers = |values| match values {
             ColumnValues::Numbers(numbers) => Some(numbers),

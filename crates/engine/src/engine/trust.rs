@@ -35,7 +35,6 @@ pub struct TrustColumns {
 }
 
 impl TrustColumns {
-    #[must_use]
     pub fn of(
         (contact_m, tick_s): (f64, f64),
         (position_m, velocity_m_per_s): (&[f64], &[f64]),
@@ -61,7 +60,6 @@ impl TrustColumns {
         Self { stiffness_std_n_per_m, damping_std_n_s_per_m, excitation, estimate_flags }
     }
 
-    #[must_use]
     pub fn columns(&self) -> [ColumnValues<&[f64], &[u8]>; TRUST_COLUMNS.len()] {
         [
             ColumnValues::Numbers(&self.stiffness_std_n_per_m),
@@ -71,7 +69,6 @@ impl TrustColumns {
         ]
     }
 
-    #[must_use]
     pub fn into_columns(self) -> [ColumnValues<Vec<f64>, Vec<u8>>; TRUST_COLUMNS.len()] {
         [
             ColumnValues::Numbers(self.stiffness_std_n_per_m),

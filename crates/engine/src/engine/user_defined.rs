@@ -51,7 +51,6 @@ macro_rules! setters {
         impl UserDefinedParts {
             $(
                 $(#[$doc])*
-                #[must_use]
                 pub fn $role(mut self, part: impl $Role<f64> + Send + 'static) -> Self {
                     self.$role = Some(Box::new(part));
                     self
@@ -76,7 +75,6 @@ setters! {
 }
 
 impl UserDefinedParts {
-    #[must_use]
     pub fn roles(&self) -> Vec<&'static str> {
         let Self { operator, tissue, estimator, detector, distance, architecture, scheme, motion_law, force_law } =
             self;

@@ -45,7 +45,6 @@ impl<L: Lane, P: Plants<L>> Wired<L, P> {
         each!(self, engine => L::run(engine, observer))
     }
 
-    #[must_use]
     pub fn link_report(&self, index: usize) -> Option<LinkReport> {
         each!(self, engine => engine.parts.link_report(index))
     }

@@ -85,14 +85,12 @@ trocar_core::choice! {
 }
 
 impl MinimumJerkSettings {
-    #[must_use]
     pub fn positions_m(&self, tick_s: f64, ticks: u64) -> Arc<[f64]> {
         minimum_jerk(self.start.start_m, self.end.end_m, self.movement.movement_s, tick_s, ticks)
     }
 }
 
 impl InsertionExtractionSettings {
-    #[must_use]
     pub fn positions_m(&self, tick_s: f64, ticks: u64) -> Arc<[f64]> {
         let way_in = (self.movement.movement_s, self.pushes);
         let way_out = (self.hold_s, self.withdrawal_s);
@@ -101,7 +99,6 @@ impl InsertionExtractionSettings {
 }
 
 impl SineSettings {
-    #[must_use]
     pub fn positions_m(&self, tick_s: f64, ticks: u64) -> Arc<[f64]> {
         sine(self.start.start_m, self.amplitude_m, self.frequency_hz, tick_s, ticks)
     }

@@ -157,7 +157,6 @@ impl<L: Lane> Motion<L> {
 }
 
 impl<L: Lane> HumanOperator<L> {
-    #[must_use]
     pub fn new(motion: Motion<L>) -> Self {
         Self {
             motion,
@@ -171,13 +170,11 @@ impl<L: Lane> HumanOperator<L> {
         }
     }
 
-    #[must_use]
     pub fn trembling(mut self, displacements_m: Arc<[L]>) -> Self {
         self.tremor = Some(displacements_m);
         self
     }
 
-    #[must_use]
     pub fn tensing(
         mut self,
         stretch: &StretchSettings,
@@ -190,7 +187,6 @@ impl<L: Lane> HumanOperator<L> {
         self
     }
 
-    #[must_use]
     pub fn reacting(
         mut self,
         reflex: &ReflexSettings,

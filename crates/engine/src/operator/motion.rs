@@ -1,7 +1,6 @@
 use std::sync::Arc;
 
 /// `x = start + (end - start) (10 τ³ - 15 τ⁴ + 6 τ⁵)`, `τ = t / movement <= 1` (Flash and Hogan 1985).
-#[must_use]
 pub fn minimum_jerk(start_m: f64, end_m: f64, movement_s: f64, tick_s: f64, ticks: u64) -> Arc<[f64]> {
     let position = |tick: u64| {
         let tau = (tick as f64 * tick_s / movement_s).min(1.0);
@@ -11,7 +10,6 @@ pub fn minimum_jerk(start_m: f64, end_m: f64, movement_s: f64, tick_s: f64, tick
 }
 
 /// Minimum-jerk movements. The pushes are chosen here.
-#[must_use]
 pub fn insertion_extraction(
     (start_m, end_m): (f64, f64),
     (movement_s, pushes): (f64, u64),
@@ -36,7 +34,6 @@ pub fn insertion_extraction(
 }
 
 /// `x = centre + amplitude sin(2π f t)`
-#[must_use]
 pub fn sine(centre_m: f64, amplitude_m: f64, frequency_hz: f64, tick_s: f64, ticks: u64) -> Arc<[f64]> {
     let position = |tick: u64| {
         let turns = frequency_hz * (tick as f64 * tick_s);

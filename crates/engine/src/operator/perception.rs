@@ -58,7 +58,6 @@ trocar_core::settings! {
 }
 
 impl Perception {
-    #[must_use]
     pub fn settings(&self) -> Option<&PerceptionSettings> {
         match self {
             Self::None => None,

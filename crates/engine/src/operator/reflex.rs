@@ -57,7 +57,6 @@ trocar_core::settings! {
 }
 
 impl ReflexSettings {
-    #[must_use]
     pub fn reacts(&self) -> bool {
         self.reflex != Reflex::None
     }

@@ -14,7 +14,6 @@ trocar_core::settings! {
 }
 
 impl StiffeningSettings {
-    #[must_use]
     pub fn acts(&self) -> bool {
         self.per_n > 0.0 && self.limit > 0.0
     }

@@ -21,7 +21,6 @@ trocar_core::settings! {
 }
 
 impl StretchSettings {
-    #[must_use]
     pub fn acts(&self) -> bool {
         self.short_gain_n_s_per_m > 0.0 || self.long_gain_n_per_m > 0.0
     }

@@ -39,7 +39,6 @@ impl TremorSettings {
     }
 
     /// Displacement (m) and speed (m/s) with all sines at their peak.
-    #[must_use]
     pub fn largest(&self) -> [f64; 2] {
         let displacement_m = SINES as f64 * self.size_m();
         // The slope of the growth `3 s² - 2 s³` is at most 1.5.
@@ -51,7 +50,6 @@ impl TremorSettings {
     }
 
     /// One sine of equal amplitude in each eighth of the band, with random frequency and phase.
-    #[must_use]
     pub fn displacements<L: Lane>(&self, seed: u64, first_stream: u64, tick_s: f64, ticks: u64) -> Arc<[L]> {
         let mut lanes: Vec<SineSum> =
             (0..L::WIDTH).map(|lane| SineSum::new(self, seed, first_stream + lane as u64, tick_s)).collect();

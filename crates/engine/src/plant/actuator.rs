@@ -23,27 +23,22 @@ trocar_core::settings! {
 impl ActuatorLimits {
     pub const NONE: Self = Self::DEFAULT;
 
-    #[must_use]
     pub fn are_none(&self) -> bool {
         *self == Self::NONE
     }
 
-    #[must_use]
     pub fn max_master_force_n(&self) -> f64 {
         self.master_force_n.unwrap_or(f64::INFINITY)
     }
 
-    #[must_use]
     pub fn max_slave_command(&self) -> f64 {
         self.slave_command.unwrap_or(f64::INFINITY)
     }
 
-    #[must_use]
     pub fn max_master_change_n(&self, tick_s: f64) -> f64 {
         self.master_force_rate_n_per_s.map_or(f64::INFINITY, |rate| rate * tick_s)
     }
 
-    #[must_use]
     pub fn max_slave_change(&self, tick_s: f64) -> f64 {
         self.slave_command_rate_per_s.map_or(f64::INFINITY, |rate| rate * tick_s)
     }

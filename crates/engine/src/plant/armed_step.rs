@@ -53,7 +53,6 @@ impl ArmedStep {
         })
     }
 
-    #[must_use]
     pub fn advance(&self, state: &ArmedColumn, desired_m: [f64; 2], motor_n: f64) -> ArmedColumn {
         let mut next = [0.0; MAX_ARMED_STATES];
         if let Some(friction) = &self.friction {
@@ -78,7 +77,6 @@ impl ArmedStep {
         next
     }
 
-    #[must_use]
     pub fn hand_force_n(&self, state: &ArmedColumn) -> f64 {
         self.hand_force.iter().zip(state).map(|(gain, value)| gain * value).sum()
     }

@@ -34,7 +34,6 @@ pub struct SampledGains {
 }
 
 impl SampledGains {
-    #[must_use]
     pub fn of(slave: &SlaveParameters, tick_s: f64) -> Self {
         let proportional = slave.proportional_gain;
         match slave.controller {
@@ -67,7 +66,6 @@ pub struct SampledController {
 }
 
 impl SampledController {
-    #[must_use]
     pub fn at_rest(gains: SampledGains, bounds: (f64, f64), error_m: f64, position_m: f64, command: f64) -> Self {
         let SampledGains { proportional, position, sum, .. } = gains;
         let integral = if sum == 0.0 { 0.0 } else { command - proportional * error_m + position * position_m };

@@ -48,7 +48,6 @@ impl MachineStep {
         })
     }
 
-    #[must_use]
     pub fn advance(&self, state: &MachineColumn, command: f64, tissue_n: f64) -> MachineColumn {
         let external_n = if self.is_loaded { tissue_n + self.constant_n } else { self.constant_n };
         let mut next = [0.0; MAX_MACHINE_STATES];

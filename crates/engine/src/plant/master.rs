@@ -109,7 +109,6 @@ impl Grip {
 
 impl ArmParameters {
     /// `k_a k_h / (k_a + k_h)`
-    #[must_use]
     pub fn static_stiffness_n_per_m(&self) -> f64 {
         self.k_a_n_per_m * self.k_h_n_per_m / (self.k_a_n_per_m + self.k_h_n_per_m)
     }

@@ -38,12 +38,10 @@ trocar_core::settings! {
 }
 
 impl MasterModelSettings {
-    #[must_use]
     pub fn is_general(&self) -> bool {
         self.model != MasterModel::Appendix
     }
 
-    #[must_use]
     pub fn has_coulomb_friction(&self) -> bool {
         self.model == MasterModel::MassDamper && self.coulomb_friction_n > 0.0
     }

@@ -119,7 +119,6 @@ pub enum PlantError {
 
 impl PlantError {
     /// `None` for errors that do not concern a model.
-    #[must_use]
     pub fn of_model(&self) -> Option<(String, String)> {
         let (side, key, remedy) = match self {
             Self::Improper { side, .. } => {

@@ -98,7 +98,6 @@ impl Machine {
         Ok(Self { system: balanced(&system, 2).map_err(on(side))? })
     }
 
-    #[must_use]
     pub fn system(&self) -> &StateSpace<Continuous> {
         &self.system
     }

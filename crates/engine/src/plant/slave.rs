@@ -65,7 +65,6 @@ trocar_core::settings! {
 }
 
 impl SlaveParameters {
-    #[must_use]
     pub fn has_coulomb_friction(&self) -> bool {
         self.model == SlaveModel::MassDamper && self.coulomb_friction_n > 0.0
     }
@@ -74,7 +73,6 @@ impl SlaveParameters {
         if self.model == SlaveModel::Appendix { 0.0 } else { self.constant_force_n }
     }
 
-    #[must_use]
     pub fn is_general(&self) -> bool {
         self.model != SlaveModel::Appendix || self.controller != SlaveController::Appendix
     }
@@ -106,7 +104,6 @@ impl SlaveParameters {
     }
 
     /// Gains on `(x_ref, x_e, v_e)`.
-    #[must_use]
     pub fn control(&self) -> [f64; 3] {
         let (k_p, k_v) = (self.proportional_gain, self.velocity_gain);
         match self.damping {

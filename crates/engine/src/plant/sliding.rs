@@ -16,7 +16,6 @@ pub struct SlidingMass {
 }
 
 impl SlidingMass {
-    #[must_use]
     pub fn advance(&self, mut motion: [f64; 2], force_n: f64, duration_s: f64) -> [f64; 2] {
         let mut left_s = duration_s;
         // A stopped mass moves on with the force or rests: at most two parts.

@@ -17,7 +17,6 @@ type Drawn = (Arc<[f64]>, ChaCha8Rng);
 
 impl NoiseBank {
     /// When `max_numbers` (8 bytes each) are used, runs draw further streams themselves.
-    #[must_use]
     pub fn new(max_numbers: usize) -> Self {
         Self { kept: HashMap::new(), room: max_numbers }
     }

@@ -35,13 +35,11 @@ trocar_core::settings! {
 }
 
 impl SensorSettings {
-    #[must_use]
     pub fn reads_force_exactly(&self) -> bool {
         let Self { force_bias_n, force_bandwidth_hz, force_noise_std_n, force_resolution_n, force_range_n, .. } = *self;
         [force_bias_n, force_bandwidth_hz, force_noise_std_n, force_resolution_n] == [0.0; 4] && force_range_n.is_none()
     }
 
-    #[must_use]
     pub fn reads_position_exactly(&self) -> bool {
         self.position_resolution_m == 0.0
     }
@@ -118,7 +116,6 @@ pub struct ForceSensor<L> {
 
 impl<L: Lane> ForceSensor<L> {
     /// Lane `i` draws its noise from stream `first_stream + i`.
-    #[must_use]
     pub fn new(settings: &SensorSettings, tick_s: f64, seed: u64, first_stream: u64) -> Self {
         let SensorSettings { force_bias_n, force_bandwidth_hz, force_noise_std_n, .. } = *settings;
         Self {

@@ -10,7 +10,6 @@ pub struct DirectLink<L> {
 }
 
 impl<L: Lane> DirectLink<L> {
-    #[must_use]
     pub fn new(position_scale: f64, force_scale: f64) -> Self {
         Self { position_scale: L::splat(position_scale), force_scale: L::splat(force_scale) }
     }

@@ -122,18 +122,15 @@ impl<L: Lane> Link<L> {
 }
 
 impl<L: Lane, A, P> Link<L, A, P> {
-    #[must_use]
     pub fn with_slave_at(mut self, start_m: f64) -> Self {
         self.slave_port = Port::at(L::splat(start_m));
         self
     }
 
-    #[must_use]
     pub fn with_architecture<B: Architecture<L>>(self, architecture: B) -> Link<L, B, P> {
         self.with(|_, scheme| (architecture, scheme))
     }
 
-    #[must_use]
     pub fn with_scheme<Q: PassivityScheme<L>>(self, scheme: Q) -> Link<L, A, Q> {
         self.with(|architecture, _| (architecture, scheme))
     }
@@ -158,13 +155,11 @@ impl<L: Lane, A, P> Link<L, A, P> {
         }
     }
 
-    #[must_use]
     pub fn is_direct(&self) -> bool {
         self.is_plain && self.lines.forward.is_immediate() && self.lines.backward.is_immediate()
     }
 
     /// `None` unless the link [is direct](Link::is_direct).
-    #[must_use]
     pub fn as_direct(&self) -> Option<DirectLink<L>> {
         self.is_direct().then_some(self.scales)
     }
@@ -239,18 +234,15 @@ impl<L: Lane, A: Architecture<L>, P: PassivityScheme<L>> Link<L, A, P> {
     }
 
     /// `Σ F_ed Δx_h`
-    #[must_use]
     pub fn master_energy_j(&self) -> L {
         self.master_port.energy_j
     }
 
     /// `∫ f_e dx_e`, scaled to the master.
-    #[must_use]
     pub fn slave_energy_j(&self) -> L {
         self.energy_scale * self.slave_port.energy_j
     }
 
-    #[must_use]
     pub fn promised_j(&self) -> Option<L> {
         self.scheme.energies().promised_j
     }

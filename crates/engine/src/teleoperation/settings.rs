@@ -41,13 +41,11 @@ impl LinkSettings {
         AnyArchitecture::new(&self.controller, &self.machines, tick_s)
     }
 
-    #[must_use]
     pub fn forwards_samples(&self) -> bool {
         self.controller.kind == ControllerKind::PositionForce && self.passivity.scheme == Scheme::None
     }
 
     /// True for the paper's link.
-    #[must_use]
     pub fn is_baseline(&self) -> bool {
         self.forwards_samples() && self.machines.compliance_m_per_n == 0.0
     }
@@ -84,7 +82,6 @@ impl Machines {
     };
 
     /// Force scale over position scale; a position scale of 0 leaves no common energy.
-    #[must_use]
     pub fn energy_scale(&self) -> f64 {
         if self.position_scale == 0.0 { 1.0 } else { self.force_scale / self.position_scale }
     }

@@ -70,7 +70,6 @@ impl DepthCurves {
     }
 
     /// While drawn back, the force also changes to the withdrawal's over the presliding distance.
-    #[must_use]
     pub fn springs(&self, presliding_m: f64, until_m: f64) -> Springs {
         let entries = (RISE_M / STEP_M).round() as usize;
         let reached = ((until_m - self.from_m) / STEP_M).ceil().max(0.0) as usize;
@@ -84,7 +83,6 @@ impl DepthCurves {
         Springs { drawn_back_n_per_m: drawn_back, ..Springs::between((0.0, advancing), (0.0, 0.0)) }
     }
 
-    #[must_use]
     pub fn tables_n(&self) -> [Vec<f64>; 2] {
         [0, 1].map(|way| self.entries_n.iter().map(|forces| forces[way]).collect())
     }

@@ -90,7 +90,6 @@ impl LayerParameters {
         ("organ", Self { stiffness_n_per_m: 60.0, friction_n_per_m: 8.0, ..Self::DEFAULT }),
     ];
 
-    #[must_use]
     pub fn default_list() -> Vec<DefaultLayer> {
         let values = |layer: &Self| {
             let relaxation = ("tissue.layer.*.relaxation_s", layer.relaxation_s);
@@ -99,26 +98,22 @@ impl LayerParameters {
         Self::DEFAULT_LIST.iter().map(|(name, layer)| (*name, values(layer))).collect()
     }
 
-    #[must_use]
     pub fn ruptures(&self) -> bool {
         self.rupture_force_n > self.cutting_force_n
     }
 
     /// `d >= 0` with `a₁ d + a₂ d² = force_n`, without cancellation for small `a₂`.
-    #[must_use]
     pub fn deflection_m(&self, force_n: f64) -> f64 {
         let (a1, a2) = (self.stiffness_n_per_m, self.stiffening_n_per_m2);
         let root = (a1 * a1 + 4.0 * a2 * force_n).sqrt();
         if a1 + root > 0.0 { 2.0 * force_n / (a1 + root) } else { f64::INFINITY }
     }
 
-    #[must_use]
     pub fn force_n(&self, deflection_m: f64) -> f64 {
         (self.stiffness_n_per_m + self.stiffening_n_per_m2 * deflection_m) * deflection_m
     }
 
     /// `√(a₁² + 4 a₂ f)`.
-    #[must_use]
     pub fn slope_n_per_m(&self, force_n: f64) -> f64 {
         (self.stiffness_n_per_m.powi(2) + 4.0 * self.stiffening_n_per_m2 * force_n).sqrt()
     }

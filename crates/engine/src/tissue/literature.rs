@@ -17,12 +17,10 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    #[must_use]
     pub fn contains(&self, value: f64) -> bool {
         (self.low..=self.high).contains(&value)
     }
 
-    #[must_use]
     pub const fn range(&self) -> Range {
         if self.low == 1.0 {
             Range::AT_LEAST_ONE

@@ -100,29 +100,24 @@ impl TissueSettings {
         &distinct::<{ count_distinct(GROUPS) }>(GROUPS)
     };
 
-    #[must_use]
     pub fn default_layers(word: &str) -> Vec<DefaultLayer> {
         let all = of_kind!([WORD, Part] => (WORD, <Part<f64> as Model>::default_layers as fn() -> Vec<DefaultLayer>));
         all.into_iter().find(|(known, _)| *known == word).map_or_else(Vec::new, |(_, layers)| layers())
     }
 
-    #[must_use]
     pub fn layers(&self) -> Vec<StatedLayer<'_>> {
         of_kind!(self, Part(kind_settings) => Part::<f64>::layers(kind_settings))
     }
 
     /// `None` for a recording.
-    #[must_use]
     pub fn surface_m(&self) -> Option<f64> {
         of_kind!(self, Part(kind_settings) => Part::<f64>::surface_m(kind_settings))
     }
 
-    #[must_use]
     pub fn springs(&self, depth_m: Option<f64>) -> Option<Springs> {
         of_kind!(self, Part(kind_settings) => Part::<f64>::springs(kind_settings, depth_m))
     }
 
-    #[must_use]
     pub fn outside_measured(&self) -> Vec<Outside> {
         of_kind!(self, Part(kind_settings) => Part::<f64>::outside_measured(kind_settings))
     }

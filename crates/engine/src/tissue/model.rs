@@ -24,19 +24,16 @@ pub struct Relaxation {
 }
 
 impl Springs {
-    #[must_use]
     pub fn constant(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Self {
         Self::between((stiffness_n_per_m, stiffness_n_per_m), (damping_n_s_per_m, damping_n_s_per_m))
     }
 
-    #[must_use]
     pub fn between((low, high): (f64, f64), damping_n_s_per_m: (f64, f64)) -> Self {
         let high = high.max(0.0);
         let stiffness_n_per_m = (low.max(0.0), high);
         Self { stiffness_n_per_m, drawn_back_n_per_m: high, damping_n_s_per_m, relaxation: None }
     }
 
-    #[must_use]
     pub fn and(&self, other: &Self) -> Self {
         let both = |(low, high): (f64, f64), other: (f64, f64)| (low.min(other.0), high.max(other.1));
         Self {

@@ -29,7 +29,6 @@ trocar_core::settings! {
 }
 
 impl OrganMotion {
-    #[must_use]
     pub fn moves(&self) -> bool {
         self.breathing_amplitude_m > 0.0 || self.heartbeat_amplitude_m > 0.0
     }

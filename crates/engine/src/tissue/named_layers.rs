@@ -17,7 +17,6 @@ pub type Named<T> = (Arc<str>, T);
 
 pub(super) type Measurable<'a> = (&'static str, Option<&'a str>, f64, &'static Bounds);
 
-#[must_use]
 pub fn path_in_layer(path: &'static str, layer: Option<&str>) -> Cow<'static, str> {
     layer.map_or(Cow::Borrowed(path), |name| Cow::Owned(path.replacen('*', name, 1)))
 }

@@ -15,7 +15,6 @@ pub struct RecordedForce {
 }
 
 impl RecordedForce {
-    #[must_use]
     pub fn new(force_n: Arc<[f64]>, rupture_ticks: Arc<[u64]>) -> Self {
         let last_force_n = force_n.last().copied().unwrap_or(0.0);
         let next_rupture = rupture_ticks.first().copied().unwrap_or(u64::MAX);

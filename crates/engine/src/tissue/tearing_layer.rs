@@ -38,25 +38,21 @@ trocar_core::settings! {
 
 impl TearingLayer {
     /// `√(2 k₀ w ℓ R)`, for a slow insertion.
-    #[must_use]
     pub fn rupture_force_n(&self, crack_width_m: f64) -> f64 {
         (2.0 * self.stiffness_n_per_m * crack_width_m * self.release_length_m * self.toughness_j_per_m2).sqrt()
     }
 
     /// `R w`, for steady cutting.
-    #[must_use]
     pub fn cutting_force_n(&self, crack_width_m: f64) -> f64 {
         self.toughness_j_per_m2 * crack_width_m
     }
 
     /// Otherwise the layer gives way without a drop of force.
-    #[must_use]
     pub fn ruptures(&self, crack_width_m: f64) -> bool {
         self.rupture_force_n(crack_width_m) > self.cutting_force_n(crack_width_m)
     }
 
     /// `k₀ + 2 a₂ d` around the deflection with `k∞ d + a₂ d² = force_n`.
-    #[must_use]
     pub fn fast_slope_n_per_m(&self, force_n: f64) -> f64 {
         let slow = self.stiffness_n_per_m * self.relaxed_share;
         self.stiffness_n_per_m - slow + (slow * slow + 4.0 * self.stiffening_n_per_m2 * force_n).sqrt()
@@ -68,7 +64,6 @@ impl TearingLayer {
         require(key, relaxation, relaxation >= tick_s, "at least simulation.tick_s").map(drop)
     }
 
-    #[must_use]
     pub fn default_list() -> Vec<DefaultLayer> {
         vec![("organ", vec![])]
     }

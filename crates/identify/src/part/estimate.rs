@@ -74,17 +74,14 @@ pub struct PartIdentification {
 }
 
 impl PartIdentification {
-    #[must_use]
     pub fn scenario(&self) -> &str {
         &self.file.text
     }
 
-    #[must_use]
     pub fn mean_fit_percent(&self, role: Role) -> Option<f64> {
         mean_fit(self.fits.iter().filter(|fit| fit.role == role).map(|fit| fit.fit_percent))
     }
 
-    #[must_use]
     pub fn parameter(&self, key: &str) -> Option<(f64, [f64; 2])> {
         let (_, bounded) = self.parameters.iter().find(|(spec, _)| spec.key == key)?;
         Some((bounded.value, [bounded.low, bounded.high]))

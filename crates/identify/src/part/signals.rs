@@ -72,7 +72,6 @@ impl Signals {
         Ok(Self { name: recording(), interval_s, position_m, force_n, input, velocity_m_per_s, unfinished: None })
     }
 
-    #[must_use]
     #[expect(clippy::len_without_is_empty, reason = "a recording is never empty")]
     pub fn len(&self) -> usize {
         self.position_m.len()

@@ -230,7 +230,6 @@ pub struct MetricsObserver<L: Lane> {
 
 impl<L: Lane> MetricsObserver<L> {
     /// More ruptures than expected cause an allocation.
-    #[must_use]
     pub fn new(grid: TickGrid, expected_ruptures: usize) -> Self {
         let zero = L::zero();
         let nothing = Last { slave_m: zero, reference_m: zero, operator_power_w: zero, tissue_power_w: zero };
@@ -251,13 +250,11 @@ impl<L: Lane> MetricsObserver<L> {
     }
 
     /// Without traits, metrics of the intended motion and of noticed changes are undefined.
-    #[must_use]
     pub fn of_operators(mut self, traits: impl Fn(usize) -> OperatorTraits) -> Self {
         self.pursuit.set_operators(traits);
         self
     }
 
-    #[must_use]
     pub fn metrics(&self, index: usize) -> Metrics {
         let mut history = std::borrow::Cow::Borrowed(&self.histories[index]);
         if let Some(windows) = self.windows.as_ref().filter(|_| history.diverged_at.is_none()) {

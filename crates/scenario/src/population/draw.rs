@@ -37,7 +37,6 @@ pub fn log_normal(spread: f64, coordinate: f64) -> f64 {
 impl PopulationSettings {
     /// The member at a point of the unit cube, on which members are uniformly distributed. The coordinates have the
     /// order of [`DIMENSIONS`]; dimensions that are not drawn are ignored.
-    #[must_use]
     pub fn at(&self, point: &[f64; DIMENSIONS]) -> Draw {
         let arm = match self.arms {
             Arms::None => [1.0; 5],
@@ -62,14 +61,12 @@ impl PopulationSettings {
     }
 
     /// Returns true for each coordinate of [`PopulationSettings::at`] that has an effect.
-    #[must_use]
     pub fn is_drawn(&self) -> [bool; DIMENSIONS] {
         let (arm, tissue) = (self.arms != Arms::None, self.tissues != Tissues::None);
         [arm, arm, arm, arm, arm, arm, tissue, tissue, self.delays != Delays::None]
     }
 
     /// Draws a member at random, from the seed and its index. Its arm does not depend on the other drawn quantities.
-    #[must_use]
     pub fn drawn(&self, seed: u64, index: u64) -> Draw {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(index);

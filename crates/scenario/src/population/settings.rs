@@ -106,7 +106,6 @@ trocar_core::settings! {
 }
 
 impl PopulationSettings {
-    #[must_use]
     pub fn varies(&self) -> bool {
         self.arms != Arms::None || self.tissues != Tissues::None || self.delays != Delays::None
     }

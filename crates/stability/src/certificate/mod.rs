@@ -147,13 +147,11 @@ pub struct Certificate {
 }
 
 impl Certificate {
-    #[must_use]
     pub fn conditions(&self) -> u64 {
         self.inequalities.iter().map(Inequality::conditions).sum()
     }
 
     /// An upper bound for a dwell of at least the certificate's.
-    #[must_use]
     pub fn growth_after(&self, dwell_ticks: u64, tick_s: f64) -> f64 {
         let Choice { contraction, rate_per_s, .. } = self.choice;
         let longer = dwell_ticks.saturating_sub(self.choice.dwell_ticks);
@@ -163,7 +161,6 @@ impl Certificate {
     }
 
     /// For unscaled states.
-    #[must_use]
     pub fn p_at_events(&self) -> DMatrix<f64> {
         let function = &self.functions[self.at_events];
         let scale = &self.spaces[&function.space].scale;

@@ -154,23 +154,19 @@ impl Switching {
         Search::new(settings, &modes, settings.phases()).is_certified(dwell_ticks.max(1))
     }
 
-    #[must_use]
     pub fn dwell_ticks(&self) -> Option<u64> {
         self.certificate.as_ref().map(|found| found.choice.dwell_ticks)
     }
 
-    #[must_use]
     pub fn certified_growth(&self) -> Option<f64> {
         self.at_refractory.as_ref().map(|found| found.choice.contraction.sqrt())
     }
 
     /// A gap that out of contact does not change is no growth.
-    #[must_use]
     pub fn shows_growth(&self) -> bool {
         self.shown.found > 1.0 + 1e-6
     }
 
-    #[must_use]
     pub fn is_certified(&self) -> bool {
         self.dwell_ticks().is_some_and(|dwell| dwell <= self.phases.refractory)
     }

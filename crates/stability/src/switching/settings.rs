@@ -65,7 +65,6 @@ impl SwitchingSettings {
         Ok(Self { of_loop, augmentation, stiffness_n_per_m, damping_n_s_per_m, loses_contact: false })
     }
 
-    #[must_use]
     pub fn delay_ticks(&self) -> u64 {
         self.of_loop.forward().whole + self.of_loop.backward().whole
     }
@@ -76,7 +75,6 @@ impl SwitchingSettings {
         Self { damping_n_s_per_m: (least, least), ..self.clone() }
     }
 
-    #[must_use]
     pub fn phases(&self) -> Phases {
         let ticks = |seconds: f64| nearest_ticks(seconds, self.of_loop.tick_s);
         let automaton = &self.augmentation.automaton;
@@ -93,7 +91,6 @@ impl SwitchingSettings {
         ((LONGEST_DWELL_S / self.of_loop.tick_s) as u64).max(2)
     }
 
-    #[must_use]
     pub fn keeps_gap(&self) -> bool {
         self.augmentation.hold.map() == Some(HoldMap::Frozen)
             && self.augmentation.reengage.map() == Some(ReturnMap::Keeps)

@@ -42,13 +42,11 @@ struct Frames {
 }
 
 /// `None` if a run has no ticks.
-#[must_use]
 pub fn animation(runs: &[&Run]) -> Option<Animation> {
     Played::of(&runs[..runs.len().min(2)]).map(|played| played.animation())
 }
 
 /// With pictures for a file; `None` if a run has no ticks.
-#[must_use]
 pub fn animation_with_pictures(runs: &[&Run]) -> Option<Animation> {
     let played = Played::of(&runs[..runs.len().min(2)])?;
     let pictures = played.runs.iter().zip(&played.frames);

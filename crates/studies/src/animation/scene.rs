@@ -258,7 +258,6 @@ pub struct LiveMoment<'a> {
 
 impl LiveDrawing {
     /// `from_m` and `to_m` are the range of the hand.
-    #[must_use]
     pub fn new(scenario: &Scenario, (from_m, to_m): (f64, f64)) -> Self {
         let position_scale = scenario.position_scale();
         let (from_mm, to_mm) = (1e3 * position_scale * from_m, 1e3 * position_scale * to_m);
@@ -275,14 +274,12 @@ impl LiveDrawing {
     }
 
     /// Two heights of the drawing with the hand's position there in mm.
-    #[must_use]
     pub fn heights(&self) -> Json {
         let hand = |mm: f64| mm / self.position_scale;
         json!([[MARGIN, hand(self.range_mm.0)], [Form::FIELD.height - MARGIN, hand(self.range_mm.1)]])
     }
 
     /// The state's name, the force of a full bar in N, and the shapes.
-    #[must_use]
     pub fn frame(&mut self, now: &LiveMoment<'_>) -> Json {
         self.max_force_n = self.max_force_n.max(now.felt_n.abs());
         if now.ruptures {

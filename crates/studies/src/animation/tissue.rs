@@ -32,7 +32,6 @@ pub struct DrawnTissue {
 }
 
 impl DrawnTissue {
-    #[must_use]
     pub fn of_scenario(scenario: &Scenario) -> Self {
         let contact_mm = 1e3 * contact_m(scenario);
         let mut top_mm = contact_mm;
@@ -51,7 +50,6 @@ impl DrawnTissue {
     }
 
     /// The top of a rupturing layer is the tip's position at the rupture minus the layer's deflection.
-    #[must_use]
     pub fn of_run(run: &Run) -> Self {
         let trace = &run.trace;
         let ticks: Vec<usize> = run.metrics.ruptures.iter().map(|one| nearest(&trace.time_s, one.time_s)).collect();
@@ -93,17 +91,14 @@ impl DrawnTissue {
         Self { layers, depths_mm, torn, last_s: f64::NEG_INFINITY }
     }
 
-    #[must_use]
     pub fn layers(&self) -> &[Layer] {
         &self.layers
     }
 
-    #[must_use]
     pub fn depths_mm(&self) -> &[f64] {
         &self.depths_mm
     }
 
-    #[must_use]
     pub fn torn(&self) -> Vec<bool> {
         self.layers.iter().map(|layer| layer.torn_s.is_some()).collect()
     }

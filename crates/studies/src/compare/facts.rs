@@ -23,7 +23,6 @@ pub struct Fact {
 }
 
 /// `None` unless there are a classical and an augmented run with two ruptures and an event.
-#[must_use]
 pub fn paper_facts(comparison: &Comparison) -> Option<Vec<Fact>> {
     let [classical, augmented] = comparison.runs.as_slice() else { return None };
     let (c, a) = (&classical.metrics, &augmented.metrics);

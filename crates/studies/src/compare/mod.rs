@@ -64,12 +64,10 @@ impl Comparison {
         Ok(Self { runs: runs?, noise: noise? })
     }
 
-    #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         self.runs.iter().flat_map(|run| RunReport::of(run).warnings()).collect()
     }
 
-    #[must_use]
     pub fn table(&self) -> ComparisonTable {
         let scenarios = self.runs.iter().map(|run| run.scenario.name.clone()).collect();
         ComparisonTable {

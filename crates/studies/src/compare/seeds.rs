@@ -31,7 +31,6 @@ pub struct Spread {
 impl Spread {
     /// Quantiles are interpolated linearly. The median's interval lies between ranks `n/2 ± 1.96 √n/2`, rounded
     /// outwards (normal approximation of the sign test); below six values it is the whole range.
-    #[must_use]
     pub fn of(mut values: Vec<f64>) -> Option<Self> {
         values.sort_by(f64::total_cmp);
         let defined = values.len() as u64;
@@ -131,7 +130,6 @@ impl SeedStudy {
     }
 
     /// `runs` by seed and scenario.
-    #[must_use]
     pub fn of_runs(scenarios: &[Scenario], runs: &[Vec<Metrics>]) -> Self {
         Self {
             scenarios: scenarios.iter().map(|scenario| scenario.name.clone()).collect(),
@@ -142,12 +140,10 @@ impl SeedStudy {
         }
     }
 
-    #[must_use]
     pub fn max_ruptures(&self) -> usize {
         self.totals.iter().map(|totals| totals.seeds_with_rupture.len()).max().unwrap_or(0)
     }
 
-    #[must_use]
     pub fn row(&self, metric: &str) -> Option<&SpreadRow> {
         self.rows.iter().find(|row| row.metric == metric)
     }

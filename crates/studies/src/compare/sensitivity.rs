@@ -13,7 +13,6 @@ pub struct Noticed {
 }
 
 impl Noticed {
-    #[must_use]
     pub fn share(&self) -> Option<f64> {
         (self.trials > 0).then(|| self.noticed as f64 / self.trials as f64)
     }
@@ -35,7 +34,6 @@ pub struct Sensitivity {
 
 impl Sensitivity {
     /// `None` without trials of either kind.
-    #[must_use]
     pub fn of(signals: &Noticed, others: &Noticed) -> Option<Self> {
         if signals.trials == 0 || others.trials == 0 {
             return None;
@@ -51,7 +49,6 @@ impl Sensitivity {
     }
 
     /// True if 0 lies in the 95 % interval.
-    #[must_use]
     pub fn is_none(&self) -> bool {
         self.d_prime.abs() <= -normal_quantile(0.025) * self.std_error
     }

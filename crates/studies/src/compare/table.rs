@@ -38,7 +38,6 @@ impl Row {
         Self::new(metric.declaration(), metric.number(), values)
     }
 
-    #[must_use]
     pub fn cells(&self) -> Vec<Cell> {
         let mut cells = vec![Cell::from(&*self.label)];
         cells.extend(self.values.iter().map(|value| Cell::of(*value, self.unit)));
@@ -80,7 +79,6 @@ fn change(row: &Row, first: Option<f64>, second: Option<f64>) -> String {
     }
 }
 
-#[must_use]
 pub fn rows(runs: &[&Metrics], noise: &[NoiseCheck]) -> Vec<Row> {
     let ruptures = runs.iter().map(|metrics| metrics.ruptures.len()).max().unwrap_or(0);
     let is_first = |metric: &RunMetric| metric.declaration().shown == Shown::First;

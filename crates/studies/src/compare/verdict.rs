@@ -20,7 +20,6 @@ const OF_SCHEMES: [&str; 2] = [" without augmentation", " with it"];
 
 const MAX_RUNS: usize = 3;
 
-#[must_use]
 pub fn verdict(runs: &[&Run]) -> Verdict {
     verdict_of(runs, &whose(runs))
 }
@@ -33,13 +32,11 @@ fn whose(runs: &[&Run]) -> Vec<String> {
     }
 }
 
-#[must_use]
 pub fn verdict_of_schemes(classical: &Run, augmented: &Run) -> Verdict {
     verdict_of(&[classical, augmented], &OF_SCHEMES.map(str::to_owned))
 }
 
 /// `runs` are those of the first seeds.
-#[must_use]
 pub fn verdict_over_seeds(study: &SeedStudy, runs: &[&Run]) -> Verdict {
     let whose = whose(runs);
     let of_ruptures = |metric: &str| {

@@ -55,7 +55,6 @@ pub struct Certification<'a> {
 
 impl<'a> Certification<'a> {
     /// Certificates must cover the patients of all populations.
-    #[must_use]
     pub fn new(problem: &'a Problem, populations: Vec<&'a Population>) -> Self {
         Self { problem, populations, known: Mutex::default() }
     }

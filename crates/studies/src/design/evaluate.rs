@@ -49,7 +49,6 @@ pub struct Evaluation {
 
 impl Evaluation {
     /// Only complete evaluations are comparable; any other is the worst.
-    #[must_use]
     pub fn point(&self, goals: &Goals) -> Point {
         match self.ended {
             Ended::Complete => goals.point(&self.values, self.without_certificate, self.diverged),

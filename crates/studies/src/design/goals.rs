@@ -8,7 +8,6 @@ pub enum Direction {
 }
 
 impl Direction {
-    #[must_use]
     pub fn word(self) -> &'static str {
         match self {
             Self::Minimise => "minimise",
@@ -17,7 +16,6 @@ impl Direction {
     }
 
     /// A cost is minimised.
-    #[must_use]
     pub fn cost(self, value: f64) -> f64 {
         match self {
             Self::Minimise => value,
@@ -42,7 +40,6 @@ pub enum Limit {
 
 impl Limit {
     /// Relative to the limit, or absolute if it is 0; at most 0 within it.
-    #[must_use]
     pub fn excess(self, value: f64) -> f64 {
         let (beyond, limit) = match self {
             Self::AtLeast(limit) => (limit - value, limit),
@@ -51,7 +48,6 @@ impl Limit {
         if limit == 0.0 { beyond } else { beyond / limit.abs() }
     }
 
-    #[must_use]
     pub fn value(self) -> f64 {
         match self {
             Self::AtLeast(limit) | Self::AtMost(limit) => limit,
@@ -85,13 +81,11 @@ impl Goals {
         objectives.chain(self.constraints.iter().map(|constraint| (&constraint.quantity, constraint.aggregate)))
     }
 
-    #[must_use]
     pub fn values(&self, samples: &[Samples]) -> Vec<Option<f64>> {
         self.quantities().zip(samples).map(|((_, aggregate), samples)| samples.aggregate(aggregate)).collect()
     }
 
     /// `without_certificate` is a share of the loops, `diverged` one of the runs.
-    #[must_use]
     pub fn point(&self, values: &[Option<f64>], without_certificate: f64, diverged: f64) -> Point {
         let (objectives, constraints) = values.split_at(self.objectives.len().min(values.len()));
         let mut violation = diverged + if self.certified.is_some() { without_certificate } else { 0.0 };

@@ -18,7 +18,6 @@ impl Patients {
         Ok(Self { population, without: ruptures_without_augmentation(problem, used)? })
     }
 
-    #[must_use]
     pub fn population(&self) -> &Population {
         &self.population
     }

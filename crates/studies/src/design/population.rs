@@ -83,23 +83,19 @@ impl Population {
         Ok(population)
     }
 
-    #[must_use]
     pub fn patients(&self) -> usize {
         self.templates.len()
     }
 
-    #[must_use]
     pub fn runs(&self) -> usize {
         self.templates.len() * self.runs_of_patient()
     }
 
-    #[must_use]
     pub fn runs_of_patient(&self) -> usize {
         self.persons_of_patient() * self.seeds as usize
     }
 
     /// Runs that a bootstrap draws together: those of a patient, or of a seed if there is only one patient.
-    #[must_use]
     pub fn clusters(&self) -> Vec<Vec<usize>> {
         let of_patient = self.runs_of_patient();
         if self.patients() > 1 {

@@ -40,7 +40,6 @@ pub struct Problem {
 }
 
 /// True if the file has free keys or objectives.
-#[must_use]
 pub fn is_design(source: &Source) -> bool {
     entries(source).is_ok_and(|entries| entries.iter().any(is_design_goal))
 }
@@ -103,18 +102,15 @@ impl Problem {
     }
 
     /// All inputs of the design. Equal texts mean equal results.
-    #[must_use]
     pub fn canonical(&self) -> &str {
         &self.canonical
     }
 
     /// The SHA-256 of [`Problem::canonical`], hexadecimal.
-    #[must_use]
     pub fn hash(&self) -> String {
         sha256(self.canonical.as_bytes())
     }
 
-    #[must_use]
     pub fn base(&self) -> &Source {
         &self.base
     }
@@ -135,7 +131,6 @@ impl Problem {
         other
     }
 
-    #[must_use]
     pub fn genes(&self) -> Vec<Gene> {
         let gene = |axis: &Axis| match &axis.levels {
             Levels::List(list) => Gene::Choice(list.len() as u64),
@@ -145,7 +140,6 @@ impl Problem {
     }
 
     /// `coordinates` are from 0 to below 1.
-    #[must_use]
     pub fn values(&self, coordinates: &[f64]) -> Vec<Value> {
         self.free.iter().zip(coordinates).map(|(axis, coordinate)| axis.value(*coordinate)).collect()
     }

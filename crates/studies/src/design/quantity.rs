@@ -98,12 +98,10 @@ impl Quantity {
     }
 
     /// True for a value of the linear loop, which the seeds do not affect.
-    #[must_use]
     pub fn is_of_loop(&self) -> bool {
         matches!(&self.measure, Measure::One(column) if column.is_of_loop())
     }
 
-    #[must_use]
     pub fn is_relative(&self) -> bool {
         matches!(self.measure, Measure::Reached)
     }
@@ -143,7 +141,6 @@ pub enum Aggregate {
 
 impl Aggregate {
     /// Text such as `mean` or `95 % quantile`.
-    #[must_use]
     pub fn word(self) -> String {
         match self {
             Self::Mean => "mean".to_owned(),
@@ -189,7 +186,6 @@ impl Samples {
     }
 
     /// `None` without values.
-    #[must_use]
     pub fn aggregate(&self, how: Aggregate) -> Option<f64> {
         self.aggregate_over(how, 0..self.runs())
     }

@@ -6,7 +6,6 @@ use crate::compare::PERSONS;
 use crate::sweep::sweep_schema;
 
 /// JSON Schema draft 2020-12.
-#[must_use]
 pub fn design_schema() -> Json {
     let about = |key: &str| DESIGN_KEYS.iter().find(|(known, _)| *known == key).map_or("", |(_, about)| *about);
     let with = |mut schema: Json, key: &str| {

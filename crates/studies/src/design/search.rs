@@ -36,7 +36,6 @@ pub struct State {
 }
 
 impl State {
-    #[must_use]
     pub fn new(problem: &Problem) -> Self {
         Self {
             design_sha256: problem.hash(),
@@ -53,22 +52,18 @@ impl State {
     }
 
     /// `None` if the text is invalid, or of another design.
-    #[must_use]
     pub fn stored(text: &str, problem: &Problem) -> Option<Self> {
         serde_json::from_str(text).ok().filter(|state: &Self| state.design_sha256 == problem.hash())
     }
 
-    #[must_use]
     pub fn to_json(&self) -> String {
         serde_json::to_string(self).unwrap_or_default() + "\n"
     }
 
-    #[must_use]
     pub fn is_complete(&self, problem: &Problem) -> bool {
         self.generations >= problem.search.generations
     }
 
-    #[must_use]
     pub fn points(&self, problem: &Problem) -> Vec<Point> {
         self.archive.iter().map(|evaluation| evaluation.point(&problem.goals)).collect()
     }
@@ -86,13 +81,11 @@ pub struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    #[must_use]
     pub fn new(problem: &'a Problem, training: &'a Patients) -> Self {
         Self { problem, training, evaluator: training.evaluator(problem), genes: problem.genes() }
     }
 
     /// Runs of a candidate that is not stopped early.
-    #[must_use]
     pub fn runs_of_candidate(&self) -> usize {
         self.training.population().runs()
     }
@@ -202,7 +195,6 @@ const MAX_POINTS: usize = 500;
 impl State {
     /// Volume that the front after three quarters of the generations dominates, as a share of the final one. `None` for
     /// too many objectives or points.
-    #[must_use]
     pub fn settled_share(&self, problem: &Problem) -> Option<f64> {
         let points = self.points(problem);
         let last = front(&points);
@@ -228,7 +220,6 @@ impl State {
 }
 
 /// Without the candidates for which no certificate was found.
-#[must_use]
 pub fn front_of(points: &[Point], refused: &HashSet<usize>) -> Vec<usize> {
     let mut points = points.to_vec();
     refused.iter().for_each(|&index| points[index].violation = f64::INFINITY);

@@ -19,7 +19,6 @@ pub struct Sensitivity {
     pub share: Option<f64>,
 }
 
-#[must_use]
 pub fn sensitivities(problem: &Problem, archive: &[Evaluation]) -> Vec<Vec<Sensitivity>> {
     let feasible: Vec<(&Evaluation, Point)> = archive
         .iter()
@@ -61,7 +60,6 @@ fn correlation_ratio(choices: &[u64], count: u64, values: &[f64]) -> Option<f64>
 }
 
 /// Feasible candidates that are as good as one of them. `front` gives the ranges of the objectives.
-#[must_use]
 pub fn as_good_as(points: &[Point], front: &[usize], index: usize) -> Vec<usize> {
     let range = |objective: usize| {
         let values = || front.iter().map(|&index| points[index].objectives[objective]);

@@ -69,7 +69,6 @@ impl Design {
         Ok(Self { training, fresh, front, validation })
     }
 
-    #[must_use]
     pub fn study<'a>(&'a self, problem: &'a Problem, state: &'a State) -> DesignStudy<'a> {
         DesignStudy {
             problem,

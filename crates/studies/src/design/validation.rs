@@ -51,7 +51,6 @@ pub struct Validation {
 
 impl Validation {
     /// Designs run on both groups of patients, shipped strategies on the other patients only.
-    #[must_use]
     pub fn runs((training, fresh): (&Patients, &Patients), designs: usize) -> usize {
         designs * training.population().runs() + (designs + STRATEGIES.len()) * fresh.population().runs()
     }

@@ -148,7 +148,6 @@ fn units(variables: &[Variable]) -> String {
 }
 
 /// The library of the unit checks `token`.
-#[must_use]
 pub fn describe(model: Model, version: Version, scenario: &Scenario, variables: &[Variable], token: &str) -> String {
     let identifier = model.identifier();
     let name = escaped(&scenario.name);

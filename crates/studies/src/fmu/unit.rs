@@ -10,7 +10,6 @@ use super::version::Version;
 use trocar_scenario::{Scenario, ScenarioError, Source, Values};
 
 /// Description and library compute the token from the scenario.
-#[must_use]
 pub fn token(model: Model, scenario: &str) -> String {
     let hash = Sha256::new().chain_update(model.identifier()).chain_update([0]).chain_update(scenario).finalize();
     let mut text = String::from("{");

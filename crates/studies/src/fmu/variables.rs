@@ -112,7 +112,6 @@ const RIG_OUTPUTS: [Declared; 19] = [
 ];
 
 /// Ordered like a rig's variables.
-#[must_use]
 pub fn rig_outputs(command: &rig::Command) -> [Scalar; 19] {
     [
         Scalar::Real(command.slave_reference_m),
@@ -178,7 +177,6 @@ impl Model {
     pub const ALL: [Self; 3] = [Self::Rig, Self::Simulation, Self::Tissue];
 
     /// The file name identifies the model.
-    #[must_use]
     pub fn file(self) -> &'static str {
         match self {
             Self::Rig => "rig.toml",
@@ -188,7 +186,6 @@ impl Model {
     }
 
     /// Name of the model and of its library.
-    #[must_use]
     pub fn identifier(self) -> &'static str {
         match self {
             Self::Rig => "trocar_rig",
@@ -197,7 +194,6 @@ impl Model {
         }
     }
 
-    #[must_use]
     pub fn variables(self, scenario: &Scenario) -> Vec<Variable> {
         let (inputs, outputs) = match self {
             Self::Rig => (RIG_INPUTS.to_vec(), RIG_OUTPUTS.to_vec()),

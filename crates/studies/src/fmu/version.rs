@@ -9,7 +9,6 @@ pub enum Version {
 
 impl Version {
     /// The folder of the library for this machine.
-    #[must_use]
     pub fn platform(self) -> String {
         let (system, architecture) = (std::env::consts::OS, std::env::consts::ARCH);
         match self {

@@ -51,7 +51,6 @@ pub struct Point {
 }
 
 impl Point {
-    #[must_use]
     pub fn of(threshold: f64, tally: &Tally) -> Self {
         let ruptures = tally.ruptures.iter().sum();
         let detected = tally.detected.iter().sum();
@@ -81,7 +80,6 @@ impl Point {
     }
 
     /// 0 without a false alarm.
-    #[must_use]
     pub fn false_alarms_per_hour(&self) -> f64 {
         60.0 * self.false_alarms_per_minute.unwrap_or(0.0)
     }
@@ -111,7 +109,6 @@ pub struct Curve {
 
 impl Curve {
     /// `None` if the threshold of the settings was not evaluated.
-    #[must_use]
     pub fn at_own_threshold(&self) -> Option<&Point> {
         // `total_cmp` treats NaN as equal to itself.
         self.points.iter().find(|point| point.threshold.total_cmp(&self.own_threshold).is_eq())
@@ -119,7 +116,6 @@ impl Curve {
 
     /// Ordered by false alarms: the most detections for at most this number, then the shortest delay. Omits thresholds
     /// so low that the decision never settles.
-    #[must_use]
     pub fn front(&self) -> Vec<&Point> {
         let mut points: Vec<&Point> = self.points.iter().collect();
         let delay = |point: &Point| point.delay_median_s.unwrap_or(f64::INFINITY);
@@ -135,14 +131,12 @@ impl Curve {
     }
 
     /// The fewest false alarms with at least this share of the ruptures.
-    #[must_use]
     pub fn at_detection(&self, share: f64) -> Option<&Point> {
         let sufficient = self.points.iter().filter(|point| point.detection.is_some_and(|detection| detection >= share));
         sufficient.min_by(|a, b| a.false_alarms.cmp(&b.false_alarms).then(b.detected.cmp(&a.detected)))
     }
 
     /// The most detections with at most this rate.
-    #[must_use]
     pub fn at_false_alarms_per_hour(&self, rate: f64) -> Option<&Point> {
         let allowed = self.points.iter().filter(|point| point.false_alarms_per_hour() <= rate);
         allowed.max_by(|a, b| a.detected.cmp(&b.detected).then(b.false_alarms.cmp(&a.false_alarms)))

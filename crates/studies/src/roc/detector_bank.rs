@@ -13,7 +13,6 @@ pub struct DetectorBank {
 impl DetectorBank {
     /// At least two thresholds from 0.01 to nearly 100 times that of the settings, which is one of them, on a
     /// logarithmic scale.
-    #[must_use]
     pub fn around(settings: DetectorSettings, count: usize) -> Self {
         let middle = (count.max(2) / 2) as f64;
         let share = |k: usize| libm::pow(100.0, (k as f64 - middle) / middle);
@@ -21,22 +20,18 @@ impl DetectorBank {
     }
 
     /// Thresholds are above 0.
-    #[must_use]
     pub fn new(settings: DetectorSettings, thresholds: Vec<f64>) -> Self {
         Self { settings, thresholds }
     }
 
-    #[must_use]
     pub fn settings(&self) -> &DetectorSettings {
         &self.settings
     }
 
-    #[must_use]
     pub fn thresholds(&self) -> &[f64] {
         &self.thresholds
     }
 
-    #[must_use]
     pub fn settings_at(&self, index: usize) -> DetectorSettings {
         let threshold = self.thresholds.get(index).copied().unwrap_or(self.settings.cusum.threshold);
         let mut settings = self.settings;

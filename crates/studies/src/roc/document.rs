@@ -33,7 +33,6 @@ pub struct RocFile<'a> {
 }
 
 impl Characteristics {
-    #[must_use]
     pub fn document(&self, seeds: u64) -> Document<'_> {
         let is_stopped = self.cases < self.cases_planned;
         let runs = match is_stopped {

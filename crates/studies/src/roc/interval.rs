@@ -6,7 +6,6 @@ const Z: f64 = 1.959_963_984_540_054;
 const MAX_EXACT: u64 = 100;
 
 /// 95 % interval of a probability (Wilson, *Journal of the American Statistical Association* 22, 1927).
-#[must_use]
 pub fn wilson(successes: u64, trials: u64) -> Option<(f64, f64)> {
     if trials == 0 {
         return None;
@@ -22,7 +21,6 @@ pub fn wilson(successes: u64, trials: u64) -> Option<(f64, f64)> {
 }
 
 /// 95 % interval of a Poisson mean (Garwood, *Biometrika* 28, 1936); for 0, one-sided up to `-ln 0.05`.
-#[must_use]
 pub fn poisson(count: u64) -> (f64, f64) {
     if count == 0 {
         return (0.0, -libm::log(0.05));

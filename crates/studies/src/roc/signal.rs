@@ -81,7 +81,6 @@ impl Signal {
         Ok(Self { variant, ..Self::recorded("in_vivo_like".into(), &synthetic, kinds)? })
     }
 
-    #[must_use]
     pub fn trials(spec: &DetectionSpec, kinds: &[DistanceKind]) -> Self {
         Self {
             name: "trials".into(),

@@ -61,7 +61,6 @@ pub struct Characteristics {
 }
 
 impl Characteristics {
-    #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let mut points = self.all.iter().flat_map(|curve| &curve.points).peekable();
         if points.peek().is_none() || points.any(|point| point.ruptures > 0) {

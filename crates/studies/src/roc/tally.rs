@@ -150,7 +150,6 @@ impl Tally {
         }
     }
 
-    #[must_use]
     pub fn delay_quantile_s(&self, share: f64) -> Option<f64> {
         let all: u64 = self.delays_ns.values().sum();
         let needed = ((share * all as f64).ceil() as u64).max(1);

@@ -99,7 +99,6 @@ pub(crate) fn windows(ruptures: &[RuptureMetrics]) -> Vec<Window> {
     ruptures.iter().take(MAX_WINDOWS).enumerate().map(window).collect()
 }
 
-#[must_use]
 pub fn outcome(run: &Run) -> String {
     format!("{}: {}", run.scenario.name, state(run))
 }
@@ -189,7 +188,6 @@ impl<'a> RunFile<'a> {
 
 impl RunReport<'_> {
     /// The content of `summary.json`.
-    #[must_use]
     pub fn summary(self) -> Json {
         json_of(&RunFile::of(self.run))
     }

@@ -24,7 +24,6 @@ pub struct RunReport<'a> {
 }
 
 impl<'a> RunReport<'a> {
-    #[must_use]
     pub fn of(run: &'a Run) -> Self {
         Self { run }
     }

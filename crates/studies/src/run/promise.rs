@@ -11,7 +11,6 @@ use trocar_scenario::{Scenario, TissueSpec};
 type Gap = (&'static str, String, &'static str);
 
 /// The energy may nevertheless stay within the bound; a run measures it.
-#[must_use]
 pub fn promise_gaps(scenario: &Scenario) -> Vec<Warning> {
     if scenario.link.passivity.scheme == Scheme::None {
         return vec![];

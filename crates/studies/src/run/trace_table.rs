@@ -4,7 +4,6 @@ use trocar_detect::column_values;
 use trocar_document::{DataTable, Values};
 use trocar_engine::engine::{COLUMNS, TRUST_COLUMNS, Trace};
 
-#[must_use]
 pub fn trace_table(trace: &Trace, is_kept: impl Fn(&str) -> bool) -> DataTable<'_> {
     let mut table = DataTable::new("trace").sampled();
     for (name, values) in COLUMNS.into_iter().zip(trace.columns()).filter(|(name, _)| is_kept(name)) {

@@ -6,7 +6,6 @@ use trocar_document::figure::Shade;
 use trocar_figures::{EnergyView, EstimationView, RunView};
 
 /// Only a freeze is called frozen.
-#[must_use]
 pub fn event_shade(hold: HoldSettings) -> Shade {
     match hold {
         HoldSettings::Frozen => Shade::Frozen,
@@ -24,7 +23,6 @@ impl<'a> RunReport<'a> {
         self.run.metrics.alarms.iter().map(|alarm| alarm.time_s).collect()
     }
 
-    #[must_use]
     pub fn view(self) -> RunView<'a> {
         let trace = &self.run.trace;
         RunView {
@@ -43,7 +41,6 @@ impl<'a> RunReport<'a> {
         }
     }
 
-    #[must_use]
     pub fn estimation(self) -> EstimationView<'a> {
         let trace = &self.run.trace;
         let trust = trace.trust();
@@ -65,7 +62,6 @@ impl<'a> RunReport<'a> {
         }
     }
 
-    #[must_use]
     pub fn energies(self) -> EnergyView<'a> {
         let trace = &self.run.trace;
         EnergyView {

@@ -24,7 +24,6 @@ const ROUNDING_SHARE: f64 = 1e-9;
 
 impl<'a> RunReport<'a> {
     /// Ordered by code.
-    #[must_use]
     pub fn warnings(self) -> Vec<Warning> {
         let mut all: Vec<Warning> = self.missed_ruptures().collect();
         all.extend(self.stray_alarms());
@@ -151,7 +150,6 @@ impl RunReport<'_> {
 }
 
 /// Warnings that need no run.
-#[must_use]
 pub fn foreseen(scenario: &Scenario) -> Vec<Warning> {
     let mut all: Vec<Warning> = motion_beyond_run(scenario).into_iter().collect();
     all.extend(delay_beyond_run(scenario));
@@ -187,7 +185,6 @@ fn delay_beyond_run(scenario: &Scenario) -> Option<Warning> {
     )
 }
 
-#[must_use]
 pub fn delays_rounded(scenario: &Scenario) -> Vec<Warning> {
     let tick_s = scenario.grid.tick_s();
     let acting = [scenario.forward, scenario.backward].map(|delay| delay.whole as f64 + delay.share);
@@ -218,7 +215,6 @@ pub fn delays_rounded(scenario: &Scenario) -> Vec<Warning> {
     each.into_iter().flatten().collect()
 }
 
-#[must_use]
 pub fn outside_measured(scenario: &Scenario) -> Vec<Warning> {
     let found = scenario.tissue.settings().map_or(vec![], TissueSettings::outside_measured);
     let warning = |Outside { key, value, bounds }: &Outside| {
@@ -229,7 +225,6 @@ pub fn outside_measured(scenario: &Scenario) -> Vec<Warning> {
     found.iter().map(warning).collect()
 }
 
-#[must_use]
 pub fn seeds_without_effect<'a>(scenarios: impl IntoIterator<Item = &'a Scenario>, seeds: u64) -> Vec<Warning> {
     let copies = scenarios.into_iter().filter(|scenario| seeds > 1 && !scenario.has_random_numbers());
     let warning = |scenario: &Scenario| {

@@ -82,14 +82,12 @@ pub struct Check {
 
 impl Check {
     /// Numbers of agreeing, disagreeing and undecided judged points.
-    #[must_use]
     pub fn counts(&self) -> [usize; 3] {
         let judged = |points: &[Unconfirmed]| points.iter().filter(|point| !point.is_near_boundary).count();
         let [disagreeing, undecided] = [&self.disagreements, &self.undecided].map(|points| judged(points));
         [self.judged - disagreeing - undecided, disagreeing, undecided]
     }
 
-    #[must_use]
     pub fn agreement(&self) -> Option<f64> {
         let [agreeing, disagreeing, _] = self.counts();
         let decided = agreeing + disagreeing;

@@ -35,7 +35,6 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    #[must_use]
     pub fn word(self) -> &'static str {
         match self {
             Self::Decays => "decays",

@@ -78,7 +78,6 @@ pub fn without_alarms(source: &Source, settings: &[String]) -> Result<Scenario, 
 }
 
 impl EventRun {
-    #[must_use]
     pub fn drawn(seed: u64, index: u64, stiffness_n_per_m: (f64, f64), phases: Phases, ticks: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(index);
@@ -97,7 +96,6 @@ impl EventRun {
     }
 
     /// Largest additional force: `K A + B A π / T`.
-    #[must_use]
     pub fn additional_force_n(&self) -> f64 {
         self.amplitude_m * (self.stiffness_n_per_m + DAMPING_N_S_PER_M * std::f64::consts::PI / self.period_s)
     }

@@ -23,7 +23,6 @@ pub enum Statement<'a> {
 }
 
 impl Statement<'_> {
-    #[must_use]
     pub fn word(&self) -> &'static str {
         match self {
             Self::Decays(_) => "decays",
@@ -41,7 +40,6 @@ pub(super) fn useful_bounds(peaks: &Peaks) -> Option<[f64; 2]> {
 }
 
 impl StabilityStudy {
-    #[must_use]
     pub fn statement(&self) -> Statement<'_> {
         let switching = match &self.switching {
             Ok(switching) => switching,

@@ -128,13 +128,11 @@ impl StabilityStudy {
     }
 
     /// The tissue for which the analysis holds.
-    #[must_use]
     pub fn tissue(&self) -> &TissueRange {
         &self.analysis.settings.tissue
     }
 
     /// True if the tissue is always a spring and a damper within the certificate's ranges with an additional force.
-    #[must_use]
     pub fn covers_tissue(&self) -> Option<bool> {
         let (low, high) = self.switching.as_ref().ok()?.settings.stiffness_n_per_m;
         let (softest, stiffest) = self.tissue().sector_n_per_m();
@@ -143,13 +141,11 @@ impl StabilityStudy {
 
     /// True if every motion decays or stays bounded. `None` if the analysis leaves out a part or does not cover the
     /// tissue.
-    #[must_use]
     pub fn is_certified(&self) -> Option<bool> {
         let is_stated = !matches!(self.statement(), Statement::None(_));
         (self.verdict.left_out.is_empty() && self.covers_tissue()?).then_some(is_stated)
     }
 
-    #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let left_out = self.verdict.left_out.iter().map(|part| {
             let reached =
@@ -187,7 +183,6 @@ impl StabilityStudy {
 }
 
 /// Ascending, from 0 to [`MAX_STIFFNESS_N_PER_M`].
-#[must_use]
 pub fn is_tissue((low, high): (f64, f64)) -> bool {
     0.0 <= low && low <= high && high <= MAX_STIFFNESS_N_PER_M
 }

@@ -50,12 +50,10 @@ impl LoopVerdict {
 
     /// At every spring and damper and out of contact, for every order of varying delays; `None` if the analysis leaves
     /// out a part.
-    #[must_use]
     pub fn is_stable(&self) -> Option<bool> {
         self.left_out.is_empty().then_some(self.range.is_stable)
     }
 
-    #[must_use]
     pub fn sentence(&self) -> String {
         document::verdict::sentence(self)
     }
@@ -71,7 +69,6 @@ impl LoopVerdict {
     }
 
     /// First part of `stability.json`.
-    #[must_use]
     pub fn json(&self) -> serde_json::Value {
         json_of(&LoopPart::of(self))
     }

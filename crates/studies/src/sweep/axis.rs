@@ -30,7 +30,6 @@ pub struct Axis {
 
 impl Axis {
     /// `None` for a range without points.
-    #[must_use]
     pub fn count(&self) -> Option<u64> {
         match &self.levels {
             Levels::List(list) => Some(list.len() as u64),
@@ -40,7 +39,6 @@ impl Axis {
     }
 
     /// A level, or an interpolation between the ends, at a coordinate from 0 to below 1.
-    #[must_use]
     pub fn value(&self, coordinate: f64) -> Value {
         let level = |count: u64| ((coordinate * count as f64) as u64).min(count.saturating_sub(1));
         match &self.levels {
@@ -69,13 +67,11 @@ impl Axis {
         }
     }
 
-    #[must_use]
     pub fn first(&self) -> Value {
         self.value(0.0)
     }
 
     /// Unit coordinates of all values of a list, or of both ends of a range.
-    #[must_use]
     pub fn ends(&self) -> Vec<f64> {
         match &self.levels {
             Levels::List(list) => (0..list.len()).map(|k| (k as f64 + 0.5) / list.len() as f64).collect(),
@@ -84,18 +80,15 @@ impl Axis {
     }
 
     /// Empty for a range without points, and for words.
-    #[must_use]
     pub fn numbers(&self) -> Vec<f64> {
         let count = self.count().unwrap_or(0);
         (0..count).filter_map(|k| number(&self.value((k as f64 + 0.5) / count as f64))).collect()
     }
 
-    #[must_use]
     pub fn is_numeric(&self) -> bool {
         matches!(self.key.kind, Kind::Number(_) | Kind::Whole(_) | Kind::Sign)
     }
 
-    #[must_use]
     pub fn is_log(&self) -> bool {
         matches!(self.levels, Levels::Range { log: true, .. } | Levels::LogNormal { .. })
     }
@@ -108,7 +101,6 @@ impl Axis {
     }
 
     /// Values as in a sweep file.
-    #[must_use]
     pub fn to_toml(&self) -> String {
         match &self.levels {
             Levels::List(list) => toml::Value::Array(list.iter().map(Value::to_toml).collect()).to_string(),
@@ -131,7 +123,6 @@ fn between(from: f64, to: f64, log: bool, coordinate: f64) -> f64 {
     value.clamp(from.min(to), from.max(to))
 }
 
-#[must_use]
 pub fn number(value: &Value) -> Option<f64> {
     match value {
         Value::Number(number) => Some(*number),

@@ -13,7 +13,6 @@ pub enum AxisColumn {
 }
 
 impl AxisColumn {
-    #[must_use]
     pub fn of(axis: &Axis) -> Self {
         match axis.key.kind {
             Kind::Number(_) | Kind::Sign => Self::Number(vec![]),

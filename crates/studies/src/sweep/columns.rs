@@ -50,14 +50,12 @@ impl Column {
     }
 
     /// Accepts current and former names.
-    #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         let of_loop = || LoopOfCase::METRICS.iter().find(|metric| metric.declaration.key(1) == name);
         let of_run = RunMetric::named(name).map(Measure::Run);
         of_run.or_else(|| of_loop().map(Measure::Loop)).map(Self::new)
     }
 
-    #[must_use]
     pub fn defaults() -> Vec<Self> {
         DEFAULTS.iter().filter_map(|name| Self::named(name)).collect()
     }
@@ -71,24 +69,20 @@ impl Column {
         Self::declarations().map(|declaration| declaration.key(1))
     }
 
-    #[must_use]
     pub fn nearest(name: &str) -> Option<String> {
         nearest_of(name, Self::names())
     }
 
-    #[must_use]
     pub fn is_of_loop(&self) -> bool {
         matches!(self.measure, Measure::Loop(_))
     }
 
     /// The energies at the ports are computed from the trace of a run.
-    #[must_use]
     pub fn is_of_ports(&self) -> bool {
         matches!(self.measure, Measure::Run(metric) if metric.declaration().scope == Scope::Port)
     }
 
     /// SI units; `None` if undefined or not finite, except an infinite margin of the loop.
-    #[must_use]
     pub fn value(&self, metrics: &Metrics, of_case: Option<&LoopOfCase<'_>>) -> Option<f64> {
         let value = match self.measure {
             Measure::Run(metric) => metric.read(metrics),
@@ -98,13 +92,11 @@ impl Column {
     }
 
     /// `None` for other metrics. A margin can be infinite.
-    #[must_use]
     pub fn value_of_loop(&self, of_case: &LoopOfCase<'_>) -> Option<f64> {
         let Measure::Loop(metric) = self.measure else { return None };
         (metric.read)(of_case).filter(|value| value.is_finite() || *value == f64::INFINITY)
     }
 
-    #[must_use]
     pub fn is_count(&self) -> bool {
         self.unit == Unit::Count
     }

@@ -44,13 +44,11 @@ impl SamplingScheme {
     pub const WORDS: [&'static str; 5] = ["grid", "random", "latin-hypercube", "sobol", "list"];
 
     /// Ordered like [`SamplingScheme::WORDS`].
-    #[must_use]
     pub fn all(points: u64, seed: u64) -> [Self; 5] {
         let (random, hypercube) = (Self::Random { points, seed }, Self::LatinHypercube { points, seed });
         [Self::Grid, random, hypercube, Self::Sobol { points, seed }, Self::List { points }]
     }
 
-    #[must_use]
     pub fn word(&self) -> &'static str {
         match self {
             Self::Grid => Self::WORDS[0],
@@ -61,7 +59,6 @@ impl SamplingScheme {
         }
     }
 
-    #[must_use]
     pub fn points_and_seed(&self) -> Option<(u64, u64)> {
         match *self {
             Self::Grid | Self::List { .. } => None,
@@ -97,7 +94,6 @@ pub const MAX_CASES: u64 = 1 << 50;
 
 impl Design {
     /// `None` for more than [`MAX_CASES`] cases.
-    #[must_use]
     pub fn points(&self) -> Option<u64> {
         let points = match self.scheme {
             SamplingScheme::Grid => {
@@ -112,19 +108,16 @@ impl Design {
         Some(points)
     }
 
-    #[must_use]
     pub fn cases(&self) -> u64 {
         self.points().unwrap_or(0) * self.seeds
     }
 
     /// Consecutive cases are one point with different seeds.
-    #[must_use]
     pub fn seed(&self, case: u64) -> u64 {
         let at = case % self.seeds;
         self.listed_seeds.as_ref().map_or(self.first_seed.wrapping_add(at), |seeds| seeds[at as usize])
     }
 
-    #[must_use]
     pub fn coordinates(&self) -> UnitCoordinates<'_> {
         let (points, seed) = self.scheme.points_and_seed().unwrap_or((1, 0));
         let of_axis = |axis: usize| mix(seed ^ mix(axis as u64));

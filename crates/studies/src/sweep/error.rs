@@ -48,7 +48,6 @@ pub enum SweepError {
 }
 
 impl SweepError {
-    #[must_use]
     pub fn is_input(&self) -> bool {
         match self {
             Self::File(_) | Self::Changed { .. } | Self::Parts { .. } => true,

@@ -23,7 +23,6 @@ pub enum Outcome {
 
 impl Outcome {
     /// A sweep does not detect sustained oscillations.
-    #[must_use]
     pub fn of(outcome: trocar_metrics::Outcome) -> Self {
         match outcome {
             trocar_metrics::Outcome::Completed | trocar_metrics::Outcome::Oscillating { .. } => Self::Completed,
@@ -31,7 +30,6 @@ impl Outcome {
         }
     }
 
-    #[must_use]
     pub fn word(self) -> &'static str {
         match self {
             Self::Completed => "completed",
@@ -69,13 +67,11 @@ pub struct Layout {
 
 impl Layout {
     /// The last pack may have fewer than eight.
-    #[must_use]
     pub fn cases_of(&self, pack: u64) -> Range<u64> {
         let first = pack * PACK_CASES;
         first.min(self.cases)..(first + PACK_CASES).min(self.cases)
     }
 
-    #[must_use]
     pub fn part_cases(&self) -> u64 {
         self.cases.min(self.packs.end * PACK_CASES) - self.cases.min(self.packs.start * PACK_CASES)
     }
@@ -155,12 +151,10 @@ impl Part {
         }
     }
 
-    #[must_use]
     pub fn layout(&self) -> &Layout {
         &self.layout
     }
 
-    #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }

@@ -12,14 +12,12 @@ pub struct Permutation {
 const ROUNDS: u64 = 6;
 
 impl Permutation {
-    #[must_use]
     pub fn new(length: u64, key: u64) -> Self {
         let bits = u64::BITS - length.saturating_sub(1).leading_zeros();
         Self { length, key, half_bits: bits.div_ceil(2).max(1) }
     }
 
     /// `index` must be below the length.
-    #[must_use]
     pub fn at(&self, index: u64) -> u64 {
         let mut at = index;
         loop {
@@ -42,7 +40,6 @@ impl Permutation {
 }
 
 /// SplitMix64's finaliser (Steele, Lea and Flood, OOPSLA 2014).
-#[must_use]
 pub fn mix(value: u64) -> u64 {
     let mut z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -23,7 +23,6 @@ pub struct Plan {
 /// The ends of further axes are checked one by one.
 const MAX_CORNER_AXES: usize = 7;
 
-#[must_use]
 pub fn is_sweep(source: &Source) -> bool {
     entries(source).is_ok_and(|entries| entries.iter().any(is_axis))
 }
@@ -71,30 +70,25 @@ impl Plan {
     }
 
     /// All inputs of the sweep. Equal texts mean equal sweeps.
-    #[must_use]
     pub fn canonical(&self) -> &str {
         &self.canonical
     }
 
     /// The SHA-256 of [`Plan::canonical`], hexadecimal.
-    #[must_use]
     pub fn hash(&self) -> String {
         sha256(self.canonical.as_bytes())
     }
 
     /// True if no other key determines the value.
-    #[must_use]
     pub fn gives(&self, path: &str) -> bool {
         self.template.gives(path)
     }
 
-    #[must_use]
     pub fn layout(&self, shard: Shard) -> Layout {
         layout(&self.design, &self.canonical, shard.range(self.design.cases().div_ceil(PACK_CASES)))
     }
 
     /// Each thread needs one.
-    #[must_use]
     pub fn maker(&self) -> CaseMaker<'_> {
         let (coordinates, values) = (vec![], vec![]);
         CaseMaker {
@@ -202,7 +196,6 @@ fn describe(design: &Design, values: &[Value]) -> String {
 }
 
 /// Lines that only one of the texts contains, by section.
-#[must_use]
 pub fn difference(stored: &str, current: &str) -> String {
     let lines = |text: &str| {
         let mut section = String::new();
@@ -245,7 +238,6 @@ impl CaseMaker<'_> {
         scenario.map_err(|error| self.refused(case, error.into()))
     }
 
-    #[must_use]
     pub fn refused(&self, case: u64, source: RunError) -> SweepError {
         let (mut coordinates, mut values) = (vec![], vec![]);
         self.sampler.values(case, &mut coordinates, &mut values);

@@ -8,7 +8,6 @@ use trocar_engine::tissue::{LAYER_KEYS, LAYER_LIST};
 use trocar_scenario::{KEYS, json_schema, number_schema};
 
 /// JSON Schema draft 2020-12.
-#[must_use]
 pub fn sweep_schema() -> Json {
     let about = |key: &str| SWEEP_KEYS.iter().find(|(known, _)| *known == key).map_or("", |(_, about)| *about);
     let names: Vec<String> = Column::names().collect();

@@ -11,19 +11,16 @@ pub struct Shard {
 impl Shard {
     pub const WHOLE: Self = Self { index: 1, count: 1 };
 
-    #[must_use]
     pub fn is_whole(&self) -> bool {
         self.count == 1
     }
 
     /// Consecutive shards leave no gap.
-    #[must_use]
     pub fn range(&self, packs: u64) -> Range<u64> {
         let end = |index: u64| (u128::from(packs) * u128::from(index) / u128::from(self.count)) as u64;
         end(self.index - 1)..end(self.index)
     }
 
-    #[must_use]
     pub fn folder(&self) -> String {
         format!("shard-{}-of-{}", self.index, self.count)
     }

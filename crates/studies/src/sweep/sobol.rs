@@ -38,7 +38,6 @@ pub struct Sobol {
 impl Sobol {
     /// `m_k = 2 a_1 m_{k-1} ⊕ … ⊕ 2^{s-1} a_{s-1} m_{k-s+1} ⊕ 2^s m_{k-s} ⊕ m_{k-s}`, and `v_k = m_k / 2^k`. Dimensions
     /// from [`MAX_DIMENSIONS`] on repeat the last one.
-    #[must_use]
     pub fn new(dimension: usize) -> Self {
         let mut directions = [0; BITS as usize];
         let mut m = [1_u64; BITS as usize];
@@ -59,7 +58,6 @@ impl Sobol {
 
     /// In [0, 1), in the order of the Gray code (Antonov and Saleev, 1979). The 52 lowest bits of `shift` invert bits,
     /// which keeps the sequence even and moves the first point off the corner.
-    #[must_use]
     pub fn coordinate(&self, index: u64, shift: u64) -> f64 {
         let mut left = index ^ (index >> 1);
         let mut sum = shift & ((1 << BITS) - 1);

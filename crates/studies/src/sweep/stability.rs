@@ -21,7 +21,6 @@ pub struct LoopOfCase<'a> {
 }
 
 impl<'a> LoopOfCase<'a> {
-    #[must_use]
     pub fn new(scenario: &'a Scenario) -> Self {
         Self {
             scenario,

@@ -38,7 +38,6 @@ pub struct SlaveSample<L> {
 
 impl<L: Lane> SlaveSample<L> {
     #[inline(always)]
-    #[must_use]
     pub fn without_acceleration(slave: &AtSlave<L>, force_n: L) -> Self {
         Self {
             force_n,
@@ -137,13 +136,11 @@ impl ControllerKind {
         ActsFor::built_from(keys, Self::KEY.path, &kinds)
     }
 
-    #[must_use]
     pub fn couples_positions(self) -> bool {
         of_kind!(self, Part => Part::<f64>::COUPLES_POSITIONS)
     }
 
     /// True if the gains depend on [`Machines::slave_drag`] and [`Machines::slave_inertia`].
-    #[must_use]
     pub fn models_slave(self) -> bool {
         of_kind!(self, Part => Part::<f64>::MODELS_SLAVE)
     }

@@ -210,7 +210,6 @@ impl Scheme {
     }
 
     /// True if the slave's position reaches the master besides the payload.
-    #[must_use]
     pub fn carries_positions(self) -> bool {
         of_kind!(self, Part => Part::<f64>::CARRIES_POSITIONS)
     }

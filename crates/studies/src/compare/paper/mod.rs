@@ -168,7 +168,6 @@ impl PaperStudy {
     }
 
     /// Every figure, then the statements that no figure shows.
-    #[must_use]
     pub fn figures(&self) -> Vec<PaperFigure> {
         let figure = |number: Option<u8>| {
             let [shows, ours, differs] = texts::texts(number);

@@ -17,7 +17,6 @@ pub enum Judgement {
 impl Judgement {
     pub const ALL: [Self; 3] = [Self::Reproduced, Self::Contradicted, Self::NotCheckable];
 
-    #[must_use]
     pub fn words(self) -> &'static str {
         match self {
             Self::Reproduced => "reproduced",

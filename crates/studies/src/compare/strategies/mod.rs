@@ -56,7 +56,6 @@ pub enum Verdict {
 }
 
 impl Verdict {
-    #[must_use]
     pub fn word(self) -> &'static str {
         match self {
             Self::Settles => "settles",
@@ -374,12 +373,10 @@ impl Tally {
 }
 
 impl StrategyRow {
-    #[must_use]
     pub fn reaches_the_ruptures(&self) -> bool {
         self.reached_share.is_some_and(|share| share >= REACHED_SHARE)
     }
 
-    #[must_use]
     pub fn is_compared(&self) -> bool {
         self.reaches_the_ruptures() && self.verdict == Verdict::Settles
     }

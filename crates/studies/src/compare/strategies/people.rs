@@ -91,7 +91,6 @@ pub const PERSONS: [Person; 6] = [
 pub const FIXED_PERSONS: [&Person; 3] = [&PERSONS[0], &PERSONS[1], &PERSONS[2]];
 
 impl Person {
-    #[must_use]
     pub fn named(name: &str) -> Option<&'static Self> {
         PERSONS.iter().find(|person| person.name == name)
     }

@@ -32,19 +32,16 @@ pub struct Standing {
 }
 
 impl Standing {
-    #[must_use]
     pub fn is_preferred_to(&self, other: &Self) -> bool {
         self.rank < other.rank || self.rank == other.rank && self.crowding > other.crowding
     }
 }
 
 /// True if `a` is at most `b` in every objective and below it in one.
-#[must_use]
 pub fn pareto_dominates(a: &[f64], b: &[f64]) -> bool {
     a.iter().zip(b).all(|(a, b)| a <= b) && a.iter().zip(b).any(|(a, b)| a < b)
 }
 
-#[must_use]
 pub fn dominates(a: &Point, b: &Point) -> bool {
     match (a.violation > 0.0, b.violation > 0.0) {
         (false, false) => pareto_dominates(&a.objectives, &b.objectives),
@@ -53,7 +50,6 @@ pub fn dominates(a: &Point, b: &Point) -> bool {
     }
 }
 
-#[must_use]
 pub fn standings(points: &[Point]) -> Vec<Standing> {
     let mut standings = vec![Standing { rank: 0, crowding: 0.0 }; points.len()];
     let mut dominated_by: Vec<usize> =
@@ -98,7 +94,6 @@ fn crowding(points: &[Point], front: &[usize]) -> Vec<f64> {
 }
 
 /// Preferred points first; equal standings by index.
-#[must_use]
 pub fn survivors(points: &[Point], count: usize) -> Vec<usize> {
     let standings = standings(points);
     let mut order: Vec<usize> = (0..points.len()).collect();
@@ -111,7 +106,6 @@ pub fn survivors(points: &[Point], count: usize) -> Vec<usize> {
 }
 
 /// Indices of the feasible points that no other one dominates, ascending.
-#[must_use]
 pub fn front(points: &[Point]) -> Vec<usize> {
     let is_feasible = |point: &&Point| point.violation <= 0.0;
     let on_front = |point: &Point| {
@@ -123,7 +117,6 @@ pub fn front(points: &[Point]) -> Vec<usize> {
 
 /// At most `count` points, ascending: `first`, the extremes of every objective, then repeatedly the point that is
 /// farthest from all chosen ones.
-#[must_use]
 pub fn spread(points: &[Point], front: &[usize], first: Option<usize>, count: usize) -> Vec<usize> {
     let scaled = scaled(points, front);
     let mut chosen: Vec<usize> = front.iter().position(|index| first == Some(*index)).into_iter().collect();
@@ -151,7 +144,6 @@ pub fn spread(points: &[Point], front: &[usize], first: Option<usize>, count: us
 }
 
 /// The point with the smallest distance to the ideal point.
-#[must_use]
 pub fn knee(points: &[Point], front: &[usize]) -> Option<usize> {
     let distance = |scaled: &Vec<f64>| scaled.iter().map(|share| share * share).sum::<f64>();
     let distances: Vec<f64> = scaled(points, front).iter().map(distance).collect();
@@ -160,7 +152,6 @@ pub fn knee(points: &[Point], front: &[usize]) -> Option<usize> {
 }
 
 /// Shares of the objectives' ranges on the front; 0 for an objective without a range.
-#[must_use]
 pub fn scaled(points: &[Point], front: &[usize]) -> Vec<Vec<f64>> {
     let objectives = front.first().map_or(0, |&index| points[index].objectives.len());
     let range = |objective: usize| {

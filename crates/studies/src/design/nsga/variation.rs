@@ -18,7 +18,6 @@ pub enum Gene {
 
 impl Gene {
     /// 0 for a number.
-    #[must_use]
     pub fn choice(self, coordinate: f64) -> u64 {
         match self {
             Self::Number => 0,

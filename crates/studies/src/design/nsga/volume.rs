@@ -1,6 +1,5 @@
 /// The volume between minimised points and a reference point, by slices along the last objective. The time is
 /// exponential in the number of objectives only.
-#[must_use]
 pub fn hypervolume(points: &[&[f64]], reference: &[f64]) -> f64 {
     let inside: Vec<&[f64]> = points
         .iter()

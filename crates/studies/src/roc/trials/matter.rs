@@ -49,7 +49,6 @@ impl Fall {
         merged
     }
 
-    #[must_use]
     pub fn end_s(&self) -> f64 {
         self.start_s + self.duration_s
     }

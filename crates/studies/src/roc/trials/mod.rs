@@ -74,7 +74,6 @@ impl Trial {
     /// The detectors' settings were chosen on seeds below; studies use seeds above.
     pub const BEFORE_FIRST: u64 = 2_000_000;
 
-    #[must_use]
     pub fn new(seed: u64) -> Self {
         let random = &mut ChaCha8Rng::seed_from_u64(seed);
         let rate_hz = one_of(random, &RATES_HZ);
@@ -145,7 +144,6 @@ const MIN_DROP_N: f64 = 0.2;
 const ACCELERATION_M_PER_S2: f64 = 10.0;
 
 impl Trial {
-    #[must_use]
     pub fn is_above_noise(&self, fall: &Fall) -> bool {
         fall.drop_n > MIN_NOISE_STDS * self.noise_std_n && fall.drop_n > MIN_DROP_N
     }

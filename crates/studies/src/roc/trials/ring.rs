@@ -57,7 +57,6 @@ impl Machine {
 
 impl Ring {
     /// Share of the fall. It begins downwards, as a mass does that has lost its load.
-    #[must_use]
     pub fn at(&self, since_s: f64) -> f64 {
         let phase = std::f64::consts::TAU * self.frequency_hz * since_s;
         -self.share * libm::exp(-since_s / self.decay_s) * libm::sin(phase)

@@ -273,7 +273,6 @@ impl MarginsPart {
 
 impl LoopPart {
     /// Leaves out the jitter margin.
-    #[must_use]
     pub fn of(verdict: &LoopVerdict) -> Self {
         let LoopVerdict { settings, mode, margins, .. } = verdict;
         let springs = &settings.tissue.springs;
