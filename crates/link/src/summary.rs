@@ -10,8 +10,11 @@ use trocar_engine::channel::Schedule;
 
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Spread {
+    /// The median.
     pub median: Option<f64>,
+    /// The 99 % quantile.
     pub p99: Option<f64>,
+    /// The maximum.
     pub worst: Option<f64>,
 }
 
