@@ -35,8 +35,8 @@ fn the_default_limits_act_only_where_a_shipped_scenario_asks_for_a_jump() {
         assert_eq!((counts.force_rate, counts.lead, counts.alignments), (0, 0, 0), "{name}: {counts:?}");
         // The limit of the master's motor is that of the rig.
         assert_eq!(counts.force > 0, scenario.actuators.master_force_n.is_some(), "{name}: {counts:?}");
-        // This tissue has a plateau, and its sensor has no noise.
-        let is_stuck = name.starts_with("paper/depth-");
+        // This tissue has a plateau, and its sensor has no noise; the scenario that swings ends before it.
+        let is_stuck = name.starts_with("paper/depth-") && name != "paper/depth-swing.toml";
         assert_eq!(last.fault, is_stuck.then_some(FaultCause::StuckForce), "{name}");
         let snaps = name == "strategies/snap.toml";
         assert!(counts.reference_speed <= if snaps { 100 } else { STEP_TICKS }, "{name}: {counts:?}");
