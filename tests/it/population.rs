@@ -13,7 +13,8 @@ const EVERYTHING: [&str; 4] =
     ["population.size=24", "population.arm=people", "population.tissue=log-normal", "population.delay=uniform"];
 
 fn scenario(settings: &[&str]) -> Scenario {
-    support::scenario("passivity/late-wall", settings)
+    let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
+    Scenario::load(&Source::parse("passivity/late-wall"), &settings).expect("loads")
 }
 
 fn axes() -> (Axis, Axis) {

@@ -178,4 +178,51 @@ mod tests {
         let arrival = delay.exchange([7.0, 8.0, 9.0]);
         assert_eq!((arrival.sample, arrival.is_fresh), ([1.0, 2.0, 3.0], true));
     }
+
+    #[test]
+    fn each_delay_has_its_key() {
+        let settings = DelaySettings { delay_s: 0.0, forward_delay_s: 0.01, backward_delay_s: 0.02 };
+        let ways = [("channel.forward_delay_s", 0.01), ("channel.backward_delay_s", 0.02)];
+        assert_eq!(settings.of_each_way(), ways);
+        assert!(
+            ways.iter().all(|(key, _)| DelaySettings::is_one_way(key))
+                && !DelaySettings::is_one_way(DelaySettings::BOTH)
+        );
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[test]
+    fn lanes_with_different_delays_receive_the_same_samples_as_single_runs() {
+        use crate::engine::{Avx2, InstructionSet};
+        use trocar_core::lane::Gather;
+        if !InstructionSet::Avx2.is_available() {
+            return;
+        }
+        let uneven = Irregularity { jitter_s: 4e-3, loss: 0.2 };
+        for is_irregular in [false, true] {
+            let new = |lane: usize| {
+                let ticks = if is_irregular { 2 } else { 1 + 3 * lane as u64 % 7 };
+                let initial = [-(lane as f64), 0.5];
+                let delay = Delay::<f64, 2>::new(ticks, initial);
+                let random = (5, lane as u64);
+                if is_irregular { delay.irregular(&uneven, &Schedule::default(), 1e-3, initial, random) } else { delay }
+            };
+            let mut alone: [Delay<f64, 2>; 8] = std::array::from_fn(new);
+            let mut together: Delay<Avx2, 2> =
+                Gather::gather(std::array::from_fn(|lane| &alone[lane])).expect("at rest");
+            for tick in 0..200 {
+                let sample = |lane: usize, place: usize| (tick * 10 + lane) as f64 + 0.25 * place as f64;
+                let sent = std::array::from_fn(|place| Avx2::from_lanes(|lane| sample(lane, place)));
+                let arrival = together.exchange(sent);
+                for (lane, delay) in alone.iter_mut().enumerate() {
+                    let expected = delay.exchange([sample(lane, 0), sample(lane, 1)]);
+                    assert_eq!(arrival.sample.map(|number| number.lane(lane)), expected.sample, "{tick} {lane}");
+                    assert_eq!(arrival.is_fresh.lane(lane), expected.is_fresh, "{tick} {lane}");
+                }
+            }
+            let all: [&Delay<f64, 2>; 8] = std::array::from_fn(|lane| &alone[lane]);
+            let used: Option<Delay<Avx2, 2>> = Gather::gather(all);
+            assert!(used.is_none() || is_irregular, "samples under way are not gathered");
+        }
+    }
 }
