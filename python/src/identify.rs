@@ -85,7 +85,6 @@ type Identified<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>, Vec<(String, Strin
 /// The content of `identification.json`, the document, the files with their texts, and the data tables. A recording in
 /// `folder` is known by its file name. Calls `tell` with the numbers of completed and of all steps.
 #[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "the Python wrapper passes them in this order")]
 pub(crate) fn identify<'py>(
     py: Python<'py>,
     machine: &str,

@@ -24,7 +24,7 @@ const DEFAULT_HAND: &str = "0:inf";
 const MAX_DAMPING_N_S_PER_M: f64 = 1e6;
 
 /// The options that --verify does not use.
-const ANALYSIS: [&str; 16] = [
+const ANALYSIS: [&str; 21] = [
     "x",
     "y",
     "simulate",
@@ -39,8 +39,13 @@ const ANALYSIS: [&str; 16] = [
     "arms",
     "event_limits",
     "report",
-    "OutputArgs",
-    "FigureArgs",
+    "out",
+    "quiet",
+    "deny_warnings",
+    "json",
+    "no_figures",
+    "figure_format",
+    "figure_width",
 ];
 
 const EXAMPLES: &str = "\

@@ -339,7 +339,7 @@ mod tests {
             for live in [0, 1] {
                 let mut push = begun(scenario, live == 1);
                 // At 10 mm/s for 6 s, with 60 frames per second.
-                for frame in 0..360 {
+                for frame in 0..=360 {
                     let now_s = f64::from(frame) / 60.0;
                     push.aim(push.range_m.0 + 0.01 * now_s);
                     push.advance(now_s).expect("runs");

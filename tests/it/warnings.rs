@@ -348,7 +348,7 @@ fn a_verdict_is_unknown_if_a_part_is_left_out() {
     let folder = TestFolder::new();
     for left_out in [
         "channel.loss=0.3",
-        "channel.jitter_s=0.01",
+        "channel.jitter_s=0.1",
         "sensor.position_resolution_m=1e-5",
         "passivity.scheme=energy-tank",
     ] {
@@ -447,7 +447,7 @@ fn the_parts_that_a_verdict_leaves_out_are_named_by_key() {
         "actuator.master_force_rate_limit_n_per_s=50",
         "actuator.slave_command_limit=5",
         "actuator.slave_command_rate_limit_per_s=50",
-        "channel.jitter_s=0.01",
+        "channel.jitter_s=0.1",
         "channel.loss=0.1",
         "channel.outages_s=[1.0, 1.5]",
         "passivity.scheme=energy-tank",

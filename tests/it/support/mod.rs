@@ -30,7 +30,7 @@ pub fn linear_loop(scenario: &Scenario) -> LinearLoop {
     trocar::stability_check::linear_loop(scenario).expect("analysed")
 }
 
-pub fn switching(scenario: &Scenario, tissue: (f64, f64)) -> Result<SwitchingSettings, &'static str> {
+pub fn switching(scenario: &Scenario, tissue: (f64, f64)) -> Result<SwitchingSettings, String> {
     SwitchingSettings::of(scenario, linear_loop(scenario), tissue)
 }
 

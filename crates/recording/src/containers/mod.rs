@@ -133,6 +133,14 @@ fn open(format: Format, mut file: File, room: &Room) -> Result<Box<dyn Container
             let bytes = whole()?;
             guarded(format, || Ok(Box::new(excel::Excel::open(bytes, room)?)))?
         }
-        _ => return Err(Problem::Unsupported(format)),
+        Format::Csv
+        | Format::JsonLines
+        | Format::Xls
+        | Format::Xlsb
+        | Format::Ods
+        | Format::Mat4
+        | Format::Arrow
+        | Format::Rosbag2
+        | Format::Rosbag1 => return Err(Problem::Unsupported(format)),
     })
 }

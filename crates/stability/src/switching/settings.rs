@@ -30,35 +30,35 @@ pub struct Phases {
 }
 
 impl SwitchingSettings {
-    pub fn of(scenario: &Scenario, of_loop: LinearLoop, stiffness_n_per_m: (f64, f64)) -> Result<Self, &'static str> {
+    pub fn of(scenario: &Scenario, of_loop: LinearLoop, stiffness_n_per_m: (f64, f64)) -> Result<Self, String> {
         let (forward, backward) = (of_loop.forward(), of_loop.backward());
         if !scenario.augmentation.enabled {
-            return Err("augmentation.enabled = false: there are no events");
+            return Err("augmentation.enabled = false: there are no events".to_owned());
         }
         if forward.share + backward.share > 0.0 {
-            return Err(
-                "a delay that is not a whole number of ticks splits a tick, which the certificate does not cover",
-            );
+            let reason =
+                "a delay that is not a whole number of ticks splits a tick, which the certificate does not cover";
+            return Err(reason.to_owned());
         }
         if forward.whole + backward.whole > MAX_DELAY_TICKS {
-            return Err("the certificate covers delays of up to 24 ticks for both ways together");
+            return Err("the certificate covers delays of up to 24 ticks for both ways together".to_owned());
         }
-        if left_out(scenario, None).iter().any(|part| part.key != FORCE_STEPS) {
-            return Err("the certificate does not cover a part that the linear loop leaves out");
+        if let Some(part) = left_out(scenario, None).iter().find(|part| part.key != FORCE_STEPS) {
+            return Err(format!("the certificate does not cover {} ({})", part.what, part.key));
         }
         let augmentation = scenario.augmentation;
         let hold = augmentation.hold.map().ok_or("the certificate does not cover this hold (augmentation.hold)")?;
         let law = augmentation.force.map();
         let law = law.ok_or("the certificate does not cover this force law (augmentation.force_law)")?;
         if hold == HoldMap::Frozen && augmentation.reengage.map().is_none() {
-            return Err("the certificate does not cover this return (augmentation.reengage)");
+            return Err("the certificate does not cover this return (augmentation.reengage)".to_owned());
         }
         if let ForceMap::IsDamped { .. } = law {
             if hold == HoldMap::Frozen {
-                return Err("the certificate does not cover added damping while the slave is frozen");
+                return Err("the certificate does not cover added damping while the slave is frozen".to_owned());
             }
             if of_loop.link.controller.kind != ControllerKind::PositionForce {
-                return Err("the certificate covers added damping with position-force control only");
+                return Err("the certificate covers added damping with position-force control only".to_owned());
             }
         }
         let damping_n_s_per_m = of_loop.tissue.springs.damping_n_s_per_m;

@@ -228,7 +228,7 @@ fn loops_of(scenarios: &[Scenario]) -> Result<Loops, RunError> {
                 let settings = essential(&settings);
                 covered.loops.push((key_of(&settings), settings));
             }
-            Err(reason) => return Ok(Err(reason.to_owned())),
+            Err(reason) => return Ok(Err(reason)),
         }
     }
     Ok(Ok(covered))

@@ -19,7 +19,7 @@ pub enum Statement<'a> {
     /// additional force that does not end, of this size in N.
     Bounded(&'a Peaks, f64),
     /// Neither is certified, for this reason.
-    None(&'static str),
+    None(&'a str),
 }
 
 impl Statement<'_> {

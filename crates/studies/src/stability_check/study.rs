@@ -25,7 +25,7 @@ pub struct StabilityStudy {
     pub analysis: Analysis,
     pub map: StabilityMap,
     /// An error is the reason why there is no analysis.
-    pub switching: Result<Switching, &'static str>,
+    pub switching: Result<Switching, String>,
     pub measured: Option<MeasuredLoop>,
     pub z_width: Option<ZWidth>,
     pub population: Option<Population>,

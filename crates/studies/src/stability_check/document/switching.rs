@@ -172,7 +172,7 @@ pub(super) enum SwitchingPart {
     /// The scenario cannot be analysed.
     Unmodelled {
         /// The reason.
-        unmodelled: &'static str,
+        unmodelled: String,
     },
     /// The results.
     Analysed(Box<AnalysedPart>),
@@ -262,7 +262,7 @@ pub(super) struct StatementPart {
     /// The statement as a sentence.
     sentence: String,
     /// The reason for `none`.
-    reason: Option<&'static str>,
+    reason: Option<String>,
     /// The scenario that shows a growing motion, if there is one.
     counterexample: Option<&'static str>,
     /// Decay rate of every motion during teleoperation, in 1/s.
@@ -313,7 +313,7 @@ impl StatementPart {
         Self {
             statement: found.word(),
             sentence: statement(study),
-            reason,
+            reason: reason.map(str::to_owned),
             counterexample: is_shown.then_some("worst_events.toml"),
             decay_per_s: peaks.map(|peaks| peaks.decay_per_s),
             needle_m_per_n: bounds.map(|[needle, _]| needle),
@@ -328,7 +328,7 @@ impl SwitchingPart {
     pub(super) fn of(study: &StabilityStudy) -> Self {
         match &study.switching {
             Ok(switching) => Self::Analysed(Box::new(AnalysedPart::of(study, switching))),
-            Err(unmodelled) => Self::Unmodelled { unmodelled },
+            Err(unmodelled) => Self::Unmodelled { unmodelled: unmodelled.clone() },
         }
     }
 }
