@@ -46,7 +46,6 @@ impl<'a> RunReport<'a> {
         self.run.user_defined_parts.contains(&role)
     }
 
-    /// The unmatched alarm has a separate warning.
     fn is_of_stray_alarm(self, miss: &Miss) -> bool {
         let MissReason::AlarmOfAnother { alarm_s } = miss.reason else { return false };
         let half_tick_s = 0.5 * self.run.scenario.grid.tick_s();
@@ -149,7 +148,6 @@ impl RunReport<'_> {
     }
 }
 
-/// Warnings that need no run.
 pub fn foreseen(scenario: &Scenario) -> Vec<Warning> {
     let mut all: Vec<Warning> = motion_beyond_run(scenario).into_iter().collect();
     all.extend(delay_beyond_run(scenario));
@@ -162,7 +160,7 @@ fn replayed(scenario: &Scenario) -> Vec<Warning> {
     let replays_position = scenario.values().optional_word("operator.kind") == Some("recording");
     match (&scenario.operator, &scenario.tissue) {
         (OperatorSpec::Recording(position_m), TissueSpec::Recording { force_n, .. }) if replays_position => {
-            // The recorded positions are those of the needle, hence of the slave.
+            // The recorded positions are those of the slave.
             recorded_warnings(scenario.grid.tick_s(), position_m, force_n)
         }
         _ => vec![],
@@ -189,7 +187,7 @@ pub fn delays_rounded(scenario: &Scenario) -> Vec<Warning> {
     let tick_s = scenario.grid.tick_s();
     let acting = [scenario.forward, scenario.backward].map(|delay| delay.whole as f64 + delay.share);
     let of = |(key, delay_s): (&'static str, f64), ticks: f64| {
-        // A smaller difference is a rounding error of the division.
+        // Ignores rounding errors.
         (ticks - delay_s / tick_s > 1e-9 * ticks.max(1.0)).then(|| {
             let why = if scenario.timing == ControlTiming::Sampled {
                 "sampled controllers read samples at their ticks"
