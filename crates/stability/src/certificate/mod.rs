@@ -151,12 +151,12 @@ impl Certificate {
         self.inequalities.iter().map(Inequality::conditions).sum()
     }
 
-    /// An upper bound for a dwell of at least the certificate's.
+    /// For a dwell of at least the certificate's.
     pub fn growth_after(&self, dwell_ticks: u64, tick_s: f64) -> f64 {
         let Choice { contraction, rate_per_s, .. } = self.choice;
         let longer = dwell_ticks.saturating_sub(self.choice.dwell_ticks);
         let decay = (-tick_s * rate_per_s).exp();
-        // The factor covers the roundings of the power.
+        // Covers the roundings of the power.
         (contraction * decay.powf(longer as f64)).sqrt() * (1.0 + 1e-12)
     }
 

@@ -92,7 +92,7 @@ pub(crate) struct Modes {
     delay: usize,
     integral: bool,
     law: ForceMap,
-    /// True if the slave follows the hand during events, so they leave no gap.
+    /// Events leave no gap.
     follows: bool,
     freeze: Freeze,
     returns: ReturnMap,
@@ -333,7 +333,7 @@ impl Modes {
         self.extra(INPUT) * weight
     }
 
-    /// The arrived, scaled hand position plus the slave's part, in m.
+    /// In m, with the slave's part.
     pub(crate) fn hand(&self, vertex: usize) -> DMatrix<f64> {
         let nothing = DVector::zeros(self.master.c.len());
         let local = self.weights(&nothing, &self.slaves[vertex].local) + self.input(self.slaves[vertex].external.local);
@@ -431,8 +431,8 @@ impl Modes {
         map
     }
 
-    /// `amplify` has a floor: `share` is 1 above it and 0 for the constant `F*`; the floored force lies between. For
-    /// `damp`, `share` is the risen part of the damping.
+    /// For `damp`, `share` is the risen part of the damping. For `amplify`, it is 1 above the floor and 0 for the
+    /// constant `F*`; the floored force lies between.
     pub(super) fn frozen(&self, vertex: usize, share: f64) -> DMatrix<f64> {
         let fed_back = match self.law {
             ForceMap::Decays { ratio, .. } => {
@@ -452,7 +452,7 @@ impl Modes {
         map
     }
 
-    /// The same for every tissue and force, so its powers are exact.
+    /// If so, its powers are exact.
     pub(super) fn is_frozen_map_unique(&self) -> bool {
         !self.follows
             && matches!(self.law, ForceMap::Decays { .. })
