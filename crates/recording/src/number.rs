@@ -2,7 +2,7 @@ use std::cell::Cell;
 
 use super::error::{Problem, excerpt};
 
-/// Removes surrounding spaces, and quotes after a space, which CSV treats as text.
+/// Also removes quotes after a space, which CSV treats as text.
 pub(super) fn trimmed(text: &str) -> &str {
     let text = text.trim();
     let inner = text.strip_prefix('"').and_then(|rest| rest.strip_suffix('"'));
@@ -21,8 +21,8 @@ pub(super) fn number(field: &[u8], scale: f64) -> Result<f64, Problem> {
     }
 }
 
-/// The decimal mark of a table. If commas do not separate fields, it can be the point or the comma. Both in one table
-/// are an error, because one of them could separate thousands.
+/// If commas do not separate fields, it can be the point or the comma. Both in one table are an error, because one of
+/// them could separate thousands.
 #[derive(Debug)]
 pub(super) struct Decimals {
     may_be_comma: bool,
