@@ -15,7 +15,7 @@ const RATE_HALF_S: f64 = 2.5e-3;
 /// Represents a rigid grip.
 const RIGID: f64 = 20.0;
 
-/// Ratio of the spring behind the arm to the grip.
+/// Of the spring behind the arm to the grip.
 const STIFFNESS_RATIOS: [f64; 4] = [0.05, 1.0, 4.0, 20.0];
 
 /// A hand, and a hand with the forearm.
@@ -81,7 +81,7 @@ impl Structure {
         match self {
             Self::Spring => vec![vec![stiffness, damping, offset_m]],
             Self::MassAtMaster => vec![vec![stiffness, damping, mass_kg, offset_m]],
-            // From a stiff grip on a soft arm to the opposite, with the same series of both springs.
+            // From a stiff grip on a soft arm to the opposite.
             Self::TwoSprings => STIFFNESS_RATIOS
                 .into_iter()
                 .flat_map(|ratio| START_MASSES_KG.map(|mass_kg| (ratio, mass_kg)))
