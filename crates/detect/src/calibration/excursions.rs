@@ -24,7 +24,7 @@ pub(super) struct Excursion {
     pub(super) peak_at: usize,
 }
 
-/// Excursions of a CUSUM on squared residuals that could raise an alarm; drift and threshold in N².
+/// Excursions that could raise an alarm; drift and threshold in N².
 pub(super) fn excursions(
     signal: &Signal<'_>,
     residuals: &Residuals,
@@ -58,7 +58,7 @@ pub(super) fn excursions(
     found
 }
 
-/// Needs samples after the crossing, so a detector cannot use this rule.
+/// Needs samples after the crossing.
 pub(super) fn is_rupture(signal: &Signal<'_>, crossing: usize, noise_n: f64) -> bool {
     let Signal { position_m, force_n, .. } = *signal;
     let back = signal.samples_in(BEFORE_S, 5);

@@ -39,7 +39,7 @@ impl RunLength {
         let threshold = threshold_for(drift, wanted);
         let chunks = alarms.div_ceil(RUNS_PER_STREAM);
         let samples = map(chunks as usize, |chunk| {
-            // Every chunk of every run length has a separate stream.
+            // A separate stream for every chunk.
             let seed = (wanted as u64).wrapping_mul(2) + ((chunk as u64) << 40);
             let samples = simulate(drift, threshold, RUNS_PER_STREAM, seed);
             done();
@@ -93,7 +93,7 @@ fn on_elements(drift: f64, threshold: f64, elements: usize) -> f64 {
         }
     }
     let solution = equations.lu().solve(&DVector::from_element(elements + 1, 1.0));
-    // Numerically singular: the run length exceeds every wanted one.
+    // Numerically singular.
     match solution.map(|length| length[0]) {
         Some(length) if (1.0..LONGEST).contains(&length) => length,
         _ => LONGEST,
@@ -119,7 +119,7 @@ pub fn threshold_for(drift: f64, samples: f64) -> f64 {
     high
 }
 
-/// Total number of samples.
+/// In samples.
 pub fn simulate(drift: f64, threshold: f64, alarms: u64, seed: u64) -> u64 {
     let mut noise = ChaCha8Rng::seed_from_u64(seed);
     let mut samples = 0;
