@@ -33,8 +33,8 @@ pub(crate) struct Controller {
 }
 
 impl Controller {
-    /// The regression `u(t + δ_0) = c_0 e + c_1 ė + c_2 ë` gives `K_p = c_0`; for a controller that acts δ later, `c_1
-    /// = K_d - K_p δ` and `c_2 = K_p δ²/2 - K_d δ`. Repeating it with δ_0 increased by δ removes the error of the
+    /// The regression `u(t + δ_0) = c_0 e + c_1 ė + c_2 ë` gives `K_p = c_0`; for a controller that acts δ later,
+    /// `c_1 = K_d - K_p δ` and `c_2 = K_p δ²/2 - K_d δ`. Repeating it with δ_0 increased by δ removes the error of the
     /// expansion. The interval includes the changes at half and at twice the smoothing. `None` without an actuator
     /// force.
     pub(crate) fn of(recordings: &[Measured]) -> Result<Option<Self>, IdentifyError> {
