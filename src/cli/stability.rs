@@ -1,5 +1,3 @@
-//! `trocar stability`.
-
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -23,7 +21,7 @@ const DEFAULT_HAND: &str = "0:inf";
 
 const MAX_DAMPING_N_S_PER_M: f64 = 1e6;
 
-/// The options that --verify does not use.
+/// Not used by --verify.
 const ANALYSIS: [&str; 21] = [
     "x",
     "y",

@@ -1,4 +1,4 @@
-//! The data of a page's controls: the meaning, range and value of every key that a page can set.
+//! The meaning, range and value of every key that a page can set.
 
 use serde_json::{Value as Json, json};
 
@@ -23,7 +23,7 @@ pub(super) fn greeting(catalogue: &Catalogue, first: &str) -> ServerMessage {
 }
 
 fn is_for_pages(key: &KeyAt) -> bool {
-    // A page shows runs, which do not depend on a population.
+    // Runs do not depend on a population.
     let is_of_runs = key.path != "simulation.engine" && !key.path.starts_with("population.");
     !matches!(key.kind, Kind::File | Kind::Text) && key.path != SCHEME && is_of_runs
 }
@@ -45,7 +45,7 @@ fn description(key: &KeyAt) -> Json {
     json!({ "path": key.path, "name": name, "unit": unit_of(&key.path), "kind": kind, "meaning": key.meaning, "acts": acts })
 }
 
-/// The name of a key in words, without its unit: `skin: rupture force`.
+/// Without its unit: `skin: rupture force`.
 fn plain_name(path: &str) -> String {
     let (section, name) = path.rsplit_once('.').unwrap_or(("", path));
     let units = ["n", "n2", "j", "hz", "m", "s", "kg", "m2", "s2", "per"];

@@ -1,5 +1,3 @@
-//! `trocar detect`.
-
 mod files;
 mod help;
 mod inputs;
@@ -30,7 +28,7 @@ use trocar_scenario::{Source, Values};
 /// The argument that stands for standard input.
 const STREAM: &str = "-";
 
-/// The sections that `--settings` reads from its file.
+/// Sections of its file that `--settings` reads.
 const TUNED_SECTIONS: [&str; 2] = ["estimator", "detector"];
 
 /// Run the estimator and the detector on recordings or on a live stream.
@@ -117,7 +115,7 @@ pub(super) fn run(mut args: DetectArgs) -> Result<(), CliError> {
     if args.list { list::run(args) } else { files::run(args) }
 }
 
-/// Returns the estimator and detector settings of a file. A file with neither section is an error.
+/// A file with neither section is an error.
 fn tuning(file: &str, warnings: &Warnings) -> Result<Vec<String>, CliError> {
     let values = Values::load(&Source::parse(file), &[])?;
     let missing: Vec<&str> =
