@@ -21,7 +21,7 @@ const DEFAULT_HAND: &str = "0:inf";
 
 const MAX_DAMPING_N_S_PER_M: f64 = 1e6;
 
-/// Not used by --verify.
+/// The options that --verify does not use.
 const ANALYSIS: [&str; 21] = [
     "x",
     "y",

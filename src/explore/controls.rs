@@ -45,7 +45,7 @@ fn description(key: &KeyAt) -> Json {
     json!({ "path": key.path, "name": name, "unit": unit_of(&key.path), "kind": kind, "meaning": key.meaning, "acts": acts })
 }
 
-/// Without its unit: `skin: rupture force`.
+/// The name of a key in words, without its unit: `skin: rupture force`.
 fn plain_name(path: &str) -> String {
     let (section, name) = path.rsplit_once('.').unwrap_or(("", path));
     let units = ["n", "n2", "j", "hz", "m", "s", "kg", "m2", "s2", "per"];

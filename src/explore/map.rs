@@ -10,7 +10,7 @@ use trocar_document::figure::{self as figures, X_TICKS};
 use trocar_stability::{Axis, Parameter, Spacing, map};
 use trocar_studies::stability_check::{CheckError, LoopVerdict};
 
-/// For a value other than 0.
+/// Ratio between the ends of an axis and a value other than 0.
 const SPAN_RATIO: f64 = 12.0;
 
 pub(super) fn mapped(request: &MapRequest, maker: &mut PairMaker) -> Result<ServerMessage, StateError> {

@@ -239,7 +239,7 @@ fn by_hand(state: &State, augmented: bool, maker: &mut PairMaker) -> Result<Scen
     bounded(maker.written(&state, augmented)?)
 }
 
-/// In m, to a little beyond the operator's deepest position.
+/// Reaches from the operator's first position to a little beyond the deepest, in m.
 fn range_m(scenario: &Scenario) -> (f64, f64) {
     let (from_m, to_m) = match &scenario.operator {
         OperatorSpec::Recording(positions) => {

@@ -129,11 +129,11 @@ pub struct Entry {
     /// The beginning of the question.
     pub title: String,
     pub question: String,
-    /// Of the scenario's group.
+    /// The question of the scenario's group.
     pub group: &'static str,
 }
 
-/// Each with its question.
+/// The shipped folders, each with its question.
 const GROUPS: [(&str, &str); 8] = [
     ("paper", "Does augmentation hold the needle? The paper's recordings"),
     ("layers", "What happens in layers of tissue?"),

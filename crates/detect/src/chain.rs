@@ -5,7 +5,7 @@ use trocar_core::estimation::{AnyEstimator, Estimate, VelocityFilter};
 use trocar_core::lane::Stored;
 use trocar_scenario::DetectionSettings;
 
-/// If no position step is known.
+/// Assumed if no position step is known.
 pub const ASSUMED_STEP_M: f64 = 1e-6;
 
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -61,7 +61,7 @@ pub struct Detection {
     pub touched: bool,
     pub conditions: Vec<SampleConditions>,
     pub detector: DetectorSettings,
-    /// Otherwise estimated from the positions.
+    /// False if the velocities are estimated from the positions.
     pub is_velocity_measured: bool,
     pub is_resampled: bool,
     pub notes: Vec<String>,

@@ -6,7 +6,7 @@ use trocar_base::interrupt;
 use trocar_base::warning::{Code, Warning};
 use trocar_scenario::DetectionSettings;
 
-/// In Hz, without a warning.
+/// Sampling rates without a warning.
 ///
 /// With the defaults of `trocar calibrate`, the slowest rupture's force falls by half in 30 ms, three samples at the
 /// minimum rate. No force sensor samples faster than the maximum.
@@ -40,13 +40,13 @@ const WINDOWS_AT_ONCE: usize = 256;
 const MIN_ARMED: f64 = 0.1;
 const MIN_CONTACT_S: f64 = 0.5;
 
-/// In contact, during which a force of at least [`MIN_RESISTING_N`] must change.
+/// Motion in contact over which a force of at least [`MIN_RESISTING_N`] must change.
 const MIN_MOTION_M: f64 = 5e-4;
 
 /// Warns if samples `interval_s` (s) apart are too far apart for a rupture, or closer than sensors sample.
 pub fn sampling_rate(interval_s: f64) -> Option<Warning> {
     let rate_hz = 1.0 / interval_s;
-    // A tolerance of 1 %.
+    // The measured rate has a tolerance of 1 %.
     let warning = if rate_hz < 0.99 * RATE_HZ.0 {
         let message = format!(
             "the sampling rate is {rate_hz:.3} Hz, below {} Hz: a rupture lasts about 30 ms and can fall between two samples",

@@ -91,7 +91,7 @@ struct Regression {
     delay_s: f64,
     coefficients: Vector3<f64>,
     covariance: Matrix3<f64>,
-    /// Of the actuator's force.
+    /// Explained share of the actuator's force.
     share: f64,
 }
 

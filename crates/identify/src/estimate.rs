@@ -247,7 +247,7 @@ fn base_parameters(controller: Option<&Controller>) -> Vec<Parameter> {
     base
 }
 
-/// From the controller, or the largest force per largest error.
+/// The gain is the controller's, or the largest force per largest error.
 fn start(training: &[Measured], controller: Option<&Controller>, corner_rad_per_s: f64) -> Machine {
     let errors = |one: &Measured| -> Vec<f64> {
         one.master_m.iter().zip(&one.slave_m).map(|(master, slave)| master - slave).collect()
@@ -291,7 +291,7 @@ fn lifted(mut machine: Machine, start: &Machine, free: &[Parameter]) -> Machine 
     machine
 }
 
-/// Below a millionth of their start.
+/// Zeroes parameters below a millionth of their start.
 fn without_traces(mut machine: Machine, start: &Machine, free: &[Parameter]) -> Machine {
     for parameter in free.iter().filter(|parameter| parameter.is_positive() && **parameter != Parameter::Mass) {
         if parameter.of(&machine) < 1e-6 * parameter.of(start) {

@@ -20,7 +20,7 @@ pub enum Row {
     Line(u64),
     /// From 0.
     Sample(u64),
-    /// Of a spreadsheet, from 1.
+    /// The row of a spreadsheet, from 1.
     Sheet(u64),
 }
 

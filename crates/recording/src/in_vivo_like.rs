@@ -18,7 +18,7 @@ pub const RUPTURES_S: [f64; 2] = [5.52, 8.85];
 
 const NOISE_STD_N: f64 = 0.010;
 
-/// In (s, mm): approach, insertion through two layers, hold, and extraction.
+/// Points (s, mm): approach, insertion through two layers, hold, and extraction.
 const TRAJECTORY: [(f64, f64); 15] = [
     (0.0, -6.0),
     (0.9, 0.0),

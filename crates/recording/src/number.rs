@@ -2,7 +2,7 @@ use std::cell::Cell;
 
 use super::error::{Problem, excerpt};
 
-/// Also removes quotes after a space, which CSV treats as text.
+/// Removes surrounding spaces, and quotes after a space, which CSV treats as text.
 pub(super) fn trimmed(text: &str) -> &str {
     let text = text.trim();
     let inner = text.strip_prefix('"').and_then(|rest| rest.strip_suffix('"'));

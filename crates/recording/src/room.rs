@@ -10,7 +10,7 @@ use super::format::Format;
 /// Bytes of content per byte of the largest file.
 const CONTENT_PER_FILE: u64 = 2;
 
-/// With the path.
+/// Includes the path.
 const MAX_NAME_BYTES: usize = 1000;
 
 pub(crate) const MAX_DIMENSIONS: usize = 32;
@@ -93,7 +93,7 @@ pub(crate) fn recover(format: Format, error: io::Error) -> Problem {
     }
 }
 
-/// For texts about a signal, such as its unit.
+/// Shortens a text about a signal, such as its unit, which many signals can repeat.
 pub(crate) fn short(text: &str) -> String {
     text.chars().take(MAX_TEXT_CHARACTERS).collect()
 }

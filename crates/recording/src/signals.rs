@@ -125,7 +125,7 @@ fn of_text(text: &str) -> Result<Option<Quantity>, ()> {
     Ok(order.into_iter().find(|quantity| has(quantity.name()) || has(words(*quantity))))
 }
 
-/// From the end of the path, or the part before if that is an axis: `/wrench.force.z` is a force.
+/// The end of the path decides, or the part before it if the end is an axis: `/wrench.force.z` is a force.
 fn of_path(name: &str) -> Result<Option<Quantity>, ()> {
     let mut parts = name.rsplit(['.', '/', '!']);
     let last = parts.next().unwrap_or(name);

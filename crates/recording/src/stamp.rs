@@ -127,7 +127,7 @@ fn may_be_date(text: &[u8]) -> bool {
     text.first().is_some_and(u8::is_ascii_digit) && text.contains(&b':')
 }
 
-/// From 1970, or from midnight. A date without a zone counts as UTC.
+/// Counts from 1970, or from midnight. A date without a zone counts as UTC.
 fn nanoseconds(text: &str) -> Option<i64> {
     if !may_be_date(text.as_bytes()) {
         return None;

@@ -43,7 +43,7 @@ pub(super) fn in_text(text: &str) -> Option<String> {
     inside.map(str::to_owned).find(|unit| is_known(unit))
 }
 
-/// From `x (mm)`, `x [mm]`, `x_mm`, `v_mm_per_s` or `Time/s`.
+/// The unit in a name: `x (mm)`, `x [mm]`, `x_mm`, `v_mm_per_s`, `Time/s`.
 pub(super) fn of_name(name: &str) -> Option<String> {
     for (open, close) in [('(', ')'), ('[', ']')] {
         let inside = name.trim_end().strip_suffix(close).and_then(|rest| rest.rsplit_once(open));

@@ -27,7 +27,7 @@ impl Manifest {
         serde_json::from_slice(&text).unwrap_or_default()
     }
 
-    /// With the version of this program.
+    /// Includes the version of this program.
     pub fn text(&self) -> String {
         let manifest = Self { trocar_version: env!("CARGO_PKG_VERSION").to_owned(), ..self.clone() };
         // Maps with names as keys are always valid JSON.

@@ -65,7 +65,7 @@ impl ScenarioEngine {
 }
 
 impl Scenario {
-    /// At tick 0.
+    /// Builds the engine at tick 0.
     pub fn build(&self) -> Result<ScenarioEngine, ScenarioError> {
         if self.has_general_machine() {
             return Ok(ScenarioEngine::General(Box::new(self.general(self.general_plants()?, 0)?)));
@@ -119,7 +119,7 @@ impl Scenario {
         Ok(Engine { grid: self.grid, plants, parts: self.user_defined_wiring(parts)? })
     }
 
-    /// Before its first tick.
+    /// Builds only the tissue, before its first tick.
     pub fn tissue_part(&self) -> Result<AnyTissue<f64>, ScenarioError> {
         self.any_tissue()
     }

@@ -50,7 +50,7 @@ pub fn sweeps() -> impl Iterator<Item = &'static str> {
     SWEEPS.iter().map(|(file, _)| *file)
 }
 
-/// By full name, folder by folder.
+/// The shipped scenarios by full name, folder by folder.
 pub fn questions() -> impl Iterator<Item = (&'static str, &'static str)> {
     let scenarios = FILES.iter().filter(|(file, _)| file.ends_with(ENDING));
     scenarios.map(|(file, content)| {
@@ -63,7 +63,7 @@ pub fn recordings() -> impl Iterator<Item = &'static str> {
     FILES.iter().map(|(file, _)| *file).filter(|file| !file.ends_with(ENDING))
 }
 
-/// With any name that [`find`] accepts.
+/// Accepts the names that [`find`] accepts.
 pub fn content(name: &str) -> Option<&'static [u8]> {
     let file = find(name)?;
     files().find(|(known, _)| *known == file).map(|(_, content)| *content)

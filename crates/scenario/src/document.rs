@@ -120,7 +120,7 @@ impl Source {
         path.file_stem().map_or_else(|| "scenario".into(), |stem| stem.to_string_lossy().into_owned())
     }
 
-    /// For comparison and for the echo.
+    /// The canonical form, for comparison and for the echo.
     pub fn canonical(&self) -> Self {
         match self {
             Self::Disk(path) => Self::Disk(canonical_path(path)),
@@ -200,7 +200,7 @@ fn joined(here: &str, path: &str) -> String {
 pub struct Entry {
     pub path: String,
     pub value: toml::Value,
-    /// For messages.
+    /// The text of the value, for messages.
     pub written: String,
     pub key_place: Place,
     pub value_place: Place,

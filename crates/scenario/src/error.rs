@@ -13,7 +13,7 @@ pub struct Place {
 }
 
 impl Place {
-    /// From 1.
+    /// Counts from 1.
     pub fn line_and_column(&self) -> (usize, usize) {
         let before = self.text.get(..self.span.start).unwrap_or(&self.text);
         let line = before.matches('\n').count() + 1;

@@ -26,7 +26,7 @@ impl KeptFiles {
         Self(Arc::new(Mutex::new(content)))
     }
 
-    /// Of the files read so far.
+    /// A copy of the content read so far.
     pub fn content(&self) -> FileContents {
         self.locked().clone()
     }

@@ -103,7 +103,7 @@ pub fn unit_of(path: &str) -> Option<String> {
     (!text.is_empty()).then_some(text)
 }
 
-/// Into the key's unit.
+/// Converts to the key's unit.
 pub fn parse(text: &str, unit: &str) -> Result<f64, String> {
     let text = text.trim();
     let is_number = |end: &usize| {

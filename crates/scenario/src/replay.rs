@@ -21,7 +21,7 @@ use trocar_recording::{
 const FILE: &str = FileSettings::KEYS[0].path;
 const TARE: &str = FileSettings::KEYS[2].path;
 
-/// Regardless of recording.max_samples: the maximum ticks of a run.
+/// Regardless of recording.max_samples: the maximum ticks of a time grid.
 const MAX_EVEN_SAMPLES: u64 = 1_000_000_000;
 
 #[derive(Debug, Clone)]
@@ -175,7 +175,7 @@ pub(super) fn embedded(values: &Values, key: &str, name: &str) -> Result<&'stati
     })
 }
 
-/// With scales and signs.
+/// Reads the columns with scales and signs.
 pub fn recording_columns(values: &mut Values) -> Result<Columns, ScenarioError> {
     let (names, scales) = (ColumnSettings::read(values)?, ScaleSettings::read(values)?);
     let (signs, offsets) = (SignSettings::read(values)?, OffsetSettings::read(values)?);

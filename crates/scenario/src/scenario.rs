@@ -49,7 +49,7 @@ use trocar_recording::{ColumnSettings, FileSettings, Limits, OffsetSettings, Res
 
 #[derive(Debug, Clone)]
 pub struct Scenario {
-    /// Also of the output folder.
+    /// Also the name of the output folder.
     pub name: String,
     pub grid: TickGrid,
     /// How the plants are stepped.
@@ -93,7 +93,7 @@ pub struct Scenario {
     pub organ_motion: OrganMotion,
     pub sensor: SensorSettings,
     pub estimator: RlsSettings,
-    /// The estimator's, in m.
+    /// The estimator's contact position.
     pub contact_m: f64,
     pub detector: DetectorSettings,
     pub augmentation: AugmentationSettings,

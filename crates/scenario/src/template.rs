@@ -25,7 +25,7 @@ fn groups_of(keys: &[KeyAt]) -> Option<Vec<&'static Group>> {
     Some(GROUPS.iter().filter(is_changed(Group::depends_on)).collect())
 }
 
-/// With some open keys.
+/// A scenario with some open keys.
 #[derive(Debug, Clone)]
 pub struct Template {
     written: Values,
@@ -109,7 +109,7 @@ impl Template {
     }
 }
 
-/// From a [`Template`].
+/// Builds scenarios from a [`Template`].
 #[derive(Debug, Clone)]
 pub struct CaseFactory<'a> {
     template: &'a Template,

@@ -1,7 +1,7 @@
 use super::Scenario;
 use trocar_engine::engine::{Trace, UserDefinedParts};
 
-/// With all columns of the run.
+/// Has all columns of the run.
 pub fn empty_trace(scenario: &Scenario) -> Trace {
     empty_trace_with(scenario, &UserDefinedParts::default())
 }

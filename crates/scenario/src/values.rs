@@ -54,7 +54,7 @@ impl Given {
     }
 }
 
-/// From the surface down.
+/// A written list of layers, from the surface down.
 #[derive(Debug, Clone)]
 struct LayerList {
     names: Vec<Arc<str>>,
@@ -85,7 +85,7 @@ impl Values {
         Self::of_entries(source, gather(source, settings)?)
     }
 
-    /// The nearest first.
+    /// The nearest entries come first.
     pub(super) fn of_entries(source: &Source, mut entries: Vec<Entry>) -> Result<Self, ScenarioError> {
         let mut values = Self::default();
         drop_replaced_layers(&mut entries);
@@ -429,7 +429,7 @@ impl Values {
         files
     }
 
-    /// By the keys' last names.
+    /// The values of one section by the keys' last names.
     pub fn section_json(&self, section: &str) -> serde_json::Value {
         let entry = |key: &'static Key| {
             let name = key.path.rsplit('.').next().unwrap_or(key.path);
@@ -439,7 +439,7 @@ impl Values {
         serde_json::Value::Object(keys_of(section).filter_map(entry).collect())
     }
 
-    /// As `section.key=value`.
+    /// The written values of some sections as `section.key=value` settings.
     pub fn written_settings(&self, sections: &[&str]) -> Vec<String> {
         let written = |key: &&Key| self.place(key.path).is_some();
         let setting = |key: &Key| Some(format!("{}={}", key.path, self.get(key.path)?.to_toml()));

@@ -102,7 +102,7 @@ impl Terminations {
         let high = self.hand_n_s_per_m.1;
         let damper = if high.is_finite() { 0.5 * (low + high) } else { 2.0 * low + 1.0 };
         let mut other = settings.clone();
-        // A stiff spring and damper.
+        // A stiff spring and damper hold the mass behind the damper.
         other.arm.k_a_n_per_m = 0.0;
         other.arm.b_a_n_s_per_m = damper;
         other.arm.m_h_kg = 1.0;

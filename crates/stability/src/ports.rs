@@ -5,7 +5,7 @@ use trocar_lti::{Complex64, Continuous, StateSpace};
 
 const ROUNDING: f64 = 1e-12;
 
-/// Up to rounding.
+/// True if the real part is at least 0, up to rounding.
 pub fn is_passive_impedance(immittance: Complex64) -> bool {
     immittance.re >= -ROUNDING * immittance.norm()
 }

@@ -18,7 +18,7 @@ use trocar_scenario::{DetectionSettings, Reader, Values, keys_without_effect, re
 
 const END: &str = "end of input";
 
-/// In messages.
+/// The name in messages.
 const NAME: &str = "standard input";
 
 pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {

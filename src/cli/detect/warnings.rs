@@ -18,7 +18,7 @@ impl LiveWarnings {
         Self { quiet, second_start: None, printed: 0, suppressed: 0 }
     }
 
-    /// Without a rate limit.
+    /// Prints without a rate limit.
     pub(super) fn note(&self, text: &str) {
         if !self.quiet {
             // The stream continues without standard error.
@@ -26,7 +26,7 @@ impl LiveWarnings {
         }
     }
 
-    /// At most the maximum number per second.
+    /// Prints at most the maximum number per second.
     pub(super) fn warn(&mut self, text: impl FnOnce() -> String) {
         if self.quiet {
             return;

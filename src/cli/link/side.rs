@@ -16,7 +16,7 @@ use trocar_report::{Destination, Folder, document_text, write_document};
 use trocar_scenario::{Scenario, Source};
 use trocar_studies::run::{RunError, trace_table};
 
-/// Of a greeting, in ns.
+/// Interval between packets of a greeting.
 const GREETING_NS: i64 = 20_000_000;
 /// The shortest round trip is used.
 const REPLIES: u32 = 10;

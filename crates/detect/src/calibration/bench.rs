@@ -233,7 +233,7 @@ impl<'a> CandidateBench<'a> {
         Quiet { std_n: std_n.max(min_n), blocks, usable, ruptures, residuals }
     }
 
-    /// With the number of usable blocks.
+    /// Quantile of the usable blocks' root mean square, and their number.
     fn block_std(&self, residuals: &Residuals, usable: &[bool], share: f64) -> Option<(f64, usize)> {
         let length = self.signal.samples_in(BLOCK_S, 10);
         let blocks = residuals.residual_n.chunks_exact(length).zip(usable.chunks_exact(length));

@@ -69,7 +69,7 @@ pub(super) fn contact(position_m: &[f64], force_n: &[f64], noise_n: f64) -> (f64
     }
 }
 
-/// Of the least-squares line.
+/// Zero of the least-squares line.
 fn zero_force_position_m(samples: &[(f64, f64)]) -> Option<f64> {
     let count = samples.len() as f64;
     let mean = |part: fn(&(f64, f64)) -> f64| samples.iter().map(part).sum::<f64>() / count;

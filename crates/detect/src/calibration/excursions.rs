@@ -58,7 +58,7 @@ pub(super) fn excursions(
     found
 }
 
-/// Needs samples after the crossing.
+/// Needs samples after the crossing, so a detector cannot use this rule.
 pub(super) fn is_rupture(signal: &Signal<'_>, crossing: usize, noise_n: f64) -> bool {
     let Signal { position_m, force_n, .. } = *signal;
     let back = signal.samples_in(BEFORE_S, 5);

@@ -133,7 +133,7 @@ pub enum CalibrationError {
         "{samples} samples are too few for a calibration, which needs at least {MIN_SAMPLES}; give a longer recording or --first-s"
     )]
     TooShort {
-        /// Of the evaluated part.
+        /// Samples of the evaluated part.
         samples: usize,
     },
     #[error(

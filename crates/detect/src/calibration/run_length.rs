@@ -93,7 +93,7 @@ fn on_elements(drift: f64, threshold: f64, elements: usize) -> f64 {
         }
     }
     let solution = equations.lu().solve(&DVector::from_element(elements + 1, 1.0));
-    // Numerically singular.
+    // Numerically singular: the run length exceeds every wanted one.
     match solution.map(|length| length[0]) {
         Some(length) if (1.0..LONGEST).contains(&length) => length,
         _ => LONGEST,
@@ -119,7 +119,7 @@ pub fn threshold_for(drift: f64, samples: f64) -> f64 {
     high
 }
 
-/// In samples.
+/// Total number of samples.
 pub fn simulate(drift: f64, threshold: f64, alarms: u64, seed: u64) -> u64 {
     let mut noise = ChaCha8Rng::seed_from_u64(seed);
     let mut samples = 0;

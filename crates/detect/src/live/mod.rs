@@ -66,7 +66,7 @@ pub struct LiveSummary {
     pub max_absolute_n: Option<f64>,
 }
 
-/// In constant memory.
+/// Estimator and detector on a stream, in constant memory.
 ///
 /// The stream is divided into ticks of `interval_s`, or of the first interval. Samples lost in a step of 1.5 to ten
 /// intervals are interpolated linearly. After a longer step, or a clock that was set back, the chain restarts.

@@ -15,7 +15,7 @@ const RATE_HALF_S: f64 = 2.5e-3;
 /// Represents a rigid grip.
 const RIGID: f64 = 20.0;
 
-/// Of the spring behind the arm to the grip.
+/// Ratio of the spring behind the arm to the grip.
 const STIFFNESS_RATIOS: [f64; 4] = [0.05, 1.0, 4.0, 20.0];
 
 /// A hand, and a hand with the forearm.

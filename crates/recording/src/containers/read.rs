@@ -125,7 +125,7 @@ fn check_order(file: &str, column: &Column, time_s: &[f64], row: impl Fn(usize) 
     Err(place.error(not_increasing(row(before), time_s[before], time_s[before + 1])))
 }
 
-/// In s since 1970; 0 for other times.
+/// Returns the first time of the calendar, in s since 1970; 0 for other times.
 fn since_first(time_s: &mut [f64]) -> f64 {
     let origin_s = time_s.first().copied().filter(|first_s| first_s.abs() >= CALENDAR_S).unwrap_or(0.0);
     time_s.iter_mut().for_each(|time_s| *time_s -= origin_s);

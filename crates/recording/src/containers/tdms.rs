@@ -404,7 +404,7 @@ fn property(at: &mut Cursor<'_>) -> Option<Property> {
     })
 }
 
-/// Without the quotes of `/'group'/'channel'`.
+/// The path `/'group'/'channel'` without its quotes.
 fn shown(path: &str) -> String {
     let mut shown = String::with_capacity(path.len());
     let mut characters = path.chars().peekable();

@@ -10,7 +10,7 @@ pub const DIMENSIONS: usize = 9;
 /// Standard deviations at which the log-normal distribution is truncated.
 const MAX_DEVIATIONS: f64 = 3.0;
 
-/// Relative to the scenario's.
+/// One arm, tissue and link, relative to the scenario's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Draw {
     /// Factors of `k_a`, `b_a`, `k_h`, `b_h` and `m_h`.

@@ -151,7 +151,7 @@ impl Certificate {
         self.inequalities.iter().map(Inequality::conditions).sum()
     }
 
-    /// For a dwell of at least the certificate's.
+    /// An upper bound for a dwell of at least the certificate's.
     pub fn growth_after(&self, dwell_ticks: u64, tick_s: f64) -> f64 {
         let Choice { contraction, rate_per_s, .. } = self.choice;
         let longer = dwell_ticks.saturating_sub(self.choice.dwell_ticks);

@@ -16,7 +16,7 @@ use crate::StabilityError;
 
 const EXTRA_TICKS: [u64; 3] = [0, 20, 400];
 
-/// In m/N.
+/// Returns the largest motions of needle and hand in m/N.
 pub fn adversary(
     settings: &SwitchingSettings,
     (sequences, events): (u64, usize),

@@ -360,7 +360,7 @@ impl Builder<'_> {
         self.between(format!("release_{vertex}"), from, to, |modes| modes.release(vertex))
     }
 
-    /// For any length of the freeze, and a release if given.
+    /// `to` after an entry, any length of the freeze, and a release if given, is below `level`.
     fn freeze(&mut self, to: usize, release: Option<usize>, (rows, level): (Space, &[Term])) {
         let frozen = self.between("frozen".into(), Space::Frozen, Space::Frozen, |modes| modes.frozen(0, 1.0));
         for vertex in self.modes.vertices() {

@@ -92,7 +92,7 @@ pub(crate) struct Modes {
     delay: usize,
     integral: bool,
     law: ForceMap,
-    /// Events leave no gap.
+    /// True if the slave follows the hand during events, so they leave no gap.
     follows: bool,
     freeze: Freeze,
     returns: ReturnMap,
@@ -333,7 +333,7 @@ impl Modes {
         self.extra(INPUT) * weight
     }
 
-    /// In m, with the slave's part.
+    /// The arrived, scaled hand position plus the slave's part, in m.
     pub(crate) fn hand(&self, vertex: usize) -> DMatrix<f64> {
         let nothing = DVector::zeros(self.master.c.len());
         let local = self.weights(&nothing, &self.slaves[vertex].local) + self.input(self.slaves[vertex].external.local);
@@ -452,7 +452,7 @@ impl Modes {
         map
     }
 
-    /// If so, its powers are exact.
+    /// The same for every tissue and force, so its powers are exact.
     pub(super) fn is_frozen_map_unique(&self) -> bool {
         !self.follows
             && matches!(self.law, ForceMap::Decays { .. })

@@ -109,7 +109,7 @@ impl<'a> Certification<'a> {
         Ok(all.into_iter().collect())
     }
 
-    /// At most `count` certificates. The results do not depend on `count`.
+    /// Searches for at most `count` certificates. The results do not depend on `count`.
     pub fn certify(
         &self,
         state: &mut State,

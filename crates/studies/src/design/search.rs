@@ -216,7 +216,7 @@ impl State {
     }
 }
 
-/// Without the refused candidates.
+/// Leaves out the refused candidates.
 pub fn front_of(points: &[Point], refused: &HashSet<usize>) -> Vec<usize> {
     let mut points = points.to_vec();
     refused.iter().for_each(|&index| points[index].violation = f64::INFINITY);

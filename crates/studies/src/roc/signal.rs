@@ -13,7 +13,7 @@ use trocar_detect as detect;
 use trocar_recording::{Columns, InVivoLikeVariant, Limits, RUPTURES_S, in_vivo_like_variant_csv, read_csv};
 use trocar_scenario::{DetectionSpec, RecordingSpec, Scenario, ScenarioError};
 
-/// Differs from the synthetic recording's.
+/// Differs from the stream of the synthetic recording.
 const NOISE_STREAM: u64 = 0x6e_6f69_7365;
 
 /// Seed of the shipped recording.

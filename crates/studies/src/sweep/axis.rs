@@ -71,7 +71,7 @@ impl Axis {
         self.value(0.0)
     }
 
-    /// Of all values of a list, or of both ends of a range.
+    /// Unit coordinates of all values of a list, or of both ends of a range.
     pub fn ends(&self) -> Vec<f64> {
         match &self.levels {
             Levels::List(list) => (0..list.len()).map(|k| (k as f64 + 0.5) / list.len() as f64).collect(),

@@ -108,7 +108,7 @@ impl Plan {
         let axes = &self.design.axes;
         let mut factory = self.template.factory();
         if let SamplingScheme::List { .. } = self.design.scheme {
-            // Only these occur.
+            // Only these combinations occur.
             let (sampler, mut coordinates, mut values) = (self.design.coordinates(), vec![], vec![]);
             return (0..self.design.points().unwrap_or(0)).try_for_each(|point| {
                 sampler.values(point * self.design.seeds, &mut coordinates, &mut values);

@@ -14,10 +14,10 @@ const MAX_LAGS: usize = 25;
 /// Share of the range of positions that may be free of contact.
 const LOWEST_SHARE: f64 = 0.15;
 
-/// Without contact, relative to the rise in the whole recording.
+/// Maximum rise of the force without contact, relative to the whole recording.
 const FLAT_SHARE: f64 = 1.0 / 3.0;
 
-/// Without contact, relative to the force's range.
+/// Maximum standard deviation without contact, relative to the force's range.
 const QUIET_SHARE: f64 = 0.1;
 
 pub(super) struct Rough {

@@ -4,7 +4,7 @@ use trocar_document::DataTable;
 use trocar_lti::Complex64;
 use trocar_stability::{Locus, LoopResponse};
 
-/// With `s = ln(z) / T`.
+/// Adds both parts, the modulus, and with `s = ln(z) / T` the frequency in Hz and the damping ratio.
 fn with_points<'a>(table: DataTable<'a>, points: &[Complex64], tick_s: f64) -> DataTable<'a> {
     let continuous = |z: &Complex64| {
         let s = z.ln() / tick_s;
