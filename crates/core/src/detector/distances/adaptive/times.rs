@@ -5,7 +5,7 @@ use super::*;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Times {
     pub(super) windows: [usize; WINDOWS_S.len()],
-    /// Window over reference: an earlier fall continues by this multiple.
+    /// An earlier fall continues by this multiple (window over reference).
     pub(super) trends: [f64; WINDOWS_S.len()],
     pub(super) reference: usize,
     pub(super) stiffness: usize,
@@ -51,7 +51,6 @@ impl Times {
     }
 }
 
-/// All values follow from the settings.
 impl crate::lane::Stored for Times {
     fn numbers(&mut self, _with: &mut dyn FnMut(&mut u64)) {}
 }
