@@ -129,7 +129,6 @@ impl<L: Lane> MotionLaw<L> for HeldReference<L> {
             self.last = L::select(modes.has_become(Mode::Augmented), self.frozen, self.last);
         }
         let returned = self.returned(gap, hand, begins);
-        // A held slave keeps the gap of an earlier event.
         self.gap = L::select(modes.now.is_augmented(), self.gap, returned);
         let followed = hand + self.gap;
         let held = self.held(followed);

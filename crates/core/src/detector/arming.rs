@@ -103,7 +103,6 @@ impl<L: Lane> Arming<L> {
             armed: self.is_armed(),
             is_drop,
             moves_as_required: input.velocity_m_per_s.ge(self.min_velocity),
-            // With a minimum of 0 only the contact counts.
             is_deep: input.depth_m.ge(self.minimum_depth) | self.minimum_depth.le(zero),
             quiet_samples: self.quiet_ticks,
         }

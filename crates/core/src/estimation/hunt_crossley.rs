@@ -29,7 +29,7 @@ const POWER_MEMORY_N2: f64 = 20.0;
 /// from the paper's introduction and the abstract of Haddadi and Hashtrudi-Zaad (2012, IEEE T-RO 28(3)), the equations
 /// derived and the numbers chosen here.
 ///
-/// Reported are stiffness (`y / p` at rest) and damping (`dy/dv`) at the needle's depth; the paper's are
+/// Reported are stiffness `y / p` at rest and damping `dy/dv` at the needle's depth; the paper's are
 /// `μ = K p^(1-n)` and `λ = B p^-n`.
 #[derive(Debug, Clone)]
 pub struct HuntCrossley<L> {

@@ -240,7 +240,6 @@ impl DetectionChain {
 
 impl Stored for DetectionState {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        // An unknown code is the state that promises the least.
         store_code(self, Self::ALL, Self::code, Self::Blind, with);
     }
 }

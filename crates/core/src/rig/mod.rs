@@ -67,7 +67,7 @@ pub struct HapticController {
     limits: Limits,
     tick: u64,
     hand_m: HeldMeasurement,
-    /// In m, scaled to the slave; `per_hand_step` converts its change in a tick to the master's velocity.
+    /// Scaled to the slave; `per_hand_step` gives the master's velocity.
     last_hand_m: f64,
     per_hand_step: f64,
     force_n: HeldMeasurement,

@@ -30,7 +30,7 @@ pub(super) struct Plausibility {
     last_m: f64,
     last_n: f64,
     has_last: bool,
-    /// Since the force changed, and into the tissue against a pulling force.
+    /// Travel since the force changed, and into the tissue against a pulling force.
     constant_m: f64,
     pulled_m: f64,
     moved_m: f64,

@@ -36,7 +36,7 @@
 ///   acts.
 /// - `given (threshold: f64)` after the prefix: inputs of the defaults, for `read` and `name: Other (threshold)`; with
 ///   `= 2.0` also `default_for`.
-/// - `no DEFAULT`; `no const`: only `Default`.
+/// - `no DEFAULT`: a field has no default. `no const`: only `Default`.
 /// - `where field: |s| ..., "at least ...";` and `then Self::check;` check fields.
 #[macro_export]
 macro_rules! settings {

@@ -281,7 +281,7 @@ pub trait KeySource {
     /// The error for an unknown word.
     fn unknown_word(&self, key: &str) -> Self::Error;
 
-    /// Visits the named tables of a list, with their keys as `list.*.key`.
+    /// Visits a list's named tables; keys are `list.*.key`.
     fn visit_items(
         &mut self,
         list: &str,

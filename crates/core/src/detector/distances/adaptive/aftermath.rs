@@ -15,7 +15,7 @@ const LONGEST_SWING_S: f64 = 0.125;
 const TURN_SHARE: f64 = 0.02;
 const TURN_SCALES: f64 = 3.0;
 
-/// A swing falls by less than this share of the last rise, or takes longer than this share of its duration.
+/// A fall beyond this share of the last rise, within this share of its time, is sudden.
 const SUDDEN_SHARE: f64 = 0.5;
 const SUDDEN_TIME: f64 = 0.25;
 
@@ -27,11 +27,10 @@ pub(super) struct Aftermath<L> {
     lowest: L,
     trough: L,
     crest: L,
-    /// Fall from the last crest but one to the last, in N.
+    /// From the last crest but one to the last.
     trend: L,
     /// Bins of the last rise.
     rise: L,
-    /// Since the last turn; times in bins.
     extreme: L,
     since_extreme: L,
     since_turn: L,

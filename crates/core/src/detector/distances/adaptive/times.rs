@@ -26,7 +26,7 @@ pub(super) struct Times {
 
 impl Times {
     pub(super) fn of(bin_s: f64) -> Self {
-        // At most 47 of the 64 bins are used, because a bin is at least 1 ms long.
+        // A bin is at least 1 ms long, so at most 47 are used.
         let bins = |time_s: f64| (libm::round(time_s / bin_s) as usize).max(1);
         let per = |time_s: f64| 1.0 / (bins(time_s) as f64 * bin_s);
         let (windows, reference) = (WINDOWS_S.map(bins), bins(REFERENCE_S));
