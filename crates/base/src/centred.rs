@@ -20,7 +20,7 @@ impl Centred {
         moment(&self.values, power)
     }
 
-    /// The correlation of each value with the one `lag` values later, -1 to 1. `lag` is below the number of values.
+    /// The correlation of each value with the one `lag` values later, -1 to 1; `lag` is below the number of values.
     pub fn correlation(&self, lag: usize) -> f64 {
         let products = self.values.iter().zip(&self.values[lag..]).map(|(a, b)| a * b);
         products.sum::<f64>() / (self.values.len() as f64 * self.variance)

@@ -1,5 +1,4 @@
-//! Cooperative cancellation: once the flag of a thread ([`watch`]) is set, [`check`] unwinds to [`catch`], so the
-//! functions between need no early return.
+//! Cooperative cancellation: once a thread's flag ([`watch`]) is set, [`check`] unwinds to [`catch`].
 
 use std::any::Any;
 use std::cell::RefCell;
@@ -14,7 +13,6 @@ thread_local! {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Interrupted;
 
-/// Steps of a fast loop between two checks.
 const STEPS: u64 = 4096;
 
 /// Cancels work on this thread once the flag is set.
@@ -41,7 +39,6 @@ pub(crate) fn is_requested() -> bool {
     STOP.with_borrow(|stop| stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed)))
 }
 
-/// Propagates a panic of the work.
 pub fn catch<T>(work: impl FnOnce() -> T) -> Result<T, Interrupted> {
     catch_unwind(AssertUnwindSafe(work)).map_err(|payload: Box<dyn Any + Send>| {
         match payload.downcast::<Interrupted>() {

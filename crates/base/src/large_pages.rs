@@ -1,7 +1,7 @@
 /// Minimum size in bytes, as in numpy.
 const LARGE: usize = 4 << 20;
 
-/// Requests large pages, because mapping a long column in pages of 4 KB takes longer than most computations on it.
+/// Mapping a long column in pages of 4 KB takes longer than most computations on it.
 pub fn with_capacity<T>(count: usize) -> Vec<T> {
     let column = Vec::with_capacity(count);
     request_large_pages(&column);
@@ -17,7 +17,6 @@ pub fn copy_of<T: Copy>(values: &[T]) -> Vec<T> {
 #[cfg(target_os = "linux")]
 #[allow(unsafe_code, reason = "a system call")]
 fn request_large_pages<T>(column: &Vec<T>) {
-    /// A multiple of the page size on every machine.
     const PAGE: usize = 1 << 16;
     let length = column.capacity() * size_of::<T>();
     let skipped = column.as_ptr().align_offset(PAGE).saturating_mul(size_of::<T>());

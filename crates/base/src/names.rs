@@ -26,7 +26,7 @@ const MAX_PATH_CHARACTERS: usize = 240;
 
 const MAX_MESSAGE_CHARACTERS: usize = 4000;
 
-/// Jaro-Winkler, 0 to 1; 0 for names of over 80 bytes, because the time grows with the product of the lengths.
+/// Jaro-Winkler, 0 to 1; 0 for names of over 80 bytes: the time grows with the lengths' product.
 pub fn similarity(a: &str, b: &str) -> f64 {
     if a.len().max(b.len()) > MAX_CHARACTERS { 0.0 } else { strsim::jaro_winkler(a, b) }
 }
@@ -42,7 +42,7 @@ fn cut(text: &str, characters: usize) -> Cow<'_, str> {
     }
 }
 
-/// Limits words to 80 characters and paths to 240, so that a message does not repeat a long input.
+/// Limits words to 80 characters and paths to 240.
 pub fn with_short_words(message: &str) -> Cow<'_, str> {
     if message.len() <= MAX_CHARACTERS {
         return message.into();

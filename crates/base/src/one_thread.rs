@@ -1,5 +1,3 @@
-//! [`parallel`](crate::parallel) without the feature `parallel`.
-
 pub fn join_in_pool<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
     (a(), b())
 }

@@ -7,7 +7,7 @@ use crate::interrupt;
 use crate::threads::for_each;
 pub use crate::threads::join_in_pool;
 
-/// Results in the order of the indices.
+/// In the order of the indices.
 pub fn map<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let results: Vec<Mutex<Option<T>>> = (0..count).map(|_| Mutex::new(None)).collect();
     each(count, &|index| {
@@ -22,7 +22,7 @@ pub fn map_unless<T: Send>(stop: &AtomicBool, count: usize, work: impl Fn(usize)
     map(count, |index| (!stop.load(Ordering::Relaxed)).then(|| work(index))).into_iter().collect()
 }
 
-/// Returns the first error in the order of the indices. Later work may be skipped.
+/// The first error in the order of the indices; later work may be skipped.
 pub fn try_map<T: Send, E: Send>(count: usize, work: impl Fn(usize) -> Result<T, E> + Sync) -> Result<Vec<T>, E> {
     let failed = AtomicUsize::new(usize::MAX);
     let results = map(count, |index| {
@@ -34,12 +34,11 @@ pub fn try_map<T: Send, E: Send>(count: usize, work: impl Fn(usize) -> Result<T,
             result
         })
     });
-    // No work before the first error is skipped.
     results.into_iter().flatten().collect()
 }
 
 fn each(count: usize, work: &(dyn Fn(usize) + Sync)) {
-    // Unwinding takes microseconds: skip work that has not begun, and unwind only running work.
+    // Unwinding takes microseconds: skip work that has not begun.
     for_each(count, |index| {
         if !interrupt::is_requested() {
             work(index)

@@ -4,7 +4,6 @@ use crate::interrupt;
 const GAUSSIAN_MAD: f64 = 1.4826;
 
 /// The quantile at `share` (0 to 1), interpolated linearly between order statistics (`of_rank`; 0 is the smallest).
-/// `None` without values.
 pub fn quantile(count: u64, share: f64, of_rank: impl Fn(u64) -> f64) -> Option<f64> {
     let last = count.checked_sub(1)?;
     let place = share * last as f64;
@@ -13,7 +12,7 @@ pub fn quantile(count: u64, share: f64, of_rank: impl Fn(u64) -> f64) -> Option<
     Some(here + (place - below as f64) * (next - here))
 }
 
-/// Like [`quantile`]. Reorders the values without sorting them completely.
+/// [`quantile`] that reorders the values without sorting them completely.
 pub fn quantile_of(values: &mut [f64], share: f64) -> Option<f64> {
     let below = (share * values.len().checked_sub(1)? as f64) as usize;
     let (_, _, above) = values.select_nth_unstable_by(below, f64::total_cmp);
@@ -23,10 +22,8 @@ pub fn quantile_of(values: &mut [f64], share: f64) -> Option<f64> {
     quantile(values.len() as u64, share, |rank| values[rank as usize])
 }
 
-/// Ranks, from 0, of the bounds of the median's 95 % interval, for any distribution and `count > 0`.
-///
-/// `n/2 ± 1.96 √n/2`, rounded outwards (normal approximation of the sign test); the whole range for fewer than six
-/// values.
+/// Ranks, from 0, of the median's 95 % interval for any distribution and `count > 0`: `n/2 ± 1.96 √n/2`, rounded
+/// outwards (sign test); the whole range for fewer than six values.
 pub fn median_ranks(count: u64) -> (u64, u64) {
     let half = 0.5 * count as f64;
     let half_width = 1.96 * half.sqrt() / std::f64::consts::SQRT_2;
@@ -34,13 +31,11 @@ pub fn median_ranks(count: u64) -> (u64, u64) {
     (low, count - 1 - low)
 }
 
-/// `None` without values.
 pub fn upper_median(values: &[f64]) -> Option<f64> {
     order_statistic(values.len(), |visit| visit(values), values.len() / 2)
 }
 
-/// 1.4826 times the median absolute deviation from the median (both upper medians) over all parts. `None` without
-/// values.
+/// 1.4826 times the median absolute deviation from the median (both upper medians) over all parts.
 pub fn robust_std(parts: &[&[f64]]) -> Option<f64> {
     let count = parts.iter().map(|part| part.len()).sum();
     let middle = count / 2;
@@ -58,16 +53,15 @@ pub fn robust_std(parts: &[&[f64]]) -> Option<f64> {
 /// Values per block for [`order_statistic`].
 pub const AT_ONCE: usize = 512;
 
-/// Values selected in memory, sample size, and ranks between the bounds and the wanted rank: four standard deviations.
+/// Values selected in memory, sample size, and distance in ranks of the bounds: four standard deviations.
 const MAX_SELECTED: usize = 1 << 16;
 const SAMPLE: usize = 1 << 14;
 const MARGIN: usize = 4 * 64;
 
-/// The value of a rank (0 is the smallest), ordered by [`f64::total_cmp`]; `None` beyond the last rank. `visit_all`
-/// must pass the same blocks at every call.
+/// The value of a rank (0 is the smallest), by [`f64::total_cmp`]. `visit_all` must pass the same blocks at every call.
 ///
-/// Two bounds from a sample almost certainly enclose the value. One pass counts the values below and keeps those
-/// between (Floyd and Rivest, *Communications of the ACM* 18, 1975), without copying millions of values.
+/// Two bounds from a sample almost certainly enclose it. One pass counts the values below and keeps those between
+/// (Floyd and Rivest, *Communications of the ACM* 18, 1975), without copying millions of values.
 pub fn order_statistic(count: usize, visit_all: impl Fn(&mut dyn FnMut(&[f64])), rank: usize) -> Option<f64> {
     interrupt::check();
     if rank >= count {
@@ -98,7 +92,7 @@ fn between_bounds(visit_all: impl Fn(&mut dyn FnMut(&[f64])), count: usize, rank
     let high = sample.get(place + MARGIN).copied().unwrap_or(u64::MAX);
     let (mut below, mut at_low, mut at_high, mut between) = (0, 0, 0, vec![]);
     visit_all(&mut |values| {
-        // Two loops avoid unpredictable branches; few values lie between the bounds.
+        // Two loops avoid unpredictable branches.
         below += values.iter().map(|value| usize::from(key(value) < low)).sum::<usize>();
         for key in values.iter().map(key).filter(|key| key.wrapping_sub(low) <= high - low) {
             if key == low {
@@ -126,7 +120,7 @@ fn select(mut keys: Vec<u64>, rank: usize) -> u64 {
 #[inline(always)]
 fn key(value: &f64) -> u64 {
     let bits = value.to_bits();
-    // Invert all bits of a negative number, otherwise the sign bit, without an unpredictable branch.
+    // Without an unpredictable branch: inverts all bits of a negative number, otherwise the sign bit.
     bits ^ ((bits.cast_signed() >> 63).cast_unsigned() | 1 << 63)
 }
 
@@ -153,7 +147,7 @@ pub fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
     0.5 * (low + high)
 }
 
-/// Ranks scaled to mean 0 and variance 1; equal values have their mean rank. `None` if all are equal or one is NaN.
+/// With mean 0 and variance 1; equal values have their mean rank. `None` if all are equal or one is NaN.
 pub fn standard_ranks(values: &[f64]) -> Option<Vec<f64>> {
     if values.iter().any(|value| value.is_nan()) {
         return None;

@@ -1,7 +1,7 @@
 use crate::large_pages::with_capacity;
 
-/// Rows per block. Long columns begin at the same offset in a page, so they would evict each other from the cache if
-/// written alternately, or in blocks of a page.
+/// Rows per block. Long columns begin at the same offset in a page, so alternate writes would evict each other from the
+/// cache.
 pub const AT_ONCE: usize = 64;
 
 #[derive(Debug)]
@@ -13,7 +13,6 @@ pub struct Rows<const N: usize> {
 }
 
 impl<const N: usize> Rows<N> {
-    /// Discards the values of columns that are not kept.
     pub fn new(count: usize, is_kept: [bool; N]) -> Self {
         let columns = is_kept.map(|is_kept| if is_kept { with_capacity(count) } else { vec![] });
         Self { block: [[0.0; AT_ONCE]; N], filled: 0, is_kept, columns }
@@ -21,7 +20,7 @@ impl<const N: usize> Rows<N> {
 
     #[inline(always)]
     pub fn push(&mut self, row: [f64; N]) {
-        // The remainder shows the compiler that the index is within the block.
+        // Shows the compiler that the index is within the block.
         let at = self.filled % AT_ONCE;
         self.block.iter_mut().zip(row).for_each(|(values, value)| values[at] = value);
         self.filled = at + 1;
@@ -40,7 +39,6 @@ impl<const N: usize> Rows<N> {
         self.filled = 0;
     }
 
-    /// Columns that are not kept are empty.
     pub fn into_columns(mut self) -> [Vec<f64>; N] {
         self.append();
         self.columns

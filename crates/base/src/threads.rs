@@ -1,6 +1,6 @@
 use rayon::prelude::*;
 
-/// Starts no threads outside of a pool, because they would not survive a fork of the process.
+/// Starts no threads outside a pool: they would not survive a fork.
 pub fn join_in_pool<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
     if rayon::current_thread_index().is_some() { rayon::join(a, b) } else { (a(), b()) }
 }

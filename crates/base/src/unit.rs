@@ -28,7 +28,6 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// `"1"` without a unit.
     pub fn si(self) -> &'static str {
         match self {
             Self::Metre => "m",

@@ -1,6 +1,6 @@
-//! A digest by which damaged data is recognised.
+//! Recognises damaged data.
 
-/// FNV-1a of words and of the version of the library. It does not protect against an attacker.
+/// FNV-1a of words and of the library's version; no protection against an attacker.
 pub(crate) struct Digest(u64);
 
 impl Default for Digest {

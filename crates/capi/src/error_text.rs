@@ -1,9 +1,7 @@
-//! The error text of a call, in a buffer of the caller.
-
 use core::ffi::c_char;
 use core::fmt::{self, Write};
 
-/// A buffer of the caller. Its text ends with a NUL; a longer text is cut.
+/// The text ends with a NUL; a longer one is cut.
 pub(crate) struct ErrorText {
     start: *mut c_char,
     free: usize,

@@ -2,11 +2,11 @@
 //!
 //! The header `include/trocar.h` is generated from this source and from the declarations of the settings. The caller
 //! owns all memory: a rig is initialised in memory of [`trocar_rig_size`] bytes, and no function keeps or frees
-//! anything. A detector ([`trocar_detector_step`]) has estimator and detector alone. [`trocar_rig_step`] neither allocates nor blocks. No panic leaves a function; it becomes
-//! [`Status::Panic`].
+//! anything. A detector ([`trocar_detector_step`]) has estimator and detector alone. [`trocar_rig_step`] neither
+//! allocates nor blocks. A panic becomes [`Status::Panic`].
 //!
-//! Without the feature `std` the crate needs neither operating system nor allocator. A static library for a
-//! microcontroller:
+//! Without the feature `std` the crate needs neither operating system nor allocator, for example as a static library
+//! for a microcontroller:
 //!
 //! ```text
 //! cargo rustc -p trocar-c --lib --release --no-default-features --features panic-loop \

@@ -1,4 +1,4 @@
-//! Objects in memory of the caller.
+//! Objects in the caller's memory.
 
 use core::ffi::{c_char, c_void};
 use core::fmt::Write as _;
@@ -10,26 +10,24 @@ use crate::status::{Status, guarded};
 use trocar_core::error::InvalidValue;
 use trocar_core::rig;
 
-/// An object that is created in memory of the caller and is never dropped.
+/// Created in the caller's memory and never dropped.
 pub(crate) trait InMemory: Sized {
-    /// Marks memory that contains such an object.
     const MARK: u64;
 
-    /// The mark of this object: [`InMemory::MARK`] if it is initialised.
+    /// [`InMemory::MARK`] if the object is initialised.
     fn mark(&self) -> u64;
 
-    /// Creates an object from settings and their digest.
     fn create(settings: &rig::Settings, digest: u64) -> Result<Self, InvalidValue>;
 }
 
-/// Returns a mark: "trocar" and the size of an object below 65536 bytes.
+/// "trocar" and the size of an object below 65536 bytes.
 pub(crate) const fn mark_of<T>() -> u64 {
     assert!(!needs_drop::<T>(), "the caller's memory is never dropped");
     assert!(size_of::<T>() < 1 << 16, "the size fits into the mark");
     0x7472_6f63_6172_0000 | size_of::<T>() as u64
 }
 
-/// Sets the caller's pointer to null: a failed call must not leave an old or invalid one.
+/// A failed call must not leave an old or invalid pointer.
 ///
 /// # Safety
 /// `object` is null or valid.
@@ -55,7 +53,7 @@ unsafe fn settings_at(settings: *const Settings, error: &mut ErrorText) -> Resul
         let found = (&raw const (*settings).struct_size).read();
         if found != size_of::<Settings>() as u64 {
             let expected = size_of::<Settings>();
-            // An error text that does not fit is cut; writing it does not fail.
+            // A text that does not fit is cut.
             let _ = write!(error, "struct_size of the settings is {found}, must be {expected}: set the defaults first");
             return Err(Status::StructSize);
         }
@@ -63,7 +61,7 @@ unsafe fn settings_at(settings: *const Settings, error: &mut ErrorText) -> Resul
     }
 }
 
-/// Initialises an object in the given memory with the caller's settings. The caller's pointer is null if this fails.
+/// The caller's pointer is null if this fails.
 ///
 /// # Safety
 /// As for [`init`] and [`settings_at`]; `error` is null or a buffer of `error_size` bytes.
@@ -110,7 +108,7 @@ pub(crate) unsafe fn init<T: InMemory>(
     if !memory.cast::<T>().is_aligned() {
         return Status::Alignment;
     }
-    // An error text that does not fit is cut; writing it does not fail.
+    // A text that does not fit is cut.
     let read = match settings.read() {
         Ok(read) => read,
         Err(key) => {

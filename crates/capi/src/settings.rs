@@ -23,7 +23,7 @@ pub struct Settings {
     bits: [u64; KEYS.len()],
 }
 
-/// Returns the bits of a value in the structure; `None` if the value does not suit the key.
+/// `None` if the value does not suit the key.
 fn bits_of(key: &Key, value: Constant) -> Option<u64> {
     match (key.kind, value) {
         (Kind::Number(_) | Kind::Sign, Constant::Number(value)) => Some(value.to_bits()),
@@ -59,7 +59,6 @@ impl Settings {
         bits.is_some()
     }
 
-    /// A digest of all fields.
     pub(crate) fn digest(&self) -> u64 {
         let mut digest = Digest::default();
         self.bits.iter().for_each(|bits| digest.add(*bits));
@@ -75,7 +74,7 @@ impl Settings {
     }
 }
 
-/// Fields by key. Derived numbers are filled in when they are read.
+/// Derived numbers are filled in when they are read.
 struct Fields {
     bits: [u64; KEYS.len()],
 }
@@ -96,7 +95,7 @@ impl KeySource for Fields {
     type Error = &'static Key;
 
     fn number(&self, path: &str) -> Result<f64, Self::Error> {
-        // The check of the ranges rejects NaN.
+        // The range check rejects NaN.
         Ok(f64::from_bits(self.bits(path).0))
     }
 

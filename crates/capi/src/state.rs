@@ -9,7 +9,7 @@ use crate::memory::with;
 use crate::rig::Rig;
 use crate::status::Status;
 
-/// Number of words before the controller's numbers: the digest of the numbers.
+/// Words before the controller's numbers: their digest.
 const HEAD: usize = 1;
 
 fn digest(settings: u64) -> Digest {

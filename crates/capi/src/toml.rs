@@ -15,17 +15,14 @@ use crate::rig::Rig;
 use crate::settings::Settings;
 use crate::status::{Status, guarded};
 
-/// Returns the settings with which a rig behaves like a scenario's controller.
-///
-/// # Errors
-/// The error in the text, with place and remedy.
+/// The settings with which a rig behaves like a scenario's controller.
 fn settings_of(text: &str) -> Result<Settings, String> {
     let source = Source::Text { name: "scenario".into(), text: text.into() };
     let scenario = Scenario::load_for_rig(&source).map_err(|error| error.to_string())?;
     let mut settings = Settings::defaults();
     for (key, value) in scenario.rig_values() {
         let is_set = match &value {
-            // Without a value: a number without a default is NaN.
+            // A number without a default is NaN.
             None => settings.set(key.path, Constant::Number(f64::NAN)),
             Some(Value::Number(value)) => settings.set(key.path, Constant::Number(*value)),
             Some(Value::Whole(value)) => settings.set(key.path, Constant::Whole(*value)),
@@ -57,7 +54,7 @@ unsafe fn read(text: *const c_char, size: usize, error: &mut ErrorText) -> Resul
     let bytes = unsafe { slice::from_raw_parts(text.cast::<u8>(), size) };
     let text = core::str::from_utf8(bytes).map_err(|wrong| format!("the scenario is not UTF-8: {wrong}"));
     text.and_then(settings_of).map_err(|message| {
-        // A text that does not fit is cut; writing it does not fail.
+        // A text that does not fit is cut.
         let _ = error.write_str(&message);
         Status::Scenario
     })

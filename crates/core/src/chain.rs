@@ -1,4 +1,4 @@
-//! The detection chain: estimator → distance → decision, one sample at a time.
+//! The detection chain: estimator → distance → decision.
 
 use crate::detector::{AlarmConditions, CusumDetector, Decision, Detector, DetectorInput, Distance};
 use crate::estimation::{Estimate, Estimator};
@@ -111,7 +111,7 @@ impl<L: Lane, E: Estimator<L>, D: Detector<L>> Chain<L, E, D> {
 }
 
 impl<L: Lane, E: Estimator<L>, D: Distance<L>> Chain<L, E, CusumDetector<L, D>> {
-    /// Like [`Chain::step`], with the conditions on an alarm.
+    /// [`Chain::step`], with the conditions on an alarm.
     #[inline]
     pub fn step_with_conditions(&mut self, measurement: &Measurement<L>) -> (ChainOutput<L>, AlarmConditions<L>) {
         let (mut estimation, detector) = self.stages();

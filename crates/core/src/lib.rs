@@ -10,7 +10,7 @@
 #[cfg(feature = "alloc")]
 extern crate alloc;
 
-// The macros of `settings` refer to `trocar_core`, also in this crate.
+// The macros of `settings` refer to `trocar_core`.
 extern crate self as trocar_core;
 
 pub mod augmentation;

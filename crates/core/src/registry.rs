@@ -1,4 +1,4 @@
-/// Declares the built-in parts of a role: words in scenarios, kinds, settings (in parentheses) and paths.
+/// Declares the built-in parts of a role: words, kinds, settings (in parentheses) and paths.
 ///
 /// ```text
 /// registry! {
@@ -13,14 +13,13 @@
 /// }
 /// ```
 ///
-/// expands to the [`choice!`](crate::choice!) `HoldSettings` with these words, to
+/// declares the [`choice!`](crate::choice!) `HoldSettings` and
 ///
 /// ```text
 /// pub enum AnyHold<L> { Frozen(freeze::Frozen<L>), SpeedLimit(speed_limit::SpeedLimit<L>) }
 /// ```
 ///
-/// with `From` of each part, `Gather`, and with `stored` also `Stored`, and to two macros for the module, named in
-/// `by (…)`:
+/// with `From`, `Gather` and (`stored`) `Stored`, and two macros, named in `by (…)`:
 ///
 /// ```text
 /// each!(self, hold => hold.reference_m(now))

@@ -4,7 +4,7 @@ use crate::lane::Stored;
 
 const VALUES: u32 = 10;
 
-/// Ten ascending values behind the newest one; a single late value has another cause.
+/// Ten ascending values behind the newest one; a single one may be late.
 #[derive(Debug, Clone, Default)]
 pub struct SetBack<T> {
     last: T,
@@ -12,7 +12,6 @@ pub struct SetBack<T> {
 }
 
 impl<T: PartialOrd + Copy> SetBack<T> {
-    /// True if the source was set back.
     pub fn note(&mut self, value: T) -> bool {
         self.ascending = if self.ascending > 0 && value > self.last { self.ascending + 1 } else { 1 };
         self.last = value;
@@ -23,7 +22,6 @@ impl<T: PartialOrd + Copy> SetBack<T> {
         is_set_back
     }
 
-    /// Notes a value that is not behind the newest one.
     #[inline(always)]
     pub fn clear(&mut self) {
         self.ascending = 0;

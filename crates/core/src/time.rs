@@ -1,11 +1,11 @@
-//! Time as an integer: tick `k` happens at `k * tick_s`, never at a sum of increments.
+//! Tick `k` happens at `k * tick_s`, never at a sum of increments.
 
 use crate::error::{InvalidValue, positive, require};
 
 /// In ticks.
 const WHOLE_TICK_TOLERANCE: f64 = 1e-6;
 
-/// Longest run; `k * tick_s` stays exact far beyond it.
+/// `k * tick_s` stays exact far beyond it.
 const MAX_TICKS: f64 = 1e9;
 
 /// A regular grid of ticks from time 0.
@@ -13,7 +13,7 @@ const MAX_TICKS: f64 = 1e9;
 pub struct TickGrid {
     tick_s: f64,
     ticks: u64,
-    /// In Hz, if the tick is exactly its inverse.
+    /// If the tick is exactly its inverse.
     rate_hz: Option<f64>,
 }
 
@@ -41,7 +41,7 @@ impl TickGrid {
         self.ticks
     }
 
-    /// In s, rounded once: 0.069 and not 0.06900000000000001 if the rate is whole.
+    /// Rounded once: 0.069 and not 0.06900000000000001 if the rate is whole.
     #[inline]
     #[must_use]
     pub fn time_s(&self, k: u64) -> f64 {

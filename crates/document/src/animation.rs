@@ -1,4 +1,4 @@
-//! An animation, as the shapes of each frame. Pages and animated pictures only place these shapes.
+//! An animation as the shapes of each frame, which pages and animated pictures only place.
 
 use serde::{Serialize, Serializer};
 use serde_json::{Value as Json, json};
@@ -11,14 +11,13 @@ pub struct Animation {
     /// In s.
     pub time_s: Vec<Fine>,
     pub clocks: Vec<String>,
-    /// In s; the animation plays around it.
+    /// The animation plays around it.
     #[serde(skip)]
     pub origin_s: f64,
     /// Slowdown relative to the run.
     pub slowness: f64,
     pub still: usize,
     pub panels: Vec<Panel>,
-    /// Empty unless the animation is written to a file.
     #[serde(skip)]
     pub pictures: Vec<Drawing>,
 }
@@ -53,14 +52,13 @@ impl Anchor {
     }
 }
 
-/// Each frame has the same shapes in the same order. They may exceed the drawing.
+/// Each frame has the same shapes in the same order; they may exceed the drawing.
 #[derive(Clone, Debug, Default)]
 pub struct Drawing {
     pub size: (f64, f64),
     pub frames: Vec<Vec<Shape>>,
 }
 
-/// Selects the style of a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {
@@ -90,7 +88,7 @@ pub enum Role {
     Ruler,
 }
 
-/// A polygon, a line, or a text at a point. Without points it is hidden.
+/// Without points it is hidden.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shape {
     pub role: Role,
@@ -142,8 +140,8 @@ impl Shape {
 }
 
 impl Drawing {
-    /// The drawing as data: `size`, and for each of the `shapes` its `kind`, `role`, positions `x` and `states`. A
-    /// state has its first frame, the positions y from then on (empty: hidden), and the text.
+    /// `size`, and each of the `shapes`: `kind`, `role`, positions `x` and `states`. A state has its first frame, the
+    /// positions y from then on (empty: hidden), and the text.
     pub fn description(&self) -> Json {
         let Some((first, frames)) = self.frames.split_first() else { return Json::Null };
         let mut tracks: Vec<Json> = first.iter().map(placed).collect();
@@ -154,7 +152,7 @@ impl Drawing {
                 if !shape.x.is_empty() && track["x"].as_array().is_some_and(Vec::is_empty) {
                     track["x"] = json!(tenths(&shape.x));
                 }
-                // Changes below the drawn resolution, for example at the end of a decay, need no state.
+                // Changes below the drawn resolution, such as the end of a decay, need no state.
                 let now = seen(shape);
                 if let (true, Some(states)) = (now != *last, track["states"].as_array_mut()) {
                     *last = now;

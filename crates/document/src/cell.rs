@@ -7,18 +7,16 @@ use crate::number::{readable, significant};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Number {
-    /// The value in SI units.
     pub value: f64,
-    /// From SI to the displayed unit.
     pub factor: f64,
-    /// With a space before it, for example ` mm`; empty for a plain number.
+    /// With a space before it (` mm`); empty for a plain number.
     pub unit: Cow<'static, str>,
     pub digits: Digits,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Digits {
-    /// Four significant digits, at most four of them after the point.
+    /// At most four digits after the point.
     Four,
     All,
     Decimals(usize),
@@ -26,7 +24,7 @@ pub enum Digits {
     Signed(usize),
 }
 
-/// Its [`Display`] form is the same on every surface.
+/// [`Display`] is the same on every surface.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
     /// Not measured, not reached or undefined: `—`.
@@ -42,13 +40,12 @@ pub enum Cell {
 impl Number {
     pub fn new(value: f64, unit: Unit) -> Self {
         let (factor, name) = readable(unit);
-        // Times from one second on are displayed in seconds.
         let (factor, name) = if unit == Unit::Second && value >= 1.0 { (1.0, " s") } else { (factor, name) };
         let digits = if unit == Unit::Count { Digits::All } else { Digits::Four };
         Self { value, factor, unit: name.into(), digits }
     }
 
-    /// With an SI unit, for example `N/m`; empty or `1` for a plain number.
+    /// With an SI unit such as `N/m`; empty or `1` for a plain number.
     pub fn si(value: f64, unit: impl Into<String>) -> Self {
         let unit = unit.into();
         let unit = if unit.is_empty() || unit == "1" { String::new() } else { format!(" {unit}") };

@@ -6,14 +6,14 @@ use std::borrow::Cow;
 pub struct DataTable<'a> {
     /// `stability_map` gives `stability_map.csv`.
     pub name: Cow<'static, str>,
-    /// The columns, all of the same length.
+    /// All of the same length.
     pub columns: Vec<DataColumn<'a>>,
-    /// One row per sample or tick, in numbers and codes, the time first: written in the requested formats.
+    /// One row per sample or tick, in numbers and codes, the time first.
     pub is_sampled: bool,
     pub metadata: Vec<(&'static str, String)>,
 }
 
-/// Its name ends with the unit.
+/// The name ends with the unit.
 #[derive(Debug, Clone)]
 pub struct DataColumn<'a> {
     pub name: Cow<'a, str>,

@@ -41,7 +41,7 @@ fn rounded(value: f64, digits: i32) -> Option<f64> {
     if value == 0.0 {
         return Some(value);
     }
-    // Powers of ten up to 22 are exact, so the result is the number nearest to the rounded decimal.
+    // Powers of ten up to 22 are exact, so the result is the nearest number.
     let decimals = digits - 1 - value.abs().log10().floor() as i32;
     let scale = 10_f64.powi(decimals.abs().min(22));
     Some(if decimals >= 0 { (value * scale).round() / scale } else { (value / scale).round() * scale })

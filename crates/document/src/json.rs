@@ -3,17 +3,17 @@ use schemars::{JsonSchema, Schema};
 use serde::Serialize;
 use serde_json::Value as Json;
 
-/// Indented, with a line feed at the end. `--json` prints the same text.
+/// Indented, with a line feed at the end, as `--json` prints it.
 pub fn to_json(value: &Json) -> String {
     format!("{value:#}\n")
 }
 
-/// A number that is not finite becomes `null`. Panics if the keys of a map are not strings.
+/// Non-finite numbers become `null`. Panics if the keys of a map are not strings.
 pub fn json_of(content: &impl Serialize) -> Json {
     serde_json::to_value(content).expect("keys are strings")
 }
 
-/// Draft 2020-12, with the doc comments as descriptions. Objects allow only the keys of their type.
+/// Draft 2020-12. Objects allow only the keys of their type.
 pub fn schema_of<T: JsonSchema>() -> Json {
     let generator = SchemaSettings::draft2020_12().for_serialize().into_generator();
     let mut schema = generator.into_root_schema_for::<T>().to_value();
@@ -22,7 +22,7 @@ pub fn schema_of<T: JsonSchema>() -> Json {
     Schema::try_from(schema).map(|schema| json_of(&schema)).unwrap_or_default()
 }
 
-/// A schema that is part of another must not forbid unknown keys itself.
+/// A part must not forbid unknown keys itself.
 fn complete(schema: &mut Json, is_whole: bool) {
     let Json::Object(map) = schema else { return };
     let has_properties = map.contains_key("properties");

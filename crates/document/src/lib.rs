@@ -1,7 +1,7 @@
-//! The result of a study (answer, warnings, tables, figures and data) in one form for every surface.
+//! The result of a study in one form for every surface.
 //!
-//! A study returns a [`Document`]. Terminal, report, page, JSON, CSV and Python only render documents: they compute no
-//! numbers and write no sentences.
+//! Terminal, report, page, JSON, CSV and Python only render a study's [`Document`]: they compute no numbers and write
+//! no sentences.
 pub mod animation;
 mod cell;
 mod command;
@@ -32,21 +32,17 @@ use trocar_base::warning::Warning;
 pub struct Document<'a> {
     /// `stability` gives `stability.json`.
     pub name: &'static str,
-    /// A scenario, a recording, a sweep.
     pub title: String,
     pub verdict: Verdict,
     pub warnings: Vec<Warning>,
-    /// In the order of display.
     pub sections: Vec<Section>,
     /// By name, in drawing order: `loop` gives `loop.svg`.
     pub figures: Vec<(Cow<'static, str>, Figure<'a>)>,
     pub sketch: Option<Figure<'a>>,
-    /// Below the answer on a page.
     pub animation: Option<Animation>,
-    /// One file for each table.
     pub data: Vec<DataTable<'a>>,
     pub files: Vec<TextFile>,
-    /// The JSON file, which `--json` prints. An undefined value is `null`.
+    /// `--json` prints it; an undefined value is `null`.
     pub json: Json,
 }
 
@@ -60,7 +56,6 @@ pub struct TextFile {
 pub struct Verdict {
     /// One to three, with the numbers that support them.
     pub sentences: Vec<String>,
-    /// The limitations of the answer.
     pub left_out: Vec<String>,
 }
 
@@ -69,7 +64,6 @@ pub struct Section {
     pub id: Cow<'static, str>,
     pub title: Cow<'static, str>,
     pub shown: Shown,
-    /// From top to bottom.
     pub blocks: Vec<Block>,
 }
 
@@ -80,7 +74,7 @@ pub enum Shown {
     InReports,
     /// In reports, and on the terminal only with `--all`.
     WithAll,
-    /// Only on the terminal: a short form of a part of the report.
+    /// A short form of a part of the report.
     OnTerminal,
 }
 
@@ -141,7 +135,7 @@ impl Section {
         self.figures([name.into()], vec![]);
     }
 
-    /// Figures over the same horizontal axis, and the parts of it that a page can show.
+    /// Figures over the same horizontal axis; `windows` are the parts of it that a page can show.
     pub fn figures<N: Into<Cow<'static, str>>>(&mut self, names: impl IntoIterator<Item = N>, windows: Vec<Window>) {
         self.blocks.push(Block::Figures { names: names.into_iter().map(Into::into).collect(), windows });
     }

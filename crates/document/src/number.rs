@@ -1,6 +1,5 @@
 use trocar_base::unit::Unit;
 
-/// The factor from SI, and the displayed unit.
 pub fn readable(unit: Unit) -> (f64, &'static str) {
     match unit {
         Unit::Metre => (1e3, " mm"),
@@ -26,7 +25,7 @@ pub fn show(value: Option<f64>, unit: Unit) -> String {
     }
 }
 
-/// Four significant digits and at most four decimals; very small and very large numbers in scientific notation.
+/// Four significant digits, at most four decimals; very small and large numbers in scientific notation.
 pub fn significant(value: f64) -> String {
     let magnitude = value.abs();
     if value == 0.0 {
@@ -51,14 +50,14 @@ pub fn counted(count: u64, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
-/// The shortest decimal form that reads back to the same value.
+/// The shortest form that reads back to the same value.
 pub fn shortest(value: f64) -> String {
     ryu::Buffer::new().format(value).to_owned()
 }
 
-/// The number of decimals, at most four, that gives a magnitude `digits` significant digits.
+/// The number of decimals, at most four, for `digits` significant digits of a magnitude.
 pub fn decimals(magnitude: f64, digits: usize) -> usize {
-    // The exponent after rounding: 99.996 has three integer digits if four digits are significant.
+    // After rounding: 99.996 has three integer digits if four digits are significant.
     let scientific = format!("{magnitude:.*e}", digits - 1);
     let exponent: i32 = scientific.rsplit('e').next().and_then(|exponent| exponent.parse().ok()).unwrap_or(0);
     (digits as i32 - 1 - exponent).clamp(0, 4) as usize

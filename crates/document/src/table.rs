@@ -18,7 +18,7 @@ pub struct Table {
     /// A row may have fewer cells than there are columns.
     pub rows: Vec<Row>,
     pub shown: Shown,
-    /// All columns are texts, which are left-aligned.
+    /// Columns are texts, which are left-aligned.
     pub is_text: bool,
     /// Maximum number of rows on the terminal, and the file with all rows.
     pub first_rows: Option<(usize, &'static str)>,
@@ -28,12 +28,12 @@ pub struct Table {
 pub struct Row {
     /// The name of the row first.
     pub cells: Vec<Cell>,
-    /// For reports; empty if the name is clear.
+    /// In reports; empty if the name is clear.
     pub meaning: &'static str,
 }
 
 impl Table {
-    /// On the terminal only the first rows, and the name of the file that has all.
+    /// The terminal shows only the first rows and the name of the file that has all.
     pub fn first_rows(self, rows: usize, file: &'static str) -> Self {
         Self { first_rows: Some((rows, file)), ..self }
     }

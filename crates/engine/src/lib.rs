@@ -8,7 +8,7 @@ pub mod sensor;
 pub mod teleoperation;
 pub mod tissue;
 
-/// Creating a lane requires [`engine::InstructionSet::is_available`], so the package `trocar` does not re-export them.
+/// Creating a lane requires [`engine::InstructionSet::is_available`]; the package `trocar` does not re-export them.
 #[cfg(target_arch = "x86_64")]
 #[doc(hidden)]
 pub mod wide_lanes {

@@ -21,7 +21,6 @@ pub struct Component {
 }
 
 fn report(log: &Log, message: &str) {
-    // A message that contains a NUL cannot be passed on.
     let message = CString::new(message).unwrap_or_else(|_| c"an error without a text".to_owned());
     log(&message);
 }
@@ -63,7 +62,7 @@ impl Component {
             Ok(Ok(())) => OK,
             Ok(Err(error)) => {
                 report(log, &error.to_string());
-                // The scenario is over: the importing program ends the simulation, and nothing has failed.
+                // The importing program ends the simulation, and nothing has failed.
                 if matches!(error, InstanceError::Ended { .. }) { DISCARD } else { ERROR }
             }
             Err(_) => {
@@ -73,7 +72,7 @@ impl Component {
         }
     }
 
-    /// Returns the end of the last step in s, if there was one, and true if the scenario has ended.
+    /// Returns the end of the last step in s, and true if the scenario has ended.
     ///
     /// # Safety
     /// As for [`Component::call`].
@@ -131,7 +130,7 @@ impl Component {
         OK
     }
 
-    /// Reads values of one type. `read` converts each to the type of the call.
+    /// `read` converts each value to the type of the call.
     ///
     /// # Safety
     /// As for [`Component::call`]; `references` and `values` have `count` items, or `count` is 0.
@@ -157,7 +156,7 @@ impl Component {
         unsafe { Self::call(component, get) }
     }
 
-    /// Sets values of one type. `scalar` converts each from the type of the call.
+    /// `scalar` converts each value from the type of the call.
     ///
     /// # Safety
     /// As for [`Component::get`].
@@ -194,7 +193,7 @@ pub unsafe fn text(pointer: *const c_char) -> String {
     unsafe { CStr::from_ptr(pointer) }.to_string_lossy().into_owned()
 }
 
-/// The folder of a location in FMI 2.0: a URI with the scheme file and percent-encoded bytes.
+/// A URI with the scheme file and percent-encoded bytes.
 pub fn folder_of_uri(uri: &str) -> Option<PathBuf> {
     let rest = uri.strip_prefix("file:")?;
     let path = rest.strip_prefix("//").map_or(rest, |after| after.find('/').map_or("", |slash| &after[slash..]));

@@ -9,7 +9,7 @@ use crate::component::{Component, ERROR, OK, folder_of_uri, text};
 
 type Logger = unsafe extern "C" fn(*mut c_void, *const c_char, i32, *const c_char, *const c_char, ...);
 
-/// The functions of the importing program, whose memory functions the unit does not use.
+/// The unit does not use the memory functions.
 #[repr(C)]
 pub struct Callbacks {
     logger: Option<Logger>,
@@ -204,7 +204,7 @@ values! {
     fmi2GetBoolean, fmi2SetBoolean, i32, "Boolean", boolean, |value| Scalar::Boolean(value != 0);
 }
 
-/// No variable is a text, so the calls succeed only for empty lists.
+/// No variable is a text: only empty lists succeed.
 macro_rules! texts {
     ($($name:ident)*) => {$(
         #[unsafe(no_mangle)]
@@ -216,7 +216,7 @@ macro_rules! texts {
 
 texts! { fmi2GetString fmi2SetString }
 
-/// Functions that have no effect here or are excluded by the description: a constant status for any arguments.
+/// Functions without an effect here, or excluded by the description: a constant status.
 macro_rules! constant {
     ($($status:ident: $($name:ident)*;)*) => {$($(
         #[unsafe(no_mangle)]

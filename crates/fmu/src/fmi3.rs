@@ -187,7 +187,7 @@ values! {
     fmi3GetBoolean, fmi3SetBoolean, bool, "Boolean", boolean, Scalar::Boolean;
 }
 
-/// Functions that have no effect here or are excluded by the description: a constant status for any arguments.
+/// Functions without an effect here, or excluded by the description: a constant status.
 macro_rules! constant {
     ($($status:ident: $($name:ident)*;)*) => {$($(
         #[unsafe(no_mangle)]
@@ -213,7 +213,7 @@ constant! {
         fmi3GetOutputDerivatives fmi3ActivateModelPartition;
 }
 
-/// Kinds of instances that the description excludes: null for any arguments.
+/// Kinds of instances that the description excludes: null.
 macro_rules! no_instance {
     ($($name:ident)*) => {$(
         #[unsafe(no_mangle)]

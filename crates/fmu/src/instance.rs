@@ -82,13 +82,11 @@ pub struct Instance {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Clock {
     tick_s: f64,
-    /// `None` before the first step.
     origin_s: Option<f64>,
     ticks: u64,
 }
 
 impl Clock {
-    /// The present time in s, if a step to it was done.
     fn time_s(&self) -> Option<f64> {
         self.origin_s.map(|origin_s| origin_s + self.ticks as f64 * self.tick_s)
     }
@@ -107,7 +105,6 @@ impl Clock {
 }
 
 impl Instance {
-    /// Checks the token of the description.
     pub fn load(resources: &Path, given_token: &str) -> Result<Self, InstanceError> {
         let has = |model: &Model| resources.join(model.file()).is_file();
         let no_scenario = || InstanceError::NoScenario { folder: resources.display().to_string() };
@@ -130,7 +127,6 @@ impl Instance {
         Ok(self.values[self.place(reference, kind)?])
     }
 
-    /// Sets an input, or a parameter before the initialisation.
     pub fn set(&mut self, reference: u32, kind: &'static str, value: Scalar) -> Result<(), InstanceError> {
         let place = self.place(reference, kind)?;
         let Variable { ref name, causality, kind: of_variable, .. } = self.variables[place];
@@ -161,8 +157,7 @@ impl Instance {
         Ok(())
     }
 
-    /// The parameters that differ from their start: as settings of a scenario, and as numbers for the parameters that
-    /// only a rig has.
+    /// Parameters that differ from their start, as settings of a scenario; those that only a rig has, as numbers.
     fn changes(&self) -> (Vec<String>, Vec<(&'static str, f64)>) {
         let (mut settings, mut of_rig) = (vec![], vec![]);
         for (variable, value) in self.variables.iter().zip(&self.values) {
@@ -202,7 +197,7 @@ impl Instance {
         Ok(())
     }
 
-    /// From the communication point `time_s`, with the present inputs.
+    /// With the present inputs.
     pub fn step(&mut self, time_s: f64, step_s: f64) -> Result<(), InstanceError> {
         let clock = self.clock.as_mut().ok_or(InstanceError::NotInitialised)?;
         let tick_s = clock.tick_s;
@@ -219,7 +214,6 @@ impl Instance {
         Ok(())
     }
 
-    /// The end of the last step in s; `None` before the first one.
     pub fn time_s(&self) -> Option<f64> {
         self.clock.as_ref()?.time_s()
     }
@@ -283,7 +277,6 @@ impl Instance {
         }
     }
 
-    /// Returns to the state after [`Instance::load`].
     pub fn reset(&mut self) {
         self.running = Running::Nothing;
         self.clock = None;

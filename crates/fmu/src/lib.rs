@@ -1,8 +1,6 @@
-//! The library in the units that `trocar export fmu` writes: the functions of FMI 2.0 and 3.0 for co-simulation, around
-//! [`Instance`].
+//! The FMI 2.0 and 3.0 functions for co-simulation around [`Instance`], in the units of `trocar export fmu`.
 //!
-//! The standard (<https://fmi-standard.org>) defines and documents names and arguments. No panic leaves a function; it
-//! becomes an error of the instance.
+//! The standard (<https://fmi-standard.org>) documents names and arguments. A panic becomes an error of the instance.
 
 #![allow(non_snake_case, reason = "the names of the standard")]
 

@@ -16,7 +16,7 @@ pub struct SavedState {
 enum Saved {
     Nothing,
     Rig(Box<HapticController>),
-    /// The scenario, and the given position of the person by tick, which repeat the run bit for bit.
+    /// The scenario, and the given position of the person by tick: they repeat the run bit for bit.
     Simulation(Box<Scenario>, Vec<f64>),
     Tissue(Box<AnyTissue<f64>>),
 }

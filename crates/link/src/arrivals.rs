@@ -1,15 +1,12 @@
-//! The messages that have arrived from the other side, tick by tick.
-
 use trocar_engine::channel::Schedule;
 use trocar_engine::teleoperation::{Message, PAYLOAD, Received};
 
 const MAX_EARLY: usize = 256;
 
-/// The messages of one direction, processed as in the simulated channel: of the messages that have arrived, the one
-/// that was sent last is held, and a message that arrives after a later one is dropped. A message of a future tick
-/// waits for that tick.
+/// The messages of one direction, processed as in the simulated channel: the one that was sent last is held, earlier
+/// ones are dropped, and a message of a future tick waits for it.
 ///
-/// Records the delay of each message: the number of ticks from the tick that sent it to the tick that can first use it.
+/// Records each delay: the ticks from sending to the first possible use.
 #[derive(Debug, Clone)]
 pub struct Arrivals<const N: usize> {
     held: Message<f64, N>,
@@ -22,7 +19,7 @@ pub struct Arrivals<const N: usize> {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Fate {
-    /// It is used at the next tick, or at its own tick if that is later.
+    /// Used at the next tick, or at its own tick if that is later.
     Taken,
     Overtaken,
     Repeated,
@@ -31,7 +28,7 @@ pub(super) enum Fate {
 }
 
 impl<const N: usize> Arrivals<N> {
-    /// Creates a record for `ticks` ticks. Until a message arrives, the receiver has the `initial` sample.
+    /// Until a message arrives, the receiver has the `initial` sample.
     pub fn new(ticks: u64, initial: [f64; N]) -> Self {
         Self {
             held: Message { sample: initial, payload: [0.0; PAYLOAD] },
@@ -66,14 +63,14 @@ impl<const N: usize> Arrivals<N> {
         Fate::Taken
     }
 
-    /// Drops the held payload and the messages that wait. The last sample is held.
+    /// The last sample is held.
     pub(super) fn forget_payload(&mut self) {
         self.held.payload = [0.0; PAYLOAD];
         self.latest = None;
         self.early.clear();
     }
 
-    /// Returns the message for the next tick. Later messages are for the tick after it.
+    /// The message for the next tick; later messages are for the tick after it.
     pub fn at_next_tick(&mut self) -> Received<f64, N> {
         if let Some(place) = self.early.iter().position(|(sent, _)| *sent == self.next) {
             let (sent, message) = self.early.swap_remove(place);
@@ -88,7 +85,7 @@ impl<const N: usize> Arrivals<N> {
         Received { sample: self.held.sample, payload: self.held.payload, is_fresh }
     }
 
-    /// Returns the delay in ticks of the message of each tick in the run, or [`Schedule::LOST`].
+    /// The delay in ticks of each tick's message, or [`Schedule::LOST`].
     pub fn delays(&self) -> &[u32] {
         &self.delays
     }

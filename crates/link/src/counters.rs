@@ -4,13 +4,12 @@ pub struct Counters {
     pub received: u64,
     /// Messages received after a later one; they are not used.
     pub overtaken: u64,
-    /// Packets with a wrong length, version or kind, or with a value that is not a finite number.
+    /// Packets with a wrong length, version or kind, or with a value that is not finite.
     pub malformed: u64,
     /// Packets with a wrong authentication code, of another session, or of this side.
     pub foreign: u64,
-    /// Packets with a repeated number, or with a number that is too old to check.
+    /// Packets with a repeated number, or one that is too old to check.
     pub replayed: u64,
-    /// Messages of a tick beyond the run, or too far in the future.
     pub out_of_range: u64,
 }
 

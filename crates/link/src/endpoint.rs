@@ -1,4 +1,4 @@
-//! One end of the connection: encodes messages as packets and receives packets.
+//! Encodes messages as packets and receives packets.
 
 use super::arrivals::{Arrivals, Fate};
 use super::counters::Counters;
@@ -7,8 +7,8 @@ use super::seal::Session;
 use super::window::Window;
 use trocar_engine::teleoperation::{Message, PAYLOAD, Received};
 
-/// Offsets in the body of a message, in bytes: the last time stamp of the other side and the time since its arrival;
-/// then the numbers: sample, payload and energy of the port.
+/// Byte offsets in a message's body: the other side's last time stamp and the time since its arrival; then sample,
+/// payload and energy of the port.
 const ECHO: usize = 0;
 const SINCE: usize = 8;
 const VALUES: usize = 16;
@@ -17,9 +17,9 @@ const MAX_SAMPLE: usize = NUMBERS - PAYLOAD - 1;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trip {
-    /// From sending to arrival, by the clocks of both sides, which agree to half the round trip.
+    /// By the clocks of both sides, which agree to half the round trip.
     pub one_way_s: f64,
-    /// Round trip by this side's clock, without the time on the other side.
+    /// By this side's clock, without the time on the other side.
     pub round_s: Option<f64>,
 }
 
@@ -32,15 +32,15 @@ pub struct Endpoint<const N: usize> {
     counters: Counters,
     arrivals: Arrivals<N>,
     echo: Option<(i64, i64)>,
-    /// The last reported energy of the other port, with the tick that sent it.
+    /// Last reported energy of the other port, and the tick that sent it.
     energy: Option<(u64, f64)>,
-    /// Energies of this port and of the other one in J at the last restart of the other side. A message counts from 0.
+    /// Energies of this port and the other one at the other side's last restart; messages count from 0.
     restart_j: (f64, f64),
     last_trip: Option<Trip>,
 }
 
 impl<const N: usize> Endpoint<N> {
-    /// Creates the end of a side for a run of `ticks` ticks. Until a message arrives, it has the `initial` sample.
+    /// Until a message arrives, it has the `initial` sample.
     pub fn new(role: Role, session: Session, ticks: u64, initial: [f64; N]) -> Self {
         Self {
             role,
@@ -56,7 +56,7 @@ impl<const N: usize> Endpoint<N> {
         }
     }
 
-    /// Returns the packet of a tick's message, with the energy of this side's port (J), at a time (ns since tick 0).
+    /// Returns the packet of a tick's message, with the energy of this side's port.
     pub fn seal<const M: usize>(
         &mut self,
         (tick, now_ns): (u64, i64),
@@ -81,8 +81,7 @@ impl<const N: usize> Endpoint<N> {
         self.session.0.seal(&packet)
     }
 
-    /// Continues in another session, with a side that has started anew. Packets of the earlier session are foreign from
-    /// now on. `energy_j` is the energy of this side's port.
+    /// Continues in another session, with a side that has started anew; earlier packets are then foreign.
     pub fn rejoin(&mut self, session: Session, energy_j: f64) {
         self.session = session;
         (self.number, self.window, self.echo) = (0, Window::default(), None);

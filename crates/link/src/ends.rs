@@ -1,4 +1,4 @@
-//! Both ends of a link: a side of the insertion with its connection.
+//! A side of the insertion with its connection.
 
 use super::counters::Counters;
 use super::endpoint::{Endpoint, Trip};
@@ -8,13 +8,11 @@ use trocar_core::safety::SafetySettings;
 use trocar_engine::engine::{EngineError, MasterSide, Observer, Signals, SlaveSide, Trace};
 use trocar_scenario::{Scenario, ScenarioError, empty_trace};
 
-/// The energies of both ports while the link runs, with the last reported energy of the other side.
-///
-/// The limit of a passivity scheme also holds for these reported energies, because the energy on the way is never
-/// negative.
+/// The energies of both ports, with the last reported energy of the other side. A passivity scheme's limit also holds
+/// for these, because the energy on the way is never negative.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Meter {
-    /// The largest `E_s - E_m` so far in J: the delivered minus the received energy of the ports.
+    /// Largest `E_s - E_m` so far: delivered minus received energy of the ports.
     pub generated_j: f64,
     /// The limit of the passivity scheme in J; `None` without a limit.
     pub promised_j: Option<f64>,
@@ -60,8 +58,8 @@ impl MasterEnd {
         self.endpoint.seal((self.side.tick(), now_ns), &message, self.side.energy_j())
     }
 
-    /// Computes the ticks before `tick` without messages, as after an outage from the start. For a side that joins a
-    /// link that runs. Afterwards `safety.*` bounds its commands, unless `safety.acts` is `nowhere`.
+    /// Computes the ticks before `tick` as if without messages, for a side that joins a running link. Afterwards
+    /// `safety.*` bounds its commands, unless `safety.acts` is `nowhere`.
     pub fn skip_to(&mut self, tick: u64) -> Result<(), EngineError> {
         while self.side.tick() < tick {
             self.side.send();
@@ -175,20 +173,20 @@ impl SlaveEnd {
 macro_rules! both {
     ($($End:ident)*) => {$(
         impl $End {
-            /// Receives a packet at a time (ns since tick 0). Returns its travel times if it is a new message of the
-            /// other side; any other packet only changes a counter.
+            /// Returns the travel times if the packet is a new message of the other side; any other only changes a
+            /// counter.
             pub fn take(&mut self, bytes: &[u8], now_ns: i64) -> Option<Trip> {
                 self.endpoint.take(bytes, now_ns);
                 self.endpoint.last_trip()
             }
 
-            /// Continues with the other side, which has started anew, in another session. From now on `safety.*` bounds
-            /// the commands, unless `safety.acts` is `nowhere`.
+            /// Continues with the other side, which has started anew. `safety.*` then bounds the commands, unless
+            /// `safety.acts` is `nowhere`.
             pub fn rejoin(&mut self, session: Session) {
                 self.endpoint.rejoin(session, self.side.energy_j());
                 self.side.peer_restarts();
                 self.side.bound(&self.safety);
-                // The other side brings its half of the scheme's initial energy again.
+                // The other side adds its half of the scheme's initial energy again.
                 if let (Some(promised_j), Some(initial_j)) = (&mut self.meter.promised_j, self.side.promised_j()) {
                     *promised_j += 0.5 * initial_j;
                 }
@@ -212,7 +210,7 @@ macro_rules! both {
                 self.endpoint.delays()
             }
 
-            /// Returns the signals so far. The other side's signals are 0.
+            /// The other side's signals are 0.
             pub fn trace(&self) -> &Trace {
                 &self.trace
             }

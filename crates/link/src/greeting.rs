@@ -1,4 +1,4 @@
-//! The greeting: the sides find each other and agree on a session and on the time of tick 0.
+//! The sides find each other and agree on a session and on the time of tick 0.
 //!
 //! ```text
 //! master  Hello   its random number, its scenario
@@ -6,11 +6,10 @@
 //! master  Start   both random numbers, the time to tick 0, half of the shortest round trip
 //! slave   Ready   both random numbers
 //! ```
-//! Hello and Reply are authenticated with the common key, Start and Ready with the session's key. An old packet
-//! therefore cannot start a session: it contains an old random number.
+//! The common key authenticates Hello and Reply, the session's key Start and Ready. An old packet contains an old
+//! random number and therefore starts no session.
 //!
-//! A side that has started anew joins the link of the other side, which runs: tick 0 is then in the past, and the
-//! session is a new one.
+//! A side that has started anew joins the running link of the other side in a new session, with tick 0 in the past.
 
 use sha2::{Digest as _, Sha256};
 
@@ -24,14 +23,11 @@ const SCENARIO: usize = 32;
 const FIRST_NS: usize = 64;
 const SECOND_NS: usize = 72;
 
-/// Maximum time to tick 0 in a Start, in ns.
 const MAX_WAIT_NS: i64 = 60_000_000_000;
-/// Maximum time since tick 0 of a link that runs, in ns: one year.
+/// One year.
 const MAX_SINCE_NS: i64 = 31_536_000_000_000_000;
 
-/// Returns a hash of a scenario and the program's version. Sides with different hashes cannot run together.
-///
-/// Paths of files are excluded, because they differ between computers.
+/// Hash of a scenario, without file paths, and the program's version: both sides must have the same.
 pub fn fingerprint(scenario: &Scenario) -> [u8; 32] {
     let mut hash = Sha256::new_with_prefix(env!("CARGO_PKG_VERSION"));
     let echo = scenario.echo();
@@ -42,9 +38,8 @@ pub fn fingerprint(scenario: &Scenario) -> [u8; 32] {
 #[derive(Debug, Clone)]
 pub struct Greeted {
     pub session: Session,
-    /// The time of tick 0 by this side's clock, in ns.
     pub start_ns: i64,
-    /// The shortest round trip in ns. The clocks of both sides agree to half of it.
+    /// The clocks of both sides agree to half of it.
     pub round_ns: i64,
 }
 
@@ -87,7 +82,7 @@ struct SlaveReply {
     of_slave: [u8; NONCE_BYTES],
     session: Session,
     round_ns: i64,
-    /// Tick 0 of the slave's link by this side's clock, if it runs.
+    /// Tick 0 of the slave's link by this side's clock; `None` if the slave's link has not begun.
     begun_ns: Option<i64>,
 }
 
@@ -101,11 +96,11 @@ impl Calling {
         self.key.seal(&packet(Kind::Hello, Role::Master, body))
     }
 
-    /// Receives a packet at a time (ns). Returns true if it is an authentic packet of this greeting.
+    /// Returns true for an authentic packet of this greeting.
     pub fn take(&mut self, bytes: &[u8], now_ns: i64) -> bool {
         let Some(Packet { kind, from: Role::Slave, body, .. }) = Packet::read(bytes) else { return false };
         if kind == Kind::Message {
-            // The slave has begun, and its Ready was lost. The message itself is for the endpoint.
+            // The slave has begun, and its Ready was lost; the message is for the endpoint.
             self.is_ready |= self.reply.as_ref().is_some_and(|reply| reply.session.0.is_authentic(bytes));
             return false;
         }
@@ -148,12 +143,11 @@ impl Calling {
         self.differs
     }
 
-    /// Returns tick 0 of the slave's link by this side's clock (ns); `None` if the slave's link has not begun.
     pub fn begun_ns(&self) -> Option<i64> {
         self.reply.as_ref()?.begun_ns
     }
 
-    /// Returns a Start for tick 0 at `start_ns`, sent at `now_ns` (ns); `None` before a reply.
+    /// `None` before a reply.
     pub fn start(&self, now_ns: i64, start_ns: i64) -> Option<[u8; PACKET_BYTES]> {
         let reply = self.reply.as_ref()?;
         let times_ns = [start_ns.saturating_sub(now_ns), reply.round_ns / 2];
@@ -182,7 +176,7 @@ impl Waiting {
         Self { key, own, scenario, begun_ns: None, greeted: None, differs: false }
     }
 
-    /// Like [`Waiting::new`], for a slave whose link runs since tick 0 at `begun_ns` (ns): a master may join it.
+    /// [`Waiting::new`] for a slave whose link runs: a master may join it.
     pub fn running(key: Key, own: [u8; NONCE_BYTES], scenario: [u8; 32], begun_ns: i64) -> Self {
         Self { begun_ns: Some(begun_ns), ..Self::new(key, own, scenario) }
     }
@@ -213,7 +207,7 @@ impl Waiting {
                         self.greeted = Some((of_master, Greeted { session, start_ns, round_ns: 2 * half_ns }));
                         Some(answer)
                     }
-                    // Only the first Start counts; its repetitions are answered.
+                    // Only the first Start counts.
                     Some((known, _)) => (*known == of_master).then_some(answer),
                 }
             }

@@ -1,6 +1,6 @@
 use trocar_base::quantiles::quantile_of;
 
-/// The lateness of each tick: the time from its due time to its beginning.
+/// Time from each tick's due time to its beginning.
 #[derive(Debug, Clone)]
 pub struct Lateness {
     late_s: Vec<f64>,
@@ -12,7 +12,6 @@ pub struct LatenessSummary {
     pub p99_s: Option<f64>,
     pub p999_s: Option<f64>,
     pub worst_s: Option<f64>,
-    /// Number of ticks that began after the next tick was due.
     pub missed: u64,
 }
 

@@ -1,7 +1,7 @@
-//! The two sides of an insertion as two processes: their messages and their logs.
+//! The two sides of an insertion as two processes.
 //!
-//! This crate reads no clock and opens no socket: its functions receive times and packets as bytes. A link can
-//! therefore also run in virtual time, and its replay in a simulation gives the same bits.
+//! The crate reads no clock and opens no socket: its functions receive times and packets, so a link can run in virtual
+//! time, and its replay in a simulation gives the same bits.
 
 mod arrivals;
 mod counters;

@@ -1,4 +1,4 @@
-//! The logs of a link (delays of messages, and signals), and their comparison with a simulation.
+//! Logs of a link, and their comparison with a simulation.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -36,8 +36,7 @@ pub enum RemoteLogError {
     Ticks { file: String, rows: usize, ticks: u64 },
 }
 
-/// Returns the delays of both directions (in ticks, by the tick that sent the message) as a file for
-/// `channel.delays_file`.
+/// Delays of both directions in ticks, by the tick that sent the message, for `channel.delays_file`.
 pub fn delays_csv(delays: &[(Direction, &[u32])], grid: &TickGrid) -> String {
     let mut text = "time_s".to_owned();
     for (direction, _) in delays {
@@ -104,7 +103,7 @@ pub struct Difference {
     pub simulated: f64,
 }
 
-/// Returns the number of ticks in a log of signals, and the first tick that differs from a simulation in any bit.
+/// The number of ticks in a log of signals, and the first tick that differs from a simulation in any bit.
 pub fn first_difference(file: &str, text: &str, trace: &Trace) -> Result<(u64, Option<Difference>), RemoteLogError> {
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     let table = |source| RemoteLogError::Table { file: file.to_owned(), source };

@@ -99,7 +99,7 @@ impl Packet {
     }
 }
 
-/// Returns the number at an offset; 0 beyond the end.
+/// The number at an offset; 0 beyond the end.
 pub(super) fn word(bytes: &[u8], at: usize) -> u64 {
     bytes.get(at..).and_then(|rest| rest.first_chunk()).map_or(0, |bytes| u64::from_le_bytes(*bytes))
 }

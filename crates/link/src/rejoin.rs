@@ -1,19 +1,16 @@
-//! The greeting with a side that has started anew, while the link of this side runs.
-
 use super::greeting::{Calling, Waiting};
 use super::packet::{PACKET_BYTES, Role};
 use super::seal::{Key, NONCE_BYTES, Session};
 
-/// Interval between the packets of a call, in ns.
 const CALL_NS: i64 = 20_000_000;
 const REPLIES: u32 = 10;
-/// Time from an agreement to the first message of the other side, in ns. Afterwards the agreement no longer counts.
+/// Time from an agreement to the other side's first message; afterwards the agreement no longer counts.
 const PATIENCE_NS: i64 = 2_000_000_000;
 
-/// A greeting of a side whose link runs, while the other side is silent.
+/// The greeting of a side that has started anew, by a side whose link runs.
 ///
-/// It has a new random number, so its session differs from all earlier ones. A slave that runs and a master that runs
-/// do not agree on a new session: their present one continues with the next message.
+/// Its new random number gives a new session. Two sides that run do not agree on one: the next message continues their
+/// present session.
 #[derive(Debug)]
 pub struct Rejoin {
     begun_ns: i64,
@@ -36,8 +33,7 @@ pub struct Heard {
 }
 
 impl Rejoin {
-    /// Creates the greeting of a side, with a random number that was never used, for a scenario with this
-    /// [`fingerprint`](super::fingerprint) and a link whose tick 0 was at `begun_ns` by this side's clock (ns).
+    /// `own` is a random number that was never used, `scenario` the scenario's [`fingerprint`](super::fingerprint).
     pub fn new(role: Role, key: Key, own: [u8; NONCE_BYTES], scenario: [u8; 32], begun_ns: i64) -> Self {
         let greeting = match role {
             Role::Master => Greeting::OfMaster(Calling::new(key, own, scenario)),
@@ -79,7 +75,7 @@ impl Rejoin {
         self.agreed_ns.is_some()
     }
 
-    /// Returns true if the other side has agreed, but has sent no message for too long at a time (ns).
+    /// True if the other side has agreed, but then sent no message for too long.
     pub fn is_overdue(&self, now_ns: i64) -> bool {
         self.agreed_ns.is_some_and(|agreed_ns| now_ns.saturating_sub(agreed_ns) > PATIENCE_NS)
     }

@@ -17,7 +17,7 @@ pub struct KeyError {
     pub given: usize,
 }
 
-/// A key for HMAC with SHA-256. The first 128 bits of a code are sent (RFC 2104).
+/// A key for HMAC with SHA-256; the first 128 bits of a code are sent (RFC 2104).
 #[derive(Clone)]
 pub struct Key(Hmac<Sha256>);
 
@@ -26,13 +26,12 @@ impl Key {
         if bytes.len() < MIN_KEY_BYTES { Err(KeyError { given: bytes.len() }) } else { Ok(Self::of(bytes)) }
     }
 
-    /// Returns the key of links on one computer. Its code only detects errors and foreign packets.
+    /// The key of links on one computer only detects errors and foreign packets.
     pub fn of_loopback() -> Self {
         Self::of(b"loopback")
     }
 
     fn of(bytes: &[u8]) -> Self {
-        // HMAC hashes longer keys and pads shorter ones.
         let mut block = [0; 64];
         let (length, hashed);
         if bytes.len() > block.len() {
@@ -62,7 +61,7 @@ impl Key {
         bytes
     }
 
-    /// Returns true if a packet has the correct code. The duration of the comparison does not depend on the code.
+    /// The duration of the comparison does not depend on the code.
     pub(super) fn is_authentic(&self, bytes: &[u8]) -> bool {
         let Some((signed, code)) = bytes.split_at_checked(SIGNED_BYTES).filter(|(_, code)| code.len() == CODE_BYTES)
         else {
@@ -75,7 +74,6 @@ impl Key {
 }
 
 impl std::fmt::Debug for Key {
-    /// Omits the key.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str("Key")
     }

@@ -1,11 +1,8 @@
-//! Notices that the other side of a link is silent.
-
 use trocar_scenario::Scenario;
 
-/// Number of outages (`channel.outage_s`) after which a silent side is reported.
 const OUTAGES: f64 = 3.0;
 
-/// Shortest outage in s that counts. An operating system without real time delays a process by milliseconds.
+/// An operating system without real time delays a process by milliseconds.
 const MIN_OUTAGE_S: f64 = 0.02;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,7 +11,7 @@ pub enum SilenceChange {
     Back(f64),
 }
 
-/// The silence of the other side: the time since its last authentic message.
+/// The time since the other side's last authentic message.
 #[derive(Debug, Clone)]
 pub struct Silence {
     limit_ns: i64,
@@ -24,7 +21,7 @@ pub struct Silence {
 }
 
 impl Silence {
-    /// Expects the first message shortly after `start_ns`. The delays of the scenario's channel do not count.
+    /// The delays of the scenario's channel do not count.
     pub fn new(scenario: &Scenario, start_ns: i64) -> Self {
         let longest_ticks = scenario.longest_delays_ticks().into_iter().max().unwrap_or(0);
         let longest_s = scenario.grid.time_s(longest_ticks);
@@ -37,14 +34,13 @@ impl Silence {
         }
     }
 
-    /// Notes a message. Returns the end of a silence.
     pub fn hear(&mut self, now_ns: i64) -> Option<SilenceChange> {
         let silent_s = seconds(now_ns - self.last_ns);
         self.last_ns = self.last_ns.max(now_ns);
         std::mem::take(&mut self.is_silent).then_some(SilenceChange::Back(silent_s))
     }
 
-    /// Returns the beginning of a silence, once.
+    /// Once per silence.
     pub fn check(&mut self, now_ns: i64) -> Option<SilenceChange> {
         let silent_ns = now_ns - self.last_ns;
         if self.is_silent || silent_ns < self.limit_ns {

@@ -49,7 +49,7 @@ pub struct SideSummary {
     pub ticks: (u64, u64),
     pub tick_s: f64,
     pub counters: Counters,
-    /// Number of messages of the other side that had not arrived at the end.
+    /// Messages of the other side that had not arrived at the end.
     pub lost: u64,
     pub delay_ticks: Spread,
     pub one_way_s: Spread,

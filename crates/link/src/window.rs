@@ -1,12 +1,10 @@
 const LENGTH: u64 = 1024;
 const WORDS: usize = (LENGTH / u64::BITS as u64) as usize;
 
-/// The last 1024 packet numbers. Each is accepted once, older ones never (the window of RFC 4303, 3.4.3).
+/// The last 1024 packet numbers: each is accepted once, older ones never (the window of RFC 4303, 3.4.3).
 #[derive(Debug, Clone, Default)]
 pub struct Window {
-    /// The highest number so far, plus one.
     next: u64,
-    /// A bit per number in the window, at its number modulo the length.
     seen: [u64; WORDS],
 }
 
@@ -15,7 +13,6 @@ impl Window {
         if number == u64::MAX || number.saturating_add(LENGTH) < self.next {
             return false;
         }
-        // Numbers that enter the window are new.
         if number >= self.next.saturating_add(LENGTH) {
             self.seen = [0; WORDS];
         } else {

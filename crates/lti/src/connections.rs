@@ -3,7 +3,7 @@ use nalgebra::DMatrix;
 use super::linear_algebra::check_size;
 use super::{Domain, Error, Interconnection, Signal, StateSpace};
 
-/// Block-diagonal system, with states, inputs and outputs in the order of `systems`.
+/// Block-diagonal, in the order of `systems`.
 pub fn append<D: Domain>(systems: &[&StateSpace<D>]) -> Result<StateSpace<D>, Error> {
     let Some((first, rest)) = systems.split_first() else {
         return Err(Error::DimensionMismatch { what: "the number of systems to append", expected: 1, found: 0 });

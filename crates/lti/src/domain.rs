@@ -7,10 +7,10 @@ mod sealed {
 }
 
 pub trait Domain: Copy + std::fmt::Debug + PartialEq + sealed::Sealed {
-    /// Returns the common domain; discrete systems must have equal ticks.
+    /// Discrete systems must have equal ticks.
     fn shared_with(self, other: Self) -> Result<Self, Error>;
 
-    /// The point for a constant input: s = 0 or z = 1.
+    /// s = 0 or z = 1.
     fn constant_point(self) -> f64;
 
     /// s = jω or z = exp(jωT).
@@ -24,7 +24,7 @@ pub trait Domain: Copy + std::fmt::Debug + PartialEq + sealed::Sealed {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Continuous;
 
-/// `x_{k+1} = A x_k + B u_k`, once per tick.
+/// `x_{k+1} = A x_k + B u_k`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Discrete {
     tick_s: f64,

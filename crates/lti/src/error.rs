@@ -24,7 +24,7 @@ pub enum Error {
     },
     #[error("the denominator is zero; give it at least one coefficient that is not 0")]
     ZeroDenominator,
-    /// An error, because it is more likely a mistake than a lower order.
+    /// More likely a mistake than a lower order.
     #[error("the denominator's leading coefficient (of s^{degree}) is 0; leave it out if the order is lower")]
     ZeroLeadingDenominator {
         /// Power of s.

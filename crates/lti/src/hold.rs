@@ -4,10 +4,9 @@ use super::linear_algebra::check_size;
 use super::matrix_function::{exponential, logarithm};
 use super::{Continuous, Discrete, Error, StateSpace};
 
-/// Course of an input between two samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum InputHold {
-    /// Zero-order hold: the value at the start of the tick.
+    /// Zero-order hold.
     Held,
     /// First-order (triangle) hold.
     Linear,
@@ -67,13 +66,13 @@ pub fn exact_step(system: &StateSpace<Continuous>, tick_s: f64, holds: &[InputHo
     Ok(ExactStep { phi: whole.view((0, 0), (n, n)).into_owned(), gamma_now, gamma_next })
 }
 
-/// The discrete system between a zero-order hold and a sampler: `(exp(A T), Γ_1, C, D)`.
+/// `(exp(A T), Γ_1, C, D)`, between a hold and a sampler.
 pub fn zero_order_hold(system: &StateSpace<Continuous>, tick_s: f64) -> Result<StateSpace<Discrete>, Error> {
     let step = exact_step(system, tick_s, &vec![InputHold::Held; system.inputs()])?;
     StateSpace::discrete(step.phi, step.gamma_now, system.c().clone(), system.d().clone(), tick_s)
 }
 
-/// Inverts [`zero_order_hold`] by `[A, B; 0, 0] T = log [Φ, Γ; 0, I]`. Modes above the Nyquist frequency become their
+/// Inverts [`zero_order_hold`] by `[A, B; 0, 0] T = log [Φ, Γ; 0, I]`; modes above the Nyquist frequency become their
 /// slower alias.
 pub fn undo_zero_order_hold(system: &StateSpace<Discrete>) -> Result<StateSpace<Continuous>, Error> {
     let (n, m) = (system.states(), system.inputs());

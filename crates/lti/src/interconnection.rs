@@ -4,9 +4,8 @@ use super::{Domain, Error, StateSpace, connect};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Signal {
-    /// Counted from 0 across all appended systems.
+    /// From 0 across all appended systems.
     Output(usize),
-    /// Counted from 0.
     External(usize),
 }
 
@@ -36,7 +35,6 @@ pub struct Interconnection {
 }
 
 impl Interconnection {
-    /// Starts with all inputs at 0 and without outputs.
     pub fn new<D: Domain>(system: &StateSpace<D>, externals: usize) -> Self {
         let outputs = system.outputs();
         Self { outputs, externals, gain: DMatrix::zeros(system.inputs(), outputs + externals), selection: Vec::new() }
@@ -55,7 +53,6 @@ impl Interconnection {
         Ok(self)
     }
 
-    /// Adds `Σ weight · signal` as the next output.
     pub fn read(mut self, sum: WeightedSignals) -> Result<Self, Error> {
         let mut row = vec![0.0; self.outputs + self.externals];
         for (weight, signal) in sum {
@@ -65,7 +62,6 @@ impl Interconnection {
         Ok(self)
     }
 
-    /// Returns the closed system, with the states of `system`.
     pub fn close<D: Domain>(&self, system: &StateSpace<D>) -> Result<StateSpace<D>, Error> {
         let columns = self.outputs + self.externals;
         let selection = DMatrix::from_fn(self.selection.len(), columns, |i, j| self.selection[i][j]);

@@ -3,7 +3,7 @@ use nalgebra::{DMatrix, DVector};
 use super::linear_algebra::{one_norm, product, solve};
 use super::{Continuous, Error, InputHold, StateSpace, exact_step, exponential};
 
-/// The effect of one input over a tick in which it moves from its actual value `u_0` towards a held command `c`:
+/// An input that moves over a tick from its actual value `u_0` towards a held command `c`:
 ///
 /// ```text
 /// u(t)    = c + (u_0 - c) exp(-t/τ)
@@ -22,17 +22,13 @@ pub struct LaggedInput {
     pub gained: f64,
 }
 
-/// A lag of 0 gives the held input of [`exact_step`], bit for bit. Otherwise both integrals are columns of one
-/// exponential,
+/// A lag of 0 gives [`exact_step`]'s held input, bit for bit. Otherwise one exponential gives both integrals, without
+/// cancellation for a long lag:
 ///
-/// `exp([A, B, 0; 0, -1/τ, 1/τ; 0, 0, 0] T) = [Φ, from_actual, from_command; ...]`,
+/// `exp([A, B, 0; 0, -1/τ, 1/τ; 0, 0, 0] T) = [Φ, from_actual, from_command; ...]`
 ///
-/// which avoids cancellation for a long lag. For a lag much faster than the system its squarings would lose the digits
-/// of Φ; the first integral is then the solution of
-///
-/// `(I + τ A) from_actual = τ (Φ - exp(-T/τ) I) B`,
-///
-/// which is well conditioned because `τ |A| <= 1/2`.
+/// For a fast lag its squarings would lose Φ's digits; with `τ |A| <= 1/2` the well-conditioned
+/// `(I + τ A) from_actual = τ (Φ - exp(-T/τ) I) B` replaces it.
 pub fn lagged_input(
     system: &StateSpace<Continuous>,
     input: usize,

@@ -1,7 +1,5 @@
-//! Linear time-invariant systems: from printed transfer functions to matrices for exact simulation steps.
-//!
-//! [`realise`] and [`append`] [`TransferFunction`]s, connect them by an [`Interconnection`], and compute the
-//! [`exact_step`].
+//! Linear time-invariant systems: [`realise`] and [`append`] printed [`TransferFunction`]s, connect them by an
+//! [`Interconnection`], and compute the [`exact_step`] for simulations.
 //!
 //! ```
 //! # mod trocar { pub use trocar_lti as lti; }

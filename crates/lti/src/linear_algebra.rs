@@ -1,4 +1,4 @@
-//! nalgebra's large products depend on the processor in the last bit; [`product`] is a plain triple loop.
+//! nalgebra's large products depend on the processor; [`product`] is a plain triple loop.
 
 use nalgebra::{DMatrix, Schur};
 
@@ -11,7 +11,6 @@ pub(super) fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     DMatrix::from_fn(a.nrows(), b.ncols(), |i, j| (0..a.ncols()).fold(0.0, |sum, k| sum + a[(i, k)] * b[(k, j)]))
 }
 
-/// The largest column sum of magnitudes; 0 for an empty matrix.
 pub(super) fn one_norm(a: &DMatrix<f64>) -> f64 {
     (0..a.ncols()).map(|j| a.column(j).iter().fold(0.0, |sum, v| sum + v.abs())).fold(0.0, f64::max)
 }
@@ -29,7 +28,7 @@ pub(super) fn check_size(what: &'static str, expected: usize, found: usize) -> R
 
 /// Solves `A X = B`; `None` if `A` is singular to working precision.
 ///
-/// Rows and columns are first scaled by powers of two (exactly), so mixed units do not count as singular.
+/// Scaling by powers of two (exact) keeps mixed units from counting as singular.
 pub(super) fn solve(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = a.nrows();
     if n == 0 {
@@ -66,7 +65,7 @@ pub(super) fn solve_right(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Option<DMatrix<
     solve(&a.transpose(), &b.transpose()).map(|x| x.transpose())
 }
 
-/// The largest power of two not above `value`; `None` for 0, subnormal and non-finite values.
+/// The largest power of two up to `value`; `None` for 0, subnormal and non-finite values.
 fn power_of_two(value: f64) -> Option<f64> {
     value.is_normal().then(|| f64::from_bits(value.abs().to_bits() & 0x7ff0_0000_0000_0000))
 }
@@ -77,7 +76,6 @@ fn power_of_two(value: f64) -> Option<f64> {
 pub fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex64>, Error> {
     let n = a.nrows();
     check_finite("the matrix", a.as_slice())?;
-    // An all-zero or subnormal matrix.
     let Some(scale) = (if n == 0 { None } else { power_of_two(a.amax()) }) else {
         return Ok(vec![Complex64::new(0.0, 0.0); n]);
     };
@@ -90,7 +88,7 @@ pub fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex64>, Error> {
     let mut i = 0;
     while i < n {
         if i + 1 < n && t[(i + 1, i)] != 0.0 {
-            // nalgebra's extraction gives NaN if rounding makes this discriminant positive.
+            // NaN in nalgebra if rounding makes this discriminant positive.
             let mean = 0.5 * (t[(i, i)] + t[(i + 1, i + 1)]) - shift;
             let half = 0.5 * (t[(i, i)] - t[(i + 1, i + 1)]);
             let discriminant = half * half + t[(i, i + 1)] * t[(i + 1, i)];
@@ -114,8 +112,7 @@ pub fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<Complex64>, Error> {
 /// The real Schur form of `a + shift · I`, and the shift: 0 if possible.
 ///
 /// nalgebra compares a subdiagonal entry with its diagonal, so the iteration does not converge with many eigenvalues at
-/// 0, as from a chain of delays. The shift adds the norm to the diagonal, at an error of the order of rounding the
-/// matrix.
+/// 0, as from a chain of delays. The shift adds the norm to the diagonal, at the error of rounding the matrix.
 fn real_schur(a: &DMatrix<f64>) -> Option<(DMatrix<f64>, f64)> {
     let norm = a.amax();
     [0.0, norm].into_iter().find_map(|shift| {

@@ -20,16 +20,13 @@ const PADE_13: [f64; 14] = [
     182.0,
     1.0,
 ];
-/// Maximum 1-norm for double precision (theta_13, same source).
+/// Maximum 1-norm (theta_13, same source).
 const PADE_13_NORM: f64 = 5.371_920_351_148_152;
 const MAX_SQUARE_ROOTS: usize = 64;
 const MAX_NEWTON_STEPS: usize = 60;
-/// Maximum relative error of `exp(log A)`.
 const LOGARITHM_TOLERANCE: f64 = 1e-9;
 
-/// Scaling and squaring: `exp(A) = (r(A / 2^m))^(2^m)`.
-///
-/// Without transcendental functions and machine-dependent products: the same bits on every computer.
+/// Scaling and squaring, `exp(A) = (r(A / 2^m))^(2^m)`, with the same bits on every computer.
 pub fn exponential(a: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
     check_size("the number of columns of the matrix", a.nrows(), a.ncols())?;
     check_finite("the matrix", a.as_slice())?;
@@ -67,7 +64,7 @@ pub fn exponential(a: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
 /// The real `L` with `exp(L) = A` whose eigenvalues have |Im| < π, by inverse scaling and squaring:
 /// `log A = 2^m · 2 atanh((R - I)(R + I)⁻¹)`, `R = A^(1/2^m)` (Higham, *Functions of Matrices*, ch. 11).
 ///
-/// Fails if an eigenvalue is at 0 or on the negative real axis, or too close for `exp(L)` to reproduce `A`.
+/// Fails for an eigenvalue at 0 or on the negative real axis, or too close for `exp(L)` to reproduce `A`.
 pub fn logarithm(a: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
     check_size("the number of columns of the matrix", a.nrows(), a.ncols())?;
     let values = eigenvalues(a)?;
@@ -103,8 +100,7 @@ pub fn logarithm(a: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
     if residual <= LOGARITHM_TOLERANCE { Ok(result) } else { Err(inaccurate(residual)) }
 }
 
-/// Denman-Beavers iteration in product form: `X ← X (I + M⁻¹)/2`, `M ← (I + (M + M⁻¹)/2)/2`, from `X = M = A`; `M`
-/// tends to `I`.
+/// Denman-Beavers iteration: `X ← X (I + M⁻¹)/2`, `M ← (I + (M + M⁻¹)/2)/2` tends to `I`, from `X = M = A`.
 fn square_root(a: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = a.nrows();
     let identity = DMatrix::<f64>::identity(n, n);
@@ -117,7 +113,7 @@ fn square_root(a: &DMatrix<f64>) -> Option<DMatrix<f64>> {
             return Some(x);
         }
     }
-    // Rounding can leave M slightly different from the identity; the caller checks the residual.
+    // M may differ slightly from the identity; the caller checks the residual.
     Some(x)
 }
 

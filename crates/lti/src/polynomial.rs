@@ -7,14 +7,14 @@ use super::{Complex64, Error};
 
 const NEWTON_STEPS: usize = 4;
 
-/// `c_0 s^n + c_1 s^(n-1) + ... + c_n`. The first coefficient is never 0; the zero polynomial has no coefficients.
+/// `c_0 s^n + c_1 s^(n-1) + ... + c_n` with `c_0 ≠ 0`; the zero polynomial has no coefficients.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polynomial {
     descending: Vec<f64>,
 }
 
 impl Polynomial {
-    /// From descending powers, whose leading zeros are trimmed: `[0.245, 4.1, 0.0]` is `0.245 s² + 4.1 s`.
+    /// From descending powers, with leading zeros trimmed: `[0.245, 4.1, 0.0]` is `0.245 s² + 4.1 s`.
     pub fn new(descending: &[f64]) -> Result<Self, Error> {
         check_finite("the polynomial", descending)?;
         Ok(Self::trimmed(descending.to_vec()))
@@ -24,7 +24,7 @@ impl Polynomial {
         Self::new(&[value])
     }
 
-    /// `leading · Π (s - r_i)`. Complex roots must form conjugate pairs; imaginary parts from rounding are dropped.
+    /// `leading · Π (s - r_i)`; complex roots must form conjugate pairs.
     pub fn from_roots(leading: f64, roots: &[Complex64]) -> Result<Self, Error> {
         let mut product = vec![Complex64::new(leading, 0.0)];
         for root in roots {
@@ -54,12 +54,10 @@ impl Polynomial {
         self.descending.first().copied()
     }
 
-    /// The coefficient of `s^power`; 0 beyond the degree.
     pub fn coefficient(&self, power: usize) -> f64 {
         self.descending.iter().rev().nth(power).copied().unwrap_or(0.0)
     }
 
-    /// `None` for the zero polynomial.
     pub fn degree(&self) -> Option<usize> {
         self.descending.len().checked_sub(1)
     }
@@ -68,7 +66,6 @@ impl Polynomial {
         self.descending.is_empty()
     }
 
-    /// 0 for the zero polynomial.
     pub fn roots_at_zero(&self) -> usize {
         self.descending.iter().rev().take_while(|c| **c == 0.0).count()
     }
@@ -95,10 +92,10 @@ impl Polynomial {
         Self { descending: self.descending[..kept].to_vec() }
     }
 
-    /// Sorted by real, then imaginary part; complex roots are exact conjugate pairs.
+    /// Sorted by real, then imaginary part; complex roots are exact conjugate pairs, roots at 0 exact.
     ///
-    /// Eigenvalues of the companion matrix, refined by Newton steps. Roots at 0 are exact; a root of multiplicity m has
-    /// a relative accuracy of about ε^(1/m).
+    /// Eigenvalues of the companion matrix, refined by Newton steps; the relative accuracy of a root of multiplicity m
+    /// is about ε^(1/m).
     pub fn roots(&self) -> Result<Vec<Complex64>, Error> {
         check_finite("the polynomial", &self.descending)?;
         let Some(degree) = self.degree() else {
@@ -135,7 +132,7 @@ impl Polynomial {
         for _ in 0..NEWTON_STEPS {
             let next = root - value / slope.evaluate_complex(root);
             let next_value = self.evaluate_complex(next);
-            // Also false for NaN: no step is taken at a multiple root.
+            // Also false for NaN, at a multiple root.
             let lower = next_value.norm() < value.norm();
             if !lower {
                 break;

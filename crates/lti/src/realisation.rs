@@ -3,7 +3,7 @@ use nalgebra::DMatrix;
 use super::linear_algebra::{check_finite, product};
 use super::{Continuous, Domain, Error, StateSpace, TransferFunction};
 
-/// The controllable canonical form (Kailath, *Linear Systems*, 2.1); common factors are kept.
+/// Controllable canonical form (Kailath, *Linear Systems*, 2.1); common factors are kept.
 ///
 /// With monic D(s) of degree n, the states are w, w', ..., w^(n-1) of `D(d/dt) w = u`, and `y = N(d/dt) w`.
 pub fn realise(function: &TransferFunction) -> Result<StateSpace<Continuous>, Error> {
@@ -33,9 +33,9 @@ pub fn realise(function: &TransferFunction) -> Result<StateSpace<Continuous>, Er
     StateSpace::continuous(a, b, c, DMatrix::from_element(1, 1, direct))
 }
 
-/// The outputs y and y' (position and velocity) are also the first two states.
+/// The outputs y and y' are also the first two states.
 ///
-/// `y' = C A x + C B u` requires `C B = 0`, a relative degree of at least 2.
+/// `y' = C A x + C B u` requires `C B = 0`: a relative degree of at least 2.
 pub fn realise_with_derivative(function: &TransferFunction) -> Result<StateSpace<Continuous>, Error> {
     let found = function.relative_degree().ok_or(Error::ZeroTransferFunction)?;
     if found < 2 {
@@ -50,7 +50,7 @@ pub fn realise_with_derivative(function: &TransferFunction) -> Result<StateSpace
     outputs_first(&both, &[0, 1])
 }
 
-/// The same system with the chosen outputs as its first states; their rows of C are exact unit vectors.
+/// The chosen outputs become the first states, with exact unit vectors in C.
 ///
 /// `z = T x`: the chosen rows of C, completed by the old states for which T is best conditioned.
 pub fn outputs_first<D: Domain>(system: &StateSpace<D>, outputs: &[usize]) -> Result<StateSpace<D>, Error> {
@@ -68,7 +68,7 @@ pub fn outputs_first<D: Domain>(system: &StateSpace<D>, outputs: &[usize]) -> Re
         return refuse("there are fewer states");
     }
     let mut t = DMatrix::zeros(n, n);
-    // Gaussian elimination on the chosen rows finds the old states to replace.
+    // Gaussian elimination finds the old states to replace.
     let mut reduced = DMatrix::from_fn(outputs.len(), n, |i, j| system.c()[(outputs[i], j)]);
     let mut replaced = vec![false; n];
     for (row, &output) in outputs.iter().enumerate() {

@@ -24,7 +24,7 @@ impl FrequencyPoint {
     }
 }
 
-/// A discrete response repeats above π/T. Fails at a pole, such as an integrator at 0 rad/s.
+/// A discrete response repeats above π/T. Fails at a pole.
 pub fn frequency_response<D: Domain>(
     system: &StateSpace<D>,
     omegas_rad_per_s: &[f64],
@@ -39,7 +39,7 @@ pub fn frequency_response<D: Domain>(
         .collect()
 }
 
-/// The outputs after a unit step of one input at time 0, from rest.
+/// Response to a unit step of one input at time 0, from rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepResponse {
     pub time_s: Vec<f64>,

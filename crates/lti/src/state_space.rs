@@ -3,8 +3,7 @@ use nalgebra::DMatrix;
 use super::linear_algebra::{check_finite, check_size, eigenvalues, product, solve, solve_right};
 use super::{Complex64, Continuous, Discrete, Domain, Error};
 
-/// `x' = A x + B u`, `y = C x + D u` (or `x_{k+1} = A x_k + B u_k`) with n states, m inputs and p outputs, each at
-/// least 0.
+/// `x' = A x + B u`, `y = C x + D u` (or `x_{k+1} = A x_k + B u_k`) with n states, m inputs and p outputs, possibly 0.
 ///
 /// Connecting a continuous system to a discrete one does not compile:
 ///
@@ -75,7 +74,7 @@ impl<D: Domain> StateSpace<D> {
         Ok(Self { a, b, c, d, domain })
     }
 
-    /// `y = D u`, without states.
+    /// `y = D u`.
     pub fn gain(d: DMatrix<f64>, domain: D) -> Result<Self, Error> {
         let (p, m) = d.shape();
         Self::new(DMatrix::zeros(0, 0), DMatrix::zeros(0, m), DMatrix::zeros(p, 0), d, domain)
@@ -118,7 +117,7 @@ impl<D: Domain> StateSpace<D> {
         eigenvalues(&self.a)
     }
 
-    /// True if every mode decays, including unobservable ones.
+    /// True if every mode decays, even unobservable ones.
     pub fn is_stable(&self) -> Result<bool, Error> {
         Ok(self.poles()?.into_iter().all(|pole| self.domain.is_stable_pole(pole)))
     }

@@ -3,11 +3,9 @@ use nalgebra::DMatrix;
 use super::linear_algebra::{check_finite, check_size, product, solve};
 use super::{Domain, Error, StateSpace};
 
-/// Closes static gains around a system: `u = K [y; r]`, `z = S [y; r]`, with its p outputs y and q external inputs r.
+/// Closes `u = K [y; r]`, `z = S [y; r]` around p outputs y and q external inputs r.
 ///
-/// With `gain` `K = [K_y K_r]`, m x (p + q), `selection` `S = [S_y S_r]` and `E = (I - D K_y)⁻¹`, which solves the
-/// algebraic loop:
-///
+/// With `gain` `K = [K_y K_r]`, m x (p + q), `selection` `S = [S_y S_r]` and `E = (I - D K_y)⁻¹` of the algebraic loop:
 /// `x' = (A + B K_y E C) x + B (K_y E D K_r + K_r) r`, `z = S_y E C x + (S_y E D K_r + S_r) r`.
 pub fn connect<D: Domain>(
     system: &StateSpace<D>,

@@ -4,8 +4,7 @@ use super::{Complex64, Error, Polynomial};
 
 /// `N(s) / D(s)` in continuous time, also improper, like the arm of eq. 32.
 ///
-/// Arithmetic does not cancel common roots, because that could hide unstable modes; only [`minimal`](Self::minimal)
-/// does.
+/// Only [`minimal`](Self::minimal) cancels common roots, because that could hide unstable modes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TransferFunction {
     numerator: Polynomial,
@@ -38,12 +37,10 @@ impl TransferFunction {
         &self.denominator
     }
 
-    /// `None` for the zero function.
     pub fn relative_degree(&self) -> Option<i64> {
         Some(self.denominator.degree()? as i64 - self.numerator.degree()? as i64)
     }
 
-    /// True if the response stays finite at infinite frequency.
     pub fn is_proper(&self) -> bool {
         self.relative_degree().is_none_or(|degree| degree >= 0)
     }
@@ -90,8 +87,8 @@ impl TransferFunction {
 
     /// Cancels a zero and a pole within `tolerance · max(1, |pole|)` of each other; `1e-6` suits printed coefficients.
     ///
-    /// A common root of multiplicity m has an accuracy of about ε^(1/m), so cancel after each operation. Cancelling an
-    /// unstable pole hides an instability: check [`poles`](Self::poles) first.
+    /// Common roots of multiplicity m are accurate to about ε^(1/m), so cancel after each operation. Check
+    /// [`poles`](Self::poles) first: cancelling an unstable pole hides an instability.
     pub fn minimal(&self, tolerance: f64) -> Result<Self, Error> {
         let Some(leading) = self.numerator.leading() else {
             let denominator = Polynomial::constant(1.0)?;
@@ -100,7 +97,6 @@ impl TransferFunction {
         let at_zero = self.numerator.roots_at_zero().min(self.denominator.roots_at_zero());
         let numerator = self.numerator.without_lowest(at_zero);
         let denominator = self.denominator.without_lowest(at_zero);
-        // One root represents each conjugate pair.
         let upper = |p: &Polynomial| Ok(p.roots()?.into_iter().filter(|r| r.im >= 0.0).collect::<Vec<_>>());
         let mut zeros = upper(&numerator)?;
         let mut poles = Vec::new();

@@ -3,7 +3,7 @@ use nalgebra::DMatrix;
 use super::linear_algebra::{product, solve, solve_right};
 use super::{Continuous, Discrete, Error, StateSpace};
 
-/// `s = α (z - 1)/(z + 1)` with `α = 2/T`, or `ω / tan(ω T / 2)` to make the response exact at ω (rad/s).
+/// `s = α (z - 1)/(z + 1)` with `α = 2/T`, or `ω / tan(ω T / 2)`: exact at ω (rad/s).
 ///
 /// With `P = (α I - A)⁻¹`: `A_d = P (α I + A)`, `B_d = √(2α) P B`, `C_d = √(2α) C P`, `D_d = D + C P B`. Stable systems
 /// remain stable; a pole at `s = α` has no image.
@@ -25,7 +25,7 @@ pub fn tustin(
     StateSpace::discrete(a, p_b * root, c_p * root, d, tick_s)
 }
 
-/// Inverts [`tustin`], with the same prewarping frequency; a pole at `z = -1` has no image.
+/// Inverts [`tustin`] with the same prewarping; a pole at `z = -1` has no image.
 ///
 /// With `Q = (A_d + I)⁻¹`: `A = α Q (A_d - I)`, `B = √(2α) Q B_d`, `C = √(2α) C_d Q`, `D = D_d - C_d Q B_d`.
 pub fn undo_tustin(

@@ -1,8 +1,7 @@
 //! The declaration of metrics.
 //!
-//! A `metrics!` table declares each metric once: key, label, unit, description, better direction, visibility and
-//! reader. Each scope has its table beside its numbers: a run's in `summary.rs`, a rupture's in `rupture.rs`. Structs,
-//! JSON, comparison tables, sweep columns and documentation are generated from them.
+//! A `metrics!` table declares each metric once, beside the numbers of its scope; structs, JSON, comparison tables,
+//! sweep columns and documentation are generated from it.
 
 use serde::Serialize;
 
@@ -31,20 +30,20 @@ impl Better {
     }
 }
 
-/// Where the tables of runs and comparisons show a metric. Sweeps store every listed metric.
+/// Tables of runs and comparisons in which a metric appears. Sweeps store every listed metric.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shown {
-    /// In every table, including the short table of a comparison.
+    /// Also in a comparison's short table.
     Main,
-    /// In every table, if any run defines the metric.
+    /// In every table, if any run defines it.
     MainWhereDefined,
-    /// In every table except the short one.
+    /// Except in the short table.
     Always,
-    /// In every table except the short one, if any run defines the metric.
+    /// Except in the short table, if any run defines it.
     WhereDefined,
     /// Above all other metrics, if any run defines it.
     First,
-    /// If the metric is not 0 in at least one run.
+    /// If it is not 0 in a run.
     WhereNonZero,
     Never,
 }
@@ -77,7 +76,6 @@ impl Scope {
         }
     }
 
-    /// Prefix of keys; `number`, from 1, identifies a rupture or event.
     pub(crate) fn key_prefix(self, number: usize) -> String {
         match self {
             Self::Run => String::new(),
@@ -104,9 +102,8 @@ impl Scope {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Declaration {
     pub scope: Scope,
-    /// Without the prefix of its scope, with the unit at the end: `detection_delay_s`.
+    /// Without its scope's prefix, with the unit: `detection_delay_s`.
     pub name: &'static str,
-    /// Without the prefix of its scope.
     pub label: &'static str,
     pub unit: Unit,
     /// The sign varies, so a relative change has no meaning.
@@ -117,14 +114,12 @@ pub struct Declaration {
 }
 
 impl Shown {
-    /// In the short table of a comparison.
     pub fn is_main(self) -> bool {
         matches!(self, Self::Main | Self::MainWhereDefined)
     }
 }
 
 impl Declaration {
-    /// `number`, from 1, identifies a rupture or event.
     pub fn key(&self, number: usize) -> String {
         self.scope.key_prefix(number) + self.name
     }
@@ -165,10 +160,9 @@ impl<T: MetricValue> MetricValue for Option<T> {
 
 /// Declares the metrics of a scope and, with `pub struct`, the fields from which they are read.
 ///
-/// An entry is a doc comment of one line and `name: Type = "label", Unit signed, Better [Shown] => |of|
-/// read;`. Without `: Type` the entry declares no field and needs `=> read`. Without `= "label"` it declares a
-/// field that is not a metric. `signed`, `[Shown]` and `=> read` are optional. A struct with a JSON
-/// Schema transforms it by `schema::with_units`.
+/// An entry is a one-line doc comment and `name: Type = "label", Unit signed, Better [Shown] => |of| read;`. Without
+/// `: Type` it declares no field and needs `=> read`; without `= "label"` the field is no metric. `signed`, `[Shown]`
+/// and `=> read` are optional. A struct with a JSON Schema transforms it by `schema::with_units`.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! metrics {
@@ -202,7 +196,6 @@ macro_rules! metrics {
         }
     ) => {
         impl $owner {
-            /// The metrics of this scope, in the order of tables.
             pub const METRICS: &'static [$crate::Metric<fn(&$owner) -> Option<f64>>] = &[$(
                 $crate::Metric {
                     declaration: $crate::Declaration {

@@ -44,7 +44,7 @@ metrics! {
     }
 }
 
-/// Values of an event that change at every tick, of one run or of several lanes.
+/// Values of an event that change at every tick.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EventExtremes<L> {
     slave_start_m: L,
@@ -110,7 +110,7 @@ impl<L: Lane> EventExtremes<L> {
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Beginning {
-    /// Index of the first rupture whose needle the event holds; the number of ruptures for a false alarm.
+    /// The first rupture whose needle the event holds; the number of ruptures for a false alarm.
     pub(super) first_rupture: usize,
     pub(super) is_false: bool,
     pub(super) gap_m: Option<f64>,
@@ -127,7 +127,7 @@ pub(super) struct EventWindow {
     pub(super) noticed_at: Option<u64>,
     master_start_m: f64,
     pub(super) extremes: EventExtremes<f64>,
-    /// The change of the feedback force and the allowed change, at the start and at the release, in N.
+    /// The change of the feedback force and the allowed change, at the start and at the release.
     entry_step_n: [f64; 2],
     exit_step_n: Option<[f64; 2]>,
 }

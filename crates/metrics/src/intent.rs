@@ -1,13 +1,10 @@
-//! Compares the needle with the position that the operator intends to reach.
-//!
-//! The *intended motion* is the operator's voluntary trajectory `x_v`, scaled by `s` to the slave: the desired position
-//! without tremor. The *gap* is `x_e - s x_v`. The excess of the needle after a rupture at `t_r` is the growth of the
-//! gap:
+//! Compares the needle with the *intended motion*: the operator's voluntary trajectory `x_v`, scaled by `s` to the
+//! slave, without tremor. With the *gap* `x_e - s x_v`, the excess of the needle after a rupture at `t_r` is
 //!
 //! ```text
 //! excess(t) = (x_e(t) - x_e(t_r)) - s (x_v(t) - x_v(t_r))
 //! ```
-//! The horizon of a rupture ends at the next rupture or after [`HORIZON_S`](super::HORIZON_S), whichever is first.
+//! The horizon of a rupture ends at the next one or after [`HORIZON_S`](super::HORIZON_S).
 
 use trocar_core::lane::{Lane, Mask};
 use trocar_core::time::nearest_ticks;
@@ -15,11 +12,9 @@ use trocar_engine::operator::OperatorTraits;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aftermath {
-    /// Advance of the needle at the end of the horizon, in m.
     pub(crate) advance_m: f64,
     pub(crate) deepest_m: f64,
-    /// Largest advance beyond the intended motion, and largest depth beyond the largest intended depth, in m; `None`
-    /// without a known intention.
+    /// Largest advance beyond the intended motion, and largest depth beyond the largest intended depth, in m.
     pub beyond_intent_m: Option<(f64, f64)>,
 }
 
@@ -33,21 +28,20 @@ struct Horizon {
 
 #[derive(Debug, Clone)]
 pub struct Pursuit<L: Lane> {
-    /// Scale from the operator's to the slave's motion; 0 in lanes without a known intention.
+    /// 0 in lanes without a known intention.
     scale: L,
     operators: Vec<OperatorTraits>,
     is_any_known: bool,
     slave_m: L,
     intended_m: L,
-    /// Since the last rupture.
     max_gap_m: L,
     max_slave_m: L,
     max_intended_m: L,
-    /// The deepest intended position of the run, and the gap at the last tick there.
+    /// Deepest intended position of the run, and the gap at the last tick there.
     deepest_intended_m: L,
     final_gap_m: L,
-    /// The last tick of the horizon after the last rupture or accepted alarm, and the number of ticks outside horizons
-    /// without withdrawal.
+    /// Last tick of the horizon after the last rupture or accepted alarm, and ticks outside horizons without
+    /// withdrawal.
     disturbed_until: L,
     undisturbed_ticks: L,
     withdraws: L::Mask,
@@ -93,7 +87,6 @@ impl<L: Lane> Pursuit<L> {
         self.horizon_ticks
     }
 
-    /// True if a horizon ends at the tick.
     #[inline(always)]
     pub fn follow(&mut self, tick: u64, intended_position_m: L, slave_position_m: L) -> bool {
         self.slave_m = slave_position_m;
@@ -138,8 +131,8 @@ impl<L: Lane> Pursuit<L> {
         self.withdraws.lane(lane)
     }
 
-    /// Closes a lane's horizon at `tick` if it is due or another rupture begins. Returns the index of its rupture and
-    /// the motion after it.
+    /// Closes a lane's horizon if it is due or another rupture begins; returns the rupture's index and the motion after
+    /// it.
     pub fn close(&mut self, lane: usize, tick: u64, ruptures_again: bool) -> Option<(usize, Aftermath)> {
         let horizon = self.horizons[lane].filter(|horizon| ruptures_again || tick >= horizon.end_tick)?;
         self.horizons[lane] = None;

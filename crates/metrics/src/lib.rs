@@ -1,6 +1,4 @@
-//! The metrics of a run, computed by streaming observers without storage per tick.
-//!
-//! An undefined metric is `None`, never 0: the delay of a missed rupture, the travel at 0.3 s of a shorter run.
+//! Metrics of a run from streaming observers, without storage per tick. An undefined metric is `None`, never 0.
 #[doc(hidden)]
 pub mod catalogue;
 mod event;
@@ -29,27 +27,25 @@ pub use rupture::RuptureMetrics;
 pub use summary::{Alarm, LinkMetrics, Metrics, ModeTimes, Outcome};
 pub use trocar_base::unit::Unit;
 
-/// The window after a rupture for overshoot, master travel, force fall and peak rate, in s.
+/// The window after a rupture for overshoot, master travel, force fall and peak rate.
 pub const RUPTURE_WINDOW_S: f64 = 0.5;
 
-/// Maximum time from a rupture to an alarm that counts as its detection, in s.
+/// Maximum time from a rupture to an alarm that counts as its detection.
 ///
-/// The slowest rupture that `trocar calibrate` expects loses half of the force in 30 ms, so a tenth is left after 0.1
-/// s. The alarms of the shipped scenarios follow within 12 ms. A later alarm has another cause.
+/// The slowest rupture that `trocar calibrate` expects leaves a tenth of the force after 0.1 s (half of it is lost in
+/// 30 ms); the shipped scenarios' alarms follow within 12 ms.
 pub const ALARM_WINDOW_S: f64 = 0.1;
 
-/// Horizon of a rupture in s, or up to the next rupture: time in which the needle's advance is compared with the
-/// intended motion.
+/// Horizon of a rupture, unless the next rupture comes first: the needle's advance is compared with the intended motion.
 pub const HORIZON_S: f64 = 2.0;
 
-/// Time after a rupture in s at which the slave's travel is read, and over which the minimum of the felt force is
-/// taken.
+/// Time after a rupture for the slave's travel and the minimum of the felt force.
 pub const TRAVEL_S: f64 = 0.3;
 
-/// A force counts as fallen at or below this fraction of its value at the rupture.
+/// A force at or below this fraction of its value at the rupture has fallen.
 pub const FALLEN_SHARE: f64 = 0.05;
 
-/// A run diverges when a position exceeds this bound in m, or is NaN.
+/// A run diverges beyond this position, or at NaN.
 pub const DIVERGED_M: f64 = trocar_engine::operator::MAX_POSITION_M;
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use trocar_core::detector::{
 };
 use trocar_core::time::nearest_ticks;
 
-/// A contact position in m above which no needle lies.
+/// A contact position above which no needle lies.
 const FAR_M: f64 = 1e3;
 
 /// The cause that prevented the detector's alarm, or the supervisor's event.
@@ -92,7 +92,6 @@ struct Explained {
 
 impl MissReason {
     pub fn word(&self) -> String {
-        // Every variant of this enum is serialized with its tag.
         let tag = |value: serde_json::Value| Some(value.get("reason")?.as_str()?.to_owned());
         serde_json::to_value(self).ok().and_then(tag).unwrap_or_default()
     }
@@ -266,7 +265,6 @@ impl Miss {
         std::iter::once(&self.reason).chain(&self.also)
     }
 
-    /// `number` counts from 1.
     pub fn warning(&self, number: usize, time_s: f64) -> Warning {
         let message = format!("rupture {number} at {time_s:.3} s missed: {self}");
         Warning::new(Code::MissedRupture, message).at(self.reason.key()).remedy(self.reason.remedy())
@@ -282,9 +280,7 @@ impl Display for Miss {
 
 #[derive(Debug, Clone, Copy)]
 pub struct DetectorSample {
-    /// The distance `s`, in its unit.
     pub distance: f64,
-    /// The decision value `g`, in the unit of the distance.
     pub decision: f64,
     pub conditions: AlarmConditions<f64>,
     pub depth_m: f64,
@@ -292,7 +288,7 @@ pub struct DetectorSample {
 }
 
 impl DetectorSample {
-    /// The conditions of the sample are those before the update.
+    /// The conditions are those before the update.
     pub fn update(detector: &mut CusumDetector<f64>, input: &DetectorInput<f64>) -> (Decision<f64>, Self) {
         let conditions = detector.conditions(input);
         let decision = detector.update(input);
@@ -321,7 +317,6 @@ impl SupervisorHistory {
         Self { alarms: alarms.iter().map(|alarm| *alarm as u64).collect(), ..Self::default() }
     }
 
-    /// Adds a tick; ticks must be in order.
     pub fn push(&mut self, tick: u64, mode: Mode, alarm: bool, is_taken: bool) {
         if mode != Mode::Teleoperation {
             match self.events.last_mut() {
@@ -336,12 +331,10 @@ impl SupervisorHistory {
         }
     }
 
-    /// Accepted or ignored.
     pub fn has_alarm(&self, ticks: RangeInclusive<u64>) -> bool {
         self.alarms.iter().chain(&self.ignored_alarms).any(|alarm| ticks.contains(alarm))
     }
 
-    /// Accepted or ignored, in the `ticks` before a tick.
     fn last_alarm(&self, tick: u64, ticks: u64) -> Option<u64> {
         let before = tick.saturating_sub(ticks)..tick;
         self.alarms.iter().chain(&self.ignored_alarms).copied().filter(|alarm| before.contains(alarm)).max()
@@ -357,8 +350,8 @@ impl SupervisorHistory {
     }
 }
 
-/// Time after an alarm, in s, in which a self-arming detector may attribute a fall to it: the longest hold, and as long
-/// again for the ring-down.
+/// Time after an alarm in which a self-arming detector may attribute a fall to it: the longest hold, and as long again
+/// for the ring-down.
 const AFTERMATH_S: f64 = 0.3;
 
 /// A sample is near the largest g of a window if its g exceeds this fraction of it.
@@ -366,9 +359,7 @@ const NEAR_MAX: f64 = 0.9;
 
 pub struct MissRule<'a> {
     pub tick_s: f64,
-    /// Of the first sample.
     pub start_s: f64,
-    /// From a rupture to its alarm, at most.
     pub window_s: f64,
     pub detector: &'a DetectorSettings,
     pub refractory_s: f64,
@@ -383,11 +374,9 @@ impl MissRule<'_> {
         nearest_ticks(self.window_s, self.tick_s)
     }
 
-    /// Explains why a rupture at `tick` has no alarm. `samples` are those of its window with their ticks, from the
-    /// rupture onwards.
+    /// Explains why a rupture at `tick` has no alarm, from the `samples` of its window.
     ///
-    /// Of the samples with g above the threshold, the first one that fails the fewest conditions decides: the smallest
-    /// change turns it into an alarm.
+    /// Of those with g above the threshold, the first one that fails the fewest conditions decides.
     pub fn explain(
         &self,
         tick: u64,
@@ -399,7 +388,7 @@ impl MissRule<'_> {
             let reason = supervisor.refusal(alarm, self)?;
             return Some(Miss { reason, also: vec![] });
         }
-        // An alarm in the window counts for a later rupture; the samples from it onwards do not explain this miss.
+        // An alarm in the window counts for a later rupture: samples from it onwards explain nothing.
         let of_another = supervisor.alarms.iter().copied().find(|alarm| window.contains(alarm));
         let end = of_another.map_or(samples.len(), |alarm| samples.partition_point(|(tick, _)| *tick < alarm));
         if let (0, Some(alarm)) = (end, of_another) {
@@ -412,7 +401,7 @@ impl MissRule<'_> {
         }
         let threshold = self.detector.cusum.threshold;
         let max = samples.iter().map(|(_, sample)| sample.decision).fold(0.0, f64::max);
-        // Without a sample above the threshold, those near the largest g show which other conditions would have failed.
+        // Without a sample above the threshold, those near the largest g show the other conditions.
         let level = threshold.min(NEAR_MAX * max);
         let mut fewest: Option<Vec<MissReason>> = None;
         for (tick, sample) in samples.iter().filter(|(_, sample)| sample.decision > level) {
@@ -438,7 +427,7 @@ impl MissRule<'_> {
             None => {
                 let largest = samples.iter().map(|(_, sample)| sample.distance).fold(0.0, f64::max);
                 let drift = MissReason::BelowDrift { largest };
-                // If the drift is half of the largest distance, g reaches the other half.
+                // With the drift at half of the largest distance, g reaches the other half.
                 let reached = 0.5 * largest / threshold;
                 let and_threshold = (reached < 1.0).then_some(MissReason::BelowThreshold { reached });
                 std::iter::once(drift).chain(and_threshold).collect()

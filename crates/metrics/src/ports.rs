@@ -1,4 +1,4 @@
-//! The energies at the ports of a run, and the energy balance of each part between two ports.
+//! Energies at the ports of a run, and the balance of each part between two ports.
 
 use serde::Serialize;
 
@@ -71,7 +71,6 @@ impl Balance {
     }
 }
 
-/// One value per tick.
 #[derive(Debug, Clone, Copy)]
 pub struct PortColumns<'a> {
     pub time_s: &'a [f64],
@@ -85,7 +84,7 @@ pub struct PortColumns<'a> {
 }
 
 impl PortMetrics {
-    /// `energy_scale` scales the slave's energies to the master. `None` without a tick.
+    /// `energy_scale` scales the slave's energies to the master.
     pub fn of(columns: &PortColumns<'_>, energy_scale: f64) -> Option<Self> {
         let PortColumns { time_s, needle_m, hand_j, master_j, reference_j, needle_j } = *columns;
         let [mut master, mut link, mut slave, mut both] = [Balance::default(); 4];

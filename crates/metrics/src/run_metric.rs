@@ -14,7 +14,7 @@ enum Reader {
 #[derive(Debug, Clone, Copy)]
 pub struct RunMetric {
     declaration: &'static Declaration,
-    /// Number of the rupture or event, from 1.
+    /// From 1.
     number: usize,
     reader: Reader,
 }
@@ -40,7 +40,6 @@ impl RunMetric {
         })
     }
 
-    /// `number` counts from 1.
     pub fn of_rupture(number: usize) -> impl Iterator<Item = Self> {
         RuptureMetrics::METRICS.iter().map(move |m| Self {
             declaration: &m.declaration,
@@ -57,7 +56,6 @@ impl RunMetric {
         })
     }
 
-    /// The run, then its link and its ports.
     pub fn of_whole_run() -> impl Iterator<Item = Self> {
         Self::of_run().chain(Self::of_link()).chain(Self::of_ports())
     }
@@ -67,7 +65,7 @@ impl RunMetric {
         Self::of_whole_run().chain(Self::of_rupture(1)).chain(Self::of_event(1))
     }
 
-    /// Those of the whole run, then those of each rupture and event.
+    /// The whole run's, then each rupture's and event's.
     pub fn of_run_with(ruptures: usize, events: usize) -> impl Iterator<Item = Self> {
         let of_ruptures = (1..=ruptures).flat_map(Self::of_rupture);
         Self::of_whole_run().chain(of_ruptures).chain((1..=events).flat_map(Self::of_event))
@@ -93,7 +91,7 @@ impl RunMetric {
         self.declaration
     }
 
-    /// The number of the rupture or event, from 1; 1 for other metrics.
+    /// From 1; 1 for other metrics.
     pub fn number(&self) -> usize {
         self.number
     }

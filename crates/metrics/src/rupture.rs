@@ -74,7 +74,6 @@ pub(super) struct Extremes<L> {
     last_felt_n: L,
     overshoot_m: L,
     master_travel_m: L,
-    /// Maximum change of the force on the hand in a tick, in N.
     peak_change_n: L,
     min_felt_n: L,
     max_felt_n: L,
@@ -101,7 +100,7 @@ impl<L: Lane> Extremes<L> {
         }
     }
 
-    /// Processes a tick after the rupture; `is_early` marks the lanes that still update the felt force's extremes.
+    /// `is_early`: lanes that still update the felt force's extremes.
     #[inline(always)]
     pub(super) fn observe(&mut self, s: &Signals<L>, is_early: L::Mask) {
         let felt_n = s.operator_force_n;
@@ -163,7 +162,7 @@ pub(super) struct RuptureWindow {
     pub(super) extremes: Extremes<f64>,
     detected_at: Option<u64>,
     travel_m: Option<f64>,
-    /// The gap between needle and intended position at the rupture, and its growth until the travel is read, in m.
+    /// The gap between needle and intended position at the rupture, and its growth until the travel is read.
     gap_m: Option<f64>,
     unintended_travel_m: Option<f64>,
     pub(super) feedback_fallen_at: Option<u64>,
@@ -205,8 +204,8 @@ impl RuptureWindow {
         tick - self.tick <= self.window_ticks
     }
 
-    /// Claims an alarm as the detection of this rupture. False if the rupture has an alarm, if this one comes more than
-    /// [`ALARM_WINDOW_S`] after it, or if the tissue force has not fallen since: such an alarm has another cause.
+    /// Claims an alarm as the detection of this rupture; false if the rupture has an alarm, or if this one comes after
+    /// [`ALARM_WINDOW_S`] or without a fall of the tissue force.
     pub(super) fn claim(&mut self, s: &Signals<f64>) -> bool {
         let has_fallen = s.tick == self.tick || s.tissue_force_n < self.tissue_n;
         let is_detection = self.detected_at.is_none() && s.tick - self.tick <= self.alarm_ticks && has_fallen;

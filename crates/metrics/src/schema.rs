@@ -3,7 +3,7 @@ use serde_json::Value as Json;
 
 use super::{Declaration, Metric};
 
-/// A transform of a scope's JSON Schema that appends the unit to each metric's description.
+/// Appends the unit to each metric's description.
 pub fn with_units<Read>(metrics: &'static [Metric<Read>]) -> impl FnMut(&mut Schema) {
     move |schema| {
         let Some(properties) = schema.get_mut("properties") else { return };

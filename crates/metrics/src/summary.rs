@@ -78,7 +78,6 @@ metrics! {
 }
 
 impl LinkMetrics {
-    /// Converts a link's report, whose times are in ticks of `grid`.
     pub fn new(report: &LinkReport, grid: &TickGrid) -> Self {
         let seconds = |ticks: f64| grid.time_s(ticks as u64);
         Self {

@@ -1,13 +1,13 @@
 use trocar_core::lane::{Lane, by_index};
 
-/// Number of partial sums per quantity. Tick `k` enters sum `k mod WAYS`, so consecutive additions are independent, in
-/// the same order on every machine and for any number of lanes.
+/// Partial sums per quantity. Tick `k` enters sum `k mod WAYS`: consecutive additions are independent, in the same
+/// order on every machine and for any number of lanes.
 const WAYS: usize = 4;
 
-/// Maximum number of ticks buffered before they are added, a multiple of [`WAYS`].
+/// Maximum number of buffered ticks, a multiple of [`WAYS`].
 const BLOCK: usize = 32;
 
-/// Number of buffered ticks. Over lanes one tick fills the registers, and a short buffer leaves the cache to the tick.
+/// Over lanes one tick fills the registers, and a short buffer leaves the cache to the tick.
 const fn buffered_ticks<L: Lane>() -> usize {
     if L::WIDTH > 1 { 2 * WAYS } else { BLOCK }
 }
@@ -80,17 +80,12 @@ struct Partial<L> {
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Totals {
-    /// `Σ |e|` in N.
     pub absolute_residual_n: f64,
     /// `Σ (x_e - x_ref)²` in m².
     pub squared_tracking_error_m2: f64,
-    /// `Σ F_h v_h` in W.
     pub operator_power_w: f64,
-    /// `Σ f_e v_e` in W.
     pub tissue_power_w: f64,
-    /// Minimum `f_e` in N.
     pub min_force_n: f64,
-    /// Maximum `f_e` in N.
     pub max_force_n: f64,
 }
 
@@ -143,8 +138,7 @@ impl<L: Lane> Sums<L> {
         }
     }
 
-    /// The sums of a lane over `count` samples, in scalar arithmetic: after a run the lanes' instruction set is not
-    /// enabled.
+    /// Scalar arithmetic: after a run the lanes' instruction set is not enabled.
     pub(super) fn totals_of(&self, index: usize, count: u64) -> Totals {
         let Self { buffer, partial } = self;
         let (remaining, neutral) = (count as usize % buffered_ticks::<L>(), Sample::<f64>::neutral());
@@ -211,7 +205,7 @@ impl<L: Lane> Partial<L> {
 
 #[inline(always)]
 fn gather<L: Lane, Width: Lane>(ways: &mut [L; WAYS], values: &[L; BLOCK], take: impl Fn(L, L) -> L) {
-    // An index loop, because iterator methods might not be inlined here.
+    // Iterator methods might not be inlined here.
     for at in 0..buffered_ticks::<Width>() {
         ways[at % WAYS] = take(ways[at % WAYS], values[at]);
     }

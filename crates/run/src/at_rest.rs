@@ -6,14 +6,12 @@ use trocar_engine::engine::{BuiltInOr, Observer, Signals, UserDefinedEngine, Use
 use trocar_metrics::DIVERGED_M;
 use trocar_scenario::Scenario;
 
-/// A run that is repeated up to a tick and then rests: the hand stays at its last desired position, the organs at
-/// theirs, and the force sensor has no noise. A force replayed over time keeps its last value. Only the loop remains:
-/// machines, tissue, link with its losses, augmentation, reflexes of the arm.
+/// A repeated run that rests from a tick on: hand and organs stay, the force sensor has no noise, and a replayed force
+/// keeps its last value. Only the loop remains, with the link's losses and the arm's reflexes.
 pub(super) struct AtRest {
     engine: UserDefinedEngine,
     tick: u64,
     desired_m: f64,
-    /// Of slave and master since the start of the rest.
     pub(super) positions_m: [Vec<f64>; 2],
     pub(super) has_ended: bool,
 }
@@ -34,7 +32,7 @@ impl Observer<f64> for Positions<'_> {
 }
 
 impl AtRest {
-    /// Repeats a run up to tick `rest`. For `ticks` ticks, logged delays repeat from tick `repeat` on.
+    /// Logged delays repeat from tick `repeat` on.
     pub(super) fn new(scenario: &Scenario, rest: u64, repeat: u64, ticks: u64) -> Result<Self, RunError> {
         let mut scenario = scenario.clone();
         let end = scenario.grid.ticks();
@@ -73,7 +71,7 @@ impl AtRest {
             interrupt::check_at(self.tick);
             match self.engine.parts.tick(self.tick, self.desired_m, &mut self.engine.plants, observer) {
                 ControlFlow::Continue(next_m) => (self.desired_m, self.tick) = (next_m, self.tick + 1),
-                // The original run has completed, so a failure after its end is not its error.
+                // The original run has completed, so a later failure is not its error.
                 ControlFlow::Break(_) => self.has_ended = true,
             }
         }

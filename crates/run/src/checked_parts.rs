@@ -1,4 +1,4 @@
-//! Checks the results of user-defined parts: a number that is not finite ends the run.
+//! A number that is not finite in a user-defined part's results ends the run.
 
 use trocar_core::time::TickGrid;
 use trocar_engine::engine::{InvalidPart, Observer, Signals};
@@ -35,7 +35,7 @@ impl CheckedParts {
     }
 }
 
-/// Possible causes of the first non-finite signal, in the order of a tick.
+/// Of the first non-finite signal, in the order of a tick.
 fn first_invalid(s: &Signals<f64>) -> Option<&'static [&'static str]> {
     let signals: [(&'static [&'static str], [f64; 3]); 6] = [
         (&["operator"], [s.desired_position_m, s.intended_position_m, 0.0]),

@@ -1,6 +1,5 @@
-//! Runs scenarios for their metrics, and optionally their trace.
-//!
-//! It does not judge or describe a run; `trocar-studies` does. The crate `trocar` re-exports it as `trocar::run`.
+//! Runs scenarios for their metrics and trace; `trocar-studies` judges and describes runs. The crate `trocar`
+//! re-exports this one as `trocar::run`.
 mod at_rest;
 mod checked_parts;
 mod misses;
@@ -33,7 +32,6 @@ pub struct Run {
     pub scenario: Scenario,
     pub metrics: Metrics,
     pub trace: Trace,
-    /// `None` without a trace.
     pub reach: Option<Reach>,
     /// With a user-defined part.
     pub user_defined_parts: Vec<&'static str>,
@@ -48,12 +46,8 @@ pub enum RunError {
     Engine { name: String, source: EngineError },
 }
 
-/// Runs a scenario and records its trace. Results are reproducible bit for bit.
-///
-/// Missed ruptures and sustained oscillations are explained from the trace and, if necessary, further runs.
-///
-/// # Errors
-/// [`RunError`]; a run that diverges is a result, not an error.
+/// Runs a scenario with its trace, reproducible bit for bit; missed ruptures and sustained oscillations are explained,
+/// if necessary by further runs. A run that diverges is a result, not an error.
 pub fn run(scenario: Scenario) -> Result<Run, RunError> {
     let mut trace = empty_trace(&scenario);
     let metrics = observe(&scenario, &mut trace.recorder())?;
@@ -61,7 +55,7 @@ pub fn run(scenario: Scenario) -> Result<Run, RunError> {
 }
 
 impl Run {
-    /// Adds the names of the ruptured layers, a sustained oscillation and the reasons of missed ruptures.
+    /// Adds names of ruptured layers, a sustained oscillation and the reasons of misses.
     pub fn concluded(scenario: Scenario, mut metrics: Metrics, trace: Trace) -> Result<Self, RunError> {
         metrics.outcome = oscillation::outcome(&scenario, &trace, metrics.outcome)?;
         misses::explain_misses(&scenario, &mut metrics)?;
@@ -73,11 +67,10 @@ impl Run {
         Ok(Self { scenario, metrics, trace, reach, user_defined_parts: vec![] })
     }
 
-    /// Combines a scenario with the metrics and the trace of a run with user-defined parts in some roles
-    /// ([`UserDefinedParts::roles`]).
+    /// For a run with user-defined parts in some roles ([`UserDefinedParts::roles`]).
     ///
-    /// Such a run cannot be repeated, so the layer of a rupture, the reason of a miss and the cause of an oscillation
-    /// remain unknown. The warnings about a run report this where it matters.
+    /// It cannot be repeated, so a rupture's layer, a miss's reason and an oscillation's cause remain unknown; the
+    /// warnings report this where it matters.
     pub fn of_user_defined_parts(
         scenario: Scenario,
         user_defined_parts: Vec<&'static str>,
@@ -106,7 +99,7 @@ pub fn measure(scenario: &Scenario) -> Result<Metrics, RunError> {
     Ok(with_link(scenario, metrics, engine.link_report()))
 }
 
-/// The additional observer is not called for a diverged tick.
+/// The observer is not called for a diverged tick.
 pub fn observe(scenario: &Scenario, observer: &mut dyn Observer<f64>) -> Result<Metrics, RunError> {
     let mut engine = scenario.build()?;
     let metrics = with_metrics(scenario, observer, |observers| engine.run(observers))?;
@@ -155,7 +148,6 @@ fn with_link(scenario: &Scenario, metrics: Metrics, report: Option<LinkReport>) 
     Metrics { link: report.map(|report| LinkMetrics::new(&report, &scenario.grid)), ..metrics }
 }
 
-/// `None` if they are undefined.
 #[doc(hidden)]
 pub fn ports(scenario: &Scenario) -> Result<Option<PortMetrics>, RunError> {
     let mut trace = empty_trace(scenario);

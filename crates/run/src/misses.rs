@@ -1,4 +1,4 @@
-//! Finds the reasons of missed ruptures by repeating the run with an observed detector.
+//! Reasons of missed ruptures, by repeating the run with an observed detector.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -15,7 +15,7 @@ const MAX_REASONS: usize = 8;
 
 type Windows = Vec<(u64, DetectorSample)>;
 
-/// Records the state of the detector in the windows of some ruptures.
+/// Records the detector's state in the windows of some ruptures.
 struct ObservedDetector {
     detector: CusumDetector<f64>,
     tick: u64,
@@ -64,7 +64,6 @@ impl Observer<f64> for UntilWindow {
                 self.last_tick = s.tick + self.window_ticks;
             }
         }
-        // A tick after the window shows that the run covers the window.
         self.is_done = s.tick > self.last_tick;
     }
 
@@ -125,8 +124,7 @@ fn observed(scenario: &Scenario, metrics: &Metrics) -> Result<Vec<Option<Miss>>,
 
 /// Finds a small set of reasons whose removal raises an alarm for the rupture `index`, from 0.
 ///
-/// A reason can hide another: a detector without a settling time may be armed but stay below the threshold. Each
-/// observed reason is therefore removed alone, then all of them, then the reasons observed after that.
+/// A reason can hide another, so each observed reason is removed alone, then all, then those observed after that.
 fn confirmed(scenario: &Scenario, index: usize, first: Miss) -> Result<Miss, RunError> {
     let without = |scenario: &Scenario, reasons: &[MissReason]| {
         let mut other = scenario.clone();
@@ -160,7 +158,7 @@ fn confirmed(scenario: &Scenario, index: usize, first: Miss) -> Result<Miss, Run
     })
 }
 
-/// Up to the end of a rupture's window; `None` if the detector raises an alarm there.
+/// `None` if the detector raises an alarm in the window.
 fn still_missed(scenario: &Scenario, index: usize) -> Result<Option<Metrics>, RunError> {
     let tick_s = scenario.grid.tick_s();
     let window_ticks = nearest_ticks(ALARM_WINDOW_S, tick_s);

@@ -1,5 +1,3 @@
-//! Determines whether a run oscillates without decaying.
-
 use super::RunError;
 use super::at_rest::AtRest;
 use super::swings::{median, range, strength, swings};
@@ -8,42 +6,38 @@ use trocar_engine::engine::Trace;
 use trocar_metrics::Outcome;
 use trocar_scenario::{EngineKind, Scenario};
 
-/// Share of the run at its end: the tail.
 const TAIL: f64 = 0.4;
 
-/// In each half of the tail; a swing is from a peak to a trough or back.
+/// In each half of the tail; a swing goes from peak to trough or back.
 const MIN_SWINGS: usize = 4;
 
 /// In m, and in steps of the position sensor.
 const MIN_SWING_M: f64 = 2e-5;
 const MIN_SWING_STEPS: f64 = 2.0;
 
-/// Minimum ratio of the later to the earlier strength in the tail for a possibly sustained oscillation.
+/// Minimum ratio of the later to the earlier strength in the tail.
 const LASTING: f64 = 0.8;
 
-/// In each window of the rest, for a comparison of strengths.
 const MIN_WINDOW_SWINGS: usize = 8;
 
-/// Logarithmic decay from window to window below which the strength is constant, and below which it may approach a
-/// constant.
+/// Logarithmic decays between windows below which the strength is constant, or may approach a constant.
 const STAYS: f64 = 1e-3;
 const APPROACHES: f64 = 0.05;
 
-/// [`STAYS`] at the end of the longest rest, whose windows are long.
+/// For the long windows at the end of the longest rest.
 const STAYS_AT_LAST: f64 = 1e-2;
 
 /// Ratio of two consecutive decays below which the decay ends: 1 for an exponential decay, smaller on the way to a
 /// limit cycle.
 const ENDS: f64 = 0.3;
 
-/// With random losses: minimum ratio of the last window to the first for a sustained oscillation.
+/// With random losses: minimum ratio of the last window to the first.
 const LASTING_AT_RANDOM: f64 = 0.5;
 
-/// Minimum ratio of the sustained oscillation to that at the end of the run, which can decay to a smaller one.
+/// Minimum ratio to the oscillation at the end of the run, which can decay to a smaller one.
 const PART_OF_SEEN: f64 = 0.5;
 
-/// The longest rest as a multiple of the shortest: in general, with random losses, and with a slow engine; and in
-/// ticks.
+/// In multiples of the shortest: in general, with random losses, with a slow engine; and in ticks.
 const MAX_REST: u64 = 64;
 const MAX_RANDOM_REST: u64 = 8;
 const MAX_SLOW_REST: u64 = 4;
@@ -59,10 +53,9 @@ pub struct Swing {
     pub frequency_hz: f64,
 }
 
-/// Returns `Oscillating` for a completed run that oscillates without decaying, otherwise its outcome.
+/// `Oscillating` for a completed run that oscillates without decaying, else its outcome.
 ///
-/// The loop sustains an oscillation that continues without excitation: a run that oscillates at its end is continued
-/// with the hand at rest.
+/// The loop sustains what continues without excitation, so the run is continued with the hand at rest.
 pub(super) fn outcome(scenario: &Scenario, trace: &Trace, outcome: Outcome) -> Result<Outcome, RunError> {
     if outcome != Outcome::Completed || trace.is_empty() {
         return Ok(outcome);
@@ -100,7 +93,6 @@ impl Tail {
         }
     }
 
-    /// True if slave or master reverses in the tail, and still moves in its second half.
     fn may_swing(&self) -> bool {
         self.relative_m.iter().any(|positions| {
             let (_, late) = positions.split_at(positions.len() / 2);
@@ -142,9 +134,9 @@ fn tail_begin(ticks: usize) -> usize {
     ticks - (ticks as f64 * TAIL) as usize
 }
 
-/// The hand rests at its last position, where a moving hand, as in a sine, may be outside the tissue. A second trial
-/// therefore rests the hand at its deepest position in the second half of the tail. Its result counts only if the run
-/// itself oscillated with at least half of its frequency and [`PART_OF_SEEN`] of its size.
+/// The hand rests at its last position, which may be outside the tissue. A second trial therefore rests it at its
+/// deepest position in the second half of the tail, and counts only if the run itself oscillated with at least half of
+/// its frequency and [`PART_OF_SEEN`] of its size.
 fn sustained_swing(scenario: &Scenario, trace: &Trace) -> Result<Option<Swing>, RunError> {
     let tail = Tail::of(scenario, trace);
     if !tail.may_swing() {
@@ -191,7 +183,7 @@ fn swing_at_rest(scenario: &Scenario, trace: &Trace, rest: usize, tail: &Tail) -
     }
 }
 
-/// In ticks; the minimum is doubled until the result is clear.
+/// Ticks; the minimum is doubled until the result is clear.
 struct RestLength {
     min: u64,
     max: u64,
@@ -220,9 +212,8 @@ impl RestLength {
     }
 }
 
-/// True if an oscillation is sustained; `None` if a longer rest is needed to decide.
-///
-/// Compares the last three quarters of the rest; motion caused by the hand decays in the first one.
+/// `None` if a longer rest is needed. Compares the last three quarters of the rest: motion caused by the hand decays in
+/// the first one.
 fn lasts(positions_m: &[Vec<f64>; 2], min_m: f64, is_last: bool, is_random: bool) -> Option<bool> {
     let window = positions_m[0].len() / 4;
     let windows = positions_m.each_ref().map(|positions| [1, 2, 3].map(|k| &positions[k * window..(k + 1) * window]));

@@ -17,20 +17,19 @@ pub const PACK: usize = LANES;
 /// With fewer scenarios, separate runs are faster than eight lanes.
 const MIN_SCENARIOS: usize = 3;
 
-/// The results are identical, bit for bit, to separate runs. Scenarios share lanes if they differ only in numbers:
-/// scales, gains, tissue, machines, thresholds, seeds. Scenarios that differ in structure (kinds of tissue and
-/// controller, ticks, delays, sensors with and without noise) run one after the other. A failed scenario gives an error
-/// at its index only.
+/// The same bits as separate runs. Scenarios share lanes if they differ only in numbers (scales, gains, tissue,
+/// machines, thresholds, seeds); others (kinds of tissue and controller, ticks, delays, sensors with and without noise)
+/// run one after the other. A failed scenario gives an error at its index only.
 pub fn run_pack(scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
     run_pack_in(InstructionSet::widest(), scenarios)
 }
 
-/// One after the other if the machine does not support the instruction set.
+/// One after the other if the machine lacks the instruction set.
 pub fn run_pack_in(set: InstructionSet, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
     metrics_of(run_pack_observed(set, &mut NoiseBank::new(0), scenarios, &()))
 }
 
-/// Noise is shared between runs of the same seed: identical results, faster.
+/// Shares noise between runs of the same seed: identical results, faster.
 pub fn run_pack_sharing(bank: &mut NoiseBank, scenarios: &[Scenario]) -> Vec<Result<Metrics, RunError>> {
     metrics_of(run_pack_observed(InstructionSet::widest(), bank, scenarios, &()))
 }
@@ -45,7 +44,7 @@ pub trait RunObserver {
     type Finding;
     const OBSERVES: bool = true;
 
-    /// The first scenario is in lane 0. Unused lanes repeat the last one.
+    /// Unused lanes repeat the last scenario.
     fn over_lanes<L: Lane>(&self, places: Range<usize>) -> Self::OverLanes<L>;
 
     fn finding<L: Lane>(observer: &Self::OverLanes<L>, lane: usize) -> Self::Finding;
@@ -105,7 +104,7 @@ fn run_eight<R: RunObserver>(
     });
     match together {
         Some(runs) => {
-            // Unlike in a separate run, a link continues to count after its lane has diverged.
+            // A link continues to count after its lane has diverged.
             let ends_early = |metrics: &Metrics| metrics.link.is_some() && metrics.outcome != Outcome::Completed;
             let each = runs.into_iter().enumerate();
             each.map(|(k, run)| if ends_early(&run.0) { alone(k) } else { Ok(run) }).collect()
@@ -117,7 +116,7 @@ fn run_eight<R: RunObserver>(
 struct Engines(Vec<ScenarioEngine>);
 
 impl Engines {
-    /// `None` without scenarios, or if one cannot be built; its separate run reports the error.
+    /// `None` without scenarios, or if one cannot be built.
     fn of(scenarios: &[Scenario]) -> Option<Self> {
         let engines: Result<Vec<_>, _> = scenarios.iter().map(Scenario::build).collect();
         engines.ok().filter(|engines| !engines.is_empty()).map(Self)

@@ -5,7 +5,6 @@ use trocar_metrics::{Metrics, RuptureMetrics};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
     pub deepest_m: f64,
-    /// The tissue force is 0 in the whole run.
     pub is_untouched: bool,
     /// After the last rupture.
     pub last_force_n: f64,

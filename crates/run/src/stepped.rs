@@ -10,7 +10,7 @@ use trocar_engine::operator::{HumanOperator, Operator};
 use trocar_metrics::{Metrics, MetricsObserver};
 use trocar_scenario::{Scenario, ScenarioError, TissueRange};
 
-/// A run that the caller advances tick by tick, optionally with the person's position from another program or a person.
+/// A run that its caller advances tick by tick, optionally with the position of a person or another program.
 ///
 /// ```
 /// # mod trocar {
@@ -44,7 +44,6 @@ pub struct SteppedRun {
 }
 
 impl SteppedRun {
-    /// Before the first tick.
     pub fn new(scenario: Scenario, parts: UserDefinedParts) -> Result<Self, RunError> {
         let trace = empty_trace_with(&scenario, &parts);
         let mut roles = parts.roles();
@@ -61,15 +60,14 @@ impl SteppedRun {
         Ok(Self { scenario, engine, observers, led, desired_m, led_m: vec![], has_ended: false })
     }
 
-    /// Repeats the ticks of a run without user-defined parts from its [`SteppedRun::led_m`], and continues from the
-    /// same state.
+    /// Repeats a run without user-defined parts from its [`SteppedRun::led_m`], and continues it.
     pub fn repeated(scenario: Scenario, led_m: &[f64]) -> Result<Self, RunError> {
         let mut run = Self::new(scenario, UserDefinedParts::default())?;
         run.repeat(led_m)?;
         Ok(run)
     }
 
-    /// A tick for each position in m; NaN for the operator's own.
+    /// A tick for each position; NaN for the operator's own.
     pub fn repeat(&mut self, led_m: &[f64]) -> Result<(), RunError> {
         for position_m in led_m {
             self.step(Some(*position_m).filter(|position_m| !position_m.is_nan()))?;
@@ -77,7 +75,7 @@ impl SteppedRun {
         Ok(())
     }
 
-    /// The desired position moves linearly to `desired_m`, or to the operator's position with `None`. Returns true if
+    /// The desired position moves linearly to `desired_m`, or with `None` to the operator's position. Returns true if
     /// there are more ticks.
     pub fn step(&mut self, desired_m: Option<f64>) -> Result<bool, RunError> {
         if self.has_ended {
@@ -104,14 +102,14 @@ impl SteppedRun {
         Ok(!self.has_ended)
     }
 
-    /// Continues with the parts of a changed scenario, from the next tick on. `sections` are those of the changed keys:
-    /// `scaling` (of a link without delay), `tissue` (a spring and damper, or a model without layers), `estimator`,
-    /// `detector` and `augmentation`. The estimator, the detector and the supervisor begin anew. Metrics and summary
-    /// describe the scenario at the beginning.
+    /// Continues with a changed scenario's parts from the next tick on: `sections` are those of the changed keys, of
+    /// `scaling` (link without delay), `tissue` (spring and damper, or without layers), `estimator`, `detector` and
+    /// `augmentation`. Estimator, detector and supervisor begin anew; metrics and summary describe the scenario at the
+    /// beginning.
     ///
     /// # Errors
-    /// [`RunError::Scenario`] for other sections, for a user-defined part of such a section, for a change of detector
-    /// or augmentation during an event, and if the changed parts cannot be built. The run is then unchanged.
+    /// [`RunError::Scenario`] for other sections, for user-defined parts in them, for a changed detector or
+    /// augmentation during an event, and if the parts cannot be built; the run is then unchanged.
     pub fn change(&mut self, changed: &Scenario, sections: &[&str]) -> Result<(), RunError> {
         let next = changed.build_with(UserDefinedParts::default())?;
         let refuse = |message: &str, remedy: &str| Err(ScenarioError::new(message).remedy(remedy).into());
@@ -192,7 +190,6 @@ impl SteppedRun {
         &self.observers.1.1
     }
 
-    /// The metrics of the ticks so far.
     pub fn metrics(&self) -> Metrics {
         self.observers.1.0.metrics(0)
     }
@@ -210,7 +207,7 @@ impl std::fmt::Debug for SteppedRun {
     }
 }
 
-/// `led` holds the bits of the given position; NaN selects the operator's position.
+/// Holds the given position's bits; NaN selects the operator's.
 struct Led {
     operator: BuiltInOr<HumanOperator<f64>, dyn Operator<f64> + Send>,
     led: Arc<AtomicU64>,

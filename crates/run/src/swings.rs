@@ -47,11 +47,11 @@ pub(super) fn range(values: &[f64]) -> f64 {
     (high - low).max(0.0)
 }
 
-/// The strength of the motion in a signal: the standard deviation of its sample-to-sample changes.
+/// The strength of a motion: the standard deviation of the changes from sample to sample, weighted by a Hann window,
+/// `1 - cos(2π (k + 1/2) / N)`, against incomplete periods at the ends.
 ///
-/// A constant offset and a steady drift have no effect. Unlike the distance from peak to trough, the strength does not
-/// beat with the samples for periods of two or three samples. The weights are a Hann window, `1 - cos(2π (k + 1/2) /
-/// N)`, so incomplete periods at the ends do not matter.
+/// Offset and drift have no effect. Unlike the distance from peak to trough, it does not beat with the samples for
+/// periods of two or three samples.
 pub(super) fn strength(values: &[f64]) -> f64 {
     interrupt::check();
     let count = values.len().saturating_sub(1);

@@ -68,7 +68,6 @@ impl<L: Lane> Automaton<L> {
         self.in_teleoperation
     }
 
-    /// `blended`: lanes whose position has blended.
     #[inline(always)]
     pub(super) fn step(&mut self, tick: u64, alarm: L::Mask, decision: L, blended: L::Mask) -> Modes<L> {
         let now = L::splat(tick as f64);
@@ -83,7 +82,7 @@ impl<L: Lane> Automaton<L> {
         let blended_back = mode.is_reengaging() & blended & held.ge(self.blend_ticks);
 
         self.quiet_ticks = quiet_ticks;
-        // This branch removes the dependency on the alarm while the mode is unchanged.
+        // Removes the dependency on the alarm while the mode is unchanged.
         if (enter | leave | blended_back).any() {
             core::hint::cold_path();
             self.quiet_ticks = L::select(enter, L::zero(), quiet_ticks);

@@ -3,14 +3,14 @@ use super::force_laws::{AugmentedTick, ForceLaw};
 use super::mode::{Mode, ModeChange, Modes};
 use crate::lane::{Gather, LANES, Lane, Mask, Stored, of_each};
 
-/// Weight `u² (3 - 2u)` of the final value at the progress `u`, 0 to 1.
+/// Weight `u² (3 - 2u)` of the final value.
 #[inline(always)]
 #[must_use]
 pub fn cross_fade<L: Lane>(progress: L) -> L {
     progress * progress * (L::splat(3.0) - L::splat(2.0) * progress)
 }
 
-/// The feedback force, continuous at both ends of the cross-fade:
+/// The feedback force is continuous at both ends of the cross-fade:
 ///
 /// ```text
 /// teleoperation  F = F_e                                     |ΔF| <= |ΔF_e|
@@ -26,7 +26,7 @@ pub(super) struct ForceFeedback<L, F> {
     augmented: L,
     progress: L,
     weight: L,
-    /// Equal to the measured force in teleoperation, and not updated there.
+    /// Not updated in teleoperation.
     fed_back: L,
     measured: L,
     mode: Modes<L>,
@@ -47,8 +47,6 @@ impl<L: Lane, F: ForceLaw<L>> ForceFeedback<L, F> {
         }
     }
 
-    /// The force and its allowed change in N.
-    ///
     /// If a link has lost a change of mode, the force passes through the skipped modes: only the complete cross-fade
     /// returns it to the measured force.
     #[inline(always)]
@@ -97,7 +95,7 @@ impl<L: Lane, F: ForceLaw<L>> ForceFeedback<L, F> {
 
         let is_reengaging = modes.now.is_reengaging();
         let progress = (self.progress + self.blend_step).min(one);
-        // The last step is exactly 1, despite the rounding of the sum.
+        // Exactly 1, despite rounding.
         let progress = L::select(progress.ge(one - L::splat(0.5) * self.blend_step), one, progress);
         let weight = cross_fade(progress);
         let faded = self.augmented + weight * (force - self.augmented);

@@ -33,7 +33,6 @@ use force::ForceFeedback;
 /// For keys that act only with augmentation.
 pub const WHEN_ENABLED: ActsFor = ActsFor::new("augmentation.enabled", &["true"]);
 
-/// For keys that act only with a hold.
 const WHEN_HELD: ActsFor = ActsFor::all_but(HoldSettings::KEY.path, HoldSettings::WORDS, "none");
 
 crate::settings! {
@@ -114,8 +113,8 @@ pub struct SlaveCommand<L: Lane> {
     pub alarm_taken: L::Mask,
 }
 
-/// Over a link, [`decide`](Supervisor::decide) runs on the slave's side, and
-/// [`feedback_force`](Supervisor::feedback_force) on the master's.
+/// Over a link, [`decide`](Supervisor::decide) runs on the slave's side, [`feedback_force`](Supervisor::feedback_force)
+/// on the master's.
 #[derive(Debug, Clone)]
 pub struct Supervisor<L: Lane, M = HeldReference<L>, F = AnyForceLaw<L>> {
     enabled: L::Mask,
@@ -168,7 +167,6 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
             };
         }
         let before = self.automaton.mode();
-        // Lanes without augmentation may run beside others.
         let mode = self.automaton.step(now.tick, now.alarm & self.enabled, now.decision, self.motion.is_blended());
         let modes = ModeChange { before, now: mode };
         self.motion.sense(now.force_n);
@@ -191,7 +189,6 @@ impl<L: Lane, M: MotionLaw<L>, F: ForceLaw<L>> Supervisor<L, M, F> {
         self.gives_cue & mode.is_augmented()
     }
 
-    /// True if no lane leaves teleoperation.
     #[inline(always)]
     fn is_quiet_tick(&self, alarm: L::Mask) -> bool {
         (self.automaton.is_teleoperation() & !(self.enabled & alarm)).all()

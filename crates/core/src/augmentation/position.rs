@@ -81,7 +81,6 @@ impl<L: Lane> HeldReference<L> {
         Self { hold: AnyHold::new(hold, tick_s), ..self }
     }
 
-    /// `followed` is the reference without the event.
     #[inline(always)]
     fn held(&self, followed: L) -> L {
         self.hold.reference_m(&HeldTick { anchor_m: self.frozen, last_m: self.last, hand_m: followed })
@@ -126,12 +125,10 @@ impl<L: Lane> MotionLaw<L> for HeldReference<L> {
                 Freeze::Reference => self.last,
             };
             self.frozen = L::select(modes.has_become(Mode::Augmented), held, self.frozen);
-            // So the reference does not jump.
             gap = L::select(begins, self.held(hand + self.gap) - hand, gap);
             self.last = L::select(modes.has_become(Mode::Augmented), self.frozen, self.last);
         }
         let returned = self.returned(gap, hand, begins);
-        // A held slave keeps the gap of an earlier event.
         self.gap = L::select(modes.now.is_augmented(), self.gap, returned);
         let followed = hand + self.gap;
         let held = self.held(followed);

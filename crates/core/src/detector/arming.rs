@@ -5,9 +5,9 @@ use crate::time::nearest_ticks;
 crate::settings! {
     /// When the detector is armed.
     ///
-    /// A CUSUM alone raises alarms at the first contact and while the estimator converges. The detector is therefore
-    /// armed only after contact for `settle_s` with `g` at or below the threshold. The cost: a rupture within
-    /// `settle_s` after another crossing is not detected.
+    /// A CUSUM alone raises alarms at the first contact and while the estimator converges, so it needs contact for
+    /// `settle_s` with `g` at or below the threshold. The cost: it misses a rupture within `settle_s` after another
+    /// crossing.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ArmingSettings in "detector." {
         /// Duration of quiet contact before the detector is armed.
@@ -103,13 +103,11 @@ impl<L: Lane> Arming<L> {
             armed: self.is_armed(),
             is_drop,
             moves_as_required: input.velocity_m_per_s.ge(self.min_velocity),
-            // With a minimum of 0 only the contact counts.
             is_deep: input.depth_m.ge(self.minimum_depth) | self.minimum_depth.le(zero),
             quiet_samples: self.quiet_ticks,
         }
     }
 
-    /// Returns the lanes with an alarm, among those `above` the threshold.
     #[inline(always)]
     pub(super) fn update(&mut self, above: L::Mask, input: &DetectorInput<L>) -> L::Mask {
         let zero = L::zero();

@@ -135,7 +135,7 @@ impl<L: Lane> CusumDetector<L> {
         Self::with_distance(AnyDistance::new(&settings.distance, tick_s), settings, tick_s)
     }
 
-    /// Starts anew after a gap, with the arguments of [`Self::new`].
+    /// Starts anew after a gap.
     pub fn restart(&mut self, settings: &DetectorSettings, tick_s: f64) {
         *self = Self::with_distance(self.distance.restarted(&settings.distance, tick_s), settings, tick_s);
     }

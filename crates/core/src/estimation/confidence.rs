@@ -3,10 +3,9 @@ use crate::lane::Lane;
 /// Of the order of an insertion between two ruptures. Chosen here.
 const MEMORY_S: f64 = 0.1;
 
-/// N/m and N·s/m. Chosen here, wider than the tissues of this project.
+/// N/m and N·s/m. Chosen here, wider than the simulated tissues.
 const PRIOR_STD: [f64; 2] = [1e3, 100.0];
 
-/// For finite standard errors.
 const MIN_VARIANCE_N2: f64 = 1e-12;
 
 /// Confidence in an estimate.
@@ -21,7 +20,7 @@ pub struct Trust {
 }
 
 impl Trust {
-    /// Sum of 1 if 0 is within two standard errors of K, 2 if of B, 4 if one is negative.
+    /// Bits: 1 if 0 is within two standard errors of K, 2 if of B, 4 if one is negative.
     #[inline]
     #[must_use]
     pub fn flags(&self, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> u8 {
@@ -58,7 +57,7 @@ impl Confidence {
         Self { decay, information: nothing, squared_weights: nothing, squared_error: 0.0, weight: 0.0 }
     }
 
-    /// Adds a sample in contact: depth (m), velocity (m/s), prediction error (N).
+    /// Adds a sample in contact.
     #[inline]
     pub fn add(&mut self, depth_m: f64, velocity_m_per_s: f64, residual_n: f64) {
         let (p, v, decay) = (depth_m, velocity_m_per_s, self.decay);

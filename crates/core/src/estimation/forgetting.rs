@@ -3,18 +3,16 @@ use super::resetting::dot;
 use super::settings::RlsSettings;
 use crate::lane::Lane;
 
-/// The information `D` from samples, in addition to the prior `1/F_0`:
+/// The information `D` from samples, in addition to the prior:
 ///
 /// ```text
 /// D_k = D_{k-1} + δ (α φ φᵀ - (1-λ) D_{k-1}),   D_0 = 0
 /// F_k = (I/F_0 + D_k)⁻¹
 /// ```
 /// Plain forgetting, `F_k⁻¹ = λ F_{k-1}⁻¹ + α φ φᵀ`, lets the gain grow by `1/λ` per sample in directions without
-/// excitation. Here the information falls back to `1/F_0`; `0 <= D <= max(α φᵀφ) / (1-λ)` gives
-/// `1 / (1/F_0 + max(α φᵀφ) / (1-λ)) <= F <= F_0`.
+/// excitation. Here `0 <= D <= max(α φᵀφ) / (1-λ)`, so `1 / (1/F_0 + max(α φᵀφ) / (1-λ)) <= F <= F_0`.
 ///
-/// Derived here; Lai and Bernstein (2023, arXiv:2308.04259, introduction read) survey forgetting towards a fixed
-/// information.
+/// Derived here; Lai and Bernstein (2023, arXiv:2308.04259, introduction read) survey such methods.
 #[derive(Debug, Clone)]
 pub(super) struct Exponential<L, const N: usize> {
     /// `1/F_0`.
@@ -48,7 +46,7 @@ impl<L: Lane, const N: usize> Exponential<L, N> {
         (self.solve(regressor), weight)
     }
 
-    /// `(I/F_0 + D)⁻¹ b` by `L D Lᵀ` elimination; the bound of the pivots guards against rounding.
+    /// `(I/F_0 + D)⁻¹ b` by `L D Lᵀ` elimination; the pivots' bound guards against rounding.
     #[inline(always)]
     fn solve(&self, b: [L; N]) -> [L; N] {
         let mut rows = self.information;

@@ -5,9 +5,8 @@ use crate::lane::{Lane, by_index};
 
 /// `y = K p + B v + C s(v)` in contact, with `s(v) = v / (|v| + v_s)`: a sign function would switch with noise at
 /// standstill, and `tanh` is transcendental.
-///
 /// The regressor `ℓ s(v)` has the size of a depth, so `F_0` and `β` suit all three. Only different depths separate
-/// friction from stiffness, and only different speeds from damping.
+/// friction from stiffness, only different speeds from damping.
 #[derive(Debug, Clone)]
 pub struct Friction<L> {
     regression: Regression<L, 3>,

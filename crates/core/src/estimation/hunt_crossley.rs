@@ -10,27 +10,26 @@ const REFERENCE_VELOCITY_M_PER_S: f64 = 0.05;
 const FIRST_POWER: f64 = 1.0;
 const MIN_POWER: f64 = 0.5;
 const MAX_POWER: f64 = 4.0;
-/// Of the depth in the logarithm.
 const MIN_DEPTH_M: f64 = 1e-6;
 const MAX_DEPTH_M: f64 = 1.0;
-/// Information on the power (`Σ b²`) at which its gain is restored.
+/// Information `Σ b²` at which the power's gain is restored.
 const POWER_MEMORY_N2: f64 = 20.0;
 
 /// `y = μ pⁿ + λ pⁿ v` in contact (eq. 2), as `y = p_r p̃ⁿ (κ + ρ v / v_r)`.
 ///
-/// Two estimators alternate (Diolaiti et al. 2005): one estimates `(κ, ρ)` with `n` known, the other `n` with these
-/// known, from `ln(y / (p_r (κ + ρ v/v_r))) = n ln p̃`. The logarithm overweighs small forces, so the second weights by
-/// the force and linearises it:
+/// Two estimators alternate (Diolaiti et al. 2005): one for `(κ, ρ)`, one for `n` from
+/// `ln(y / (p_r (κ + ρ v/v_r))) = n ln p̃`, linearised and weighted by the force, because the logarithm overweighs small
+/// forces:
 ///
 /// ```text
 /// e⁺_k = y_k - φᵀθ_k = ŷ⁺ ln p̃ (n - n_{k-1}),      ŷ⁺ = φᵀθ_k
 /// n_k = n_{k-1} + f b e⁺ / (1 + f b²),    b = ŷ⁺ ln p̃,    f_k = f_{k-1} / (1 + f_{k-1} b²)
 /// ```
 /// `f` is restored to `1/N²` when `Σ b²` reaches 20 N². The text of Diolaiti et al. was not available: the stages are
-/// from the paper's introduction and the abstract of Haddadi and Hashtrudi-Zaad (2012, IEEE T-RO 28(3)), their
-/// equations derived and their numbers chosen here.
+/// from the paper's introduction and the abstract of Haddadi and Hashtrudi-Zaad (2012, IEEE T-RO 28(3)), the equations
+/// derived and the numbers chosen here.
 ///
-/// Reported are stiffness (`y / p` at rest) and damping (`dy/dv`) at the needle's depth; the paper's are
+/// Reported are stiffness `y / p` at rest and damping `dy/dv` at the needle's depth; the paper's are
 /// `μ = K p^(1-n)` and `λ = B p^-n`.
 #[derive(Debug, Clone)]
 pub struct HuntCrossley<L> {
@@ -40,7 +39,6 @@ pub struct HuntCrossley<L> {
     power_information: L,
     log_depth: L,
     dead_zone: L,
-    /// At the last depth in contact.
     local: [L; 2],
 }
 
@@ -74,7 +72,7 @@ impl<L: Lane> Estimator<L> for HuntCrossley<L> {
         let contact = depth_m.gt(zero);
         let bounded = depth_m.clamp(L::splat(MIN_DEPTH_M), L::splat(MAX_DEPTH_M));
         let is_any = contact.any();
-        // Computed before the branch on the error, which is often mispredicted.
+        // Before the branch on the error, which is often mispredicted.
         let log_depth = if is_any { each(bounded * L::splat(1.0 / REFERENCE_DEPTH_M), libm::log) } else { zero };
         let update = self.regression.update(force_n);
         self.update_power(force_n);

@@ -4,11 +4,9 @@ use super::linear::Linear;
 use super::settings::RlsSettings;
 use crate::lane::{Lane, by_index};
 
-/// The smaller error of the models with and without friction.
-///
-/// Neither predicts a rupture, but one of them predicts other changes, such as a reversal. No source was found; an
-/// interacting multiple model (Blom and Bar-Shalom 1988) would need a noise level, a transition matrix and
-/// exponentials.
+/// The smaller error of the models with and without friction: one of them predicts other changes, such as a reversal,
+/// but neither a rupture. No source was found. An interacting multiple model (Blom and Bar-Shalom 1988) needs a
+/// noise level and a transition matrix.
 ///
 /// Stiffness and damping come from the model without friction, so they do not jump.
 #[derive(Debug, Clone)]

@@ -1,4 +1,4 @@
-//! Online estimation of the tissue's parameters and of the velocity, from measured positions, velocities and forces.
+//! Online estimation of the tissue's parameters and of the velocity.
 
 mod confidence;
 mod estimator;
@@ -68,13 +68,13 @@ impl RlsSettings {
         }
     }
 
-    /// True if the settings select the paper's estimator.
+    /// True for the paper's estimator.
     #[must_use]
     pub fn is_baseline(&self) -> bool {
         of_kind!(self.kind(), Part => <Part<f64> as BuiltIn>::IS_BASELINE)
     }
 
-    /// Column name of the third parameter.
+    /// Column of the third parameter.
     #[must_use]
     pub fn extra_parameter_column(&self) -> Option<&'static str> {
         of_kind!(self.kind(), Part => <Part<f64> as BuiltIn>::EXTRA_PARAMETER)
@@ -82,7 +82,7 @@ impl RlsSettings {
 }
 
 impl<L: Lane> AnyEstimator<L> {
-    /// Creates the estimator of the settings.
+    /// The estimator of the settings.
     #[must_use]
     pub fn new(settings: &RlsSettings) -> Self {
         of_kind!(settings.kind(), Part => <Part<L> as BuiltIn>::build(settings).into())

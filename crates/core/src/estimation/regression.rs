@@ -7,14 +7,13 @@ use crate::lane::{Lane, Mask, by_index};
 #[derive(Debug, Clone)]
 pub(super) struct Regression<L, const N: usize> {
     normalisation: L,
-    /// `N_0` in N; negative without a dead zone, so every error is outside.
+    /// In N; negative without a dead zone.
     dead_zone: L,
     dead_zone_slope: L,
     dead_zone_offset: L,
     memory: Memory<L, N>,
     parameters: [L; N],
     regressor: [L; N],
-    /// `φᵀθ`: the next force in N.
     predicted: L,
 }
 
@@ -59,7 +58,6 @@ impl<L: Lane, const N: usize> Regression<L, N> {
         RegressionUpdate { predicted_force_n, residual_n, correction }
     }
 
-    /// 0 without contact, which changes nothing.
     #[inline(always)]
     pub(super) fn set_regressor(&mut self, regressor: [L; N]) {
         self.regressor = regressor;
@@ -75,7 +73,7 @@ impl<L: Lane, const N: usize> Regression<L, N> {
         let inverse_weight = one + self.normalisation * squared;
         let (direction, share) = match &mut self.memory {
             Memory::Resetting(memory) => memory.update(self.regressor, delta, squared, inverse_weight),
-            // No regressor, no new information: nothing is forgotten.
+            // Without a regressor nothing is forgotten.
             Memory::Exponential(memory) => {
                 let delta = L::select(squared.gt(zero), delta, zero);
                 memory.update(self.regressor, delta, inverse_weight)

@@ -3,8 +3,8 @@ use crate::lane::{Lane, by_index};
 
 /// The gain `F` of [`super::Rls`] (eq. 13, 15, 17, 18) for `N` parameters.
 ///
-/// It stays symmetric, because one triangle is computed, and positive definite, because at most `F φ φᵀ F / (φᵀ F φ)`
-/// is subtracted.
+/// Only one triangle is computed, so `F` stays symmetric; at most `F φ φᵀ F / (φᵀ F φ)` is subtracted, so it stays
+/// positive definite.
 #[derive(Debug, Clone)]
 pub(super) struct Resetting<L, const N: usize> {
     initial_gain: L,
@@ -18,7 +18,7 @@ impl<L: Lane, const N: usize> Resetting<L, N> {
     pub(super) fn new(settings: &RlsSettings) -> Self {
         let gain = settings.initial_gain;
         let initial = N as f64 / gain;
-        // The setting is for two parameters; this allows the same information for `N`.
+        // The setting is for two parameters.
         let threshold = settings.reset_threshold + (initial - 2.0 / gain);
         Self {
             initial_gain: L::splat(gain),

@@ -3,10 +3,10 @@ use super::estimator::{BuiltIn, Estimate, Estimator};
 use super::settings::RlsSettings;
 use crate::lane::{Lane, Mask};
 
-/// Rounding is checked above this `F_0 α_0`, a bound of the ratio of the eigenvalues of `F`.
+/// Largest `F_0 α_0`, a bound of the ratio of `F`'s eigenvalues, without checks for rounding.
 const WELL_CONDITIONED: f64 = 1e4;
 
-/// Smallest allowed ratio of the determinant of `F` to `F₀₀ F₁₁`.
+/// Relative to `F₀₀ F₁₁`.
 const MIN_DETERMINANT: f64 = 1e-12;
 
 /// `θ = (K, B)` of the force `y = K p + B v`:
@@ -20,15 +20,15 @@ const MIN_DETERMINANT: f64 = 1e-12;
 /// x_k >= α_0:  F_k = F_0, x_k = tr(F_0⁻¹)                       (17)
 /// 1/α_k = 1 + β φ_kᵀ φ_k                                        (14)
 /// ```
-/// with `φ_k = (p_k, v_k)` in contact (`p_k > 0`) and 0 outside. Scaling `F` itself by `δ`, another reading of eq. 15,
-/// would end all adaptation at the first small error.
+/// with `φ_k = (p_k, v_k)` in contact (`p_k > 0`) and 0 outside. Another reading of eq. 15, `δ F`, would end all
+/// adaptation at the first small error.
 ///
 /// An update adds at most `δ α φφᵀ` to `F⁻¹`, so the eigenvalues of `F` lie between `1/α_0` and `F_0`. Rounding adds up
-/// to `n 2⁻⁵¹ F_0` over `n` corrections, so with `F_0 α_0 <= 10⁴` (default: 102) `F` stays definite for over 10¹¹;
+/// to `n 2⁻⁵¹ F_0` over `n` corrections: with `F_0 α_0 <= 10⁴` (default: 102) `F` stays definite for over 10¹¹;
 /// otherwise each correction checks it, and restores `F_0`.
 ///
-/// No two adjacent fields of equal use are both written at one sample and read at the next: the compiler would read
-/// them as a pair, which stalls until both writes have left the store buffer.
+/// Adjacent fields must not both be written at one sample and read at the next: the compiler would read them as a pair,
+/// which stalls until both writes have left the store buffer.
 #[derive(Debug, Clone)]
 #[repr(C)]
 pub struct Rls<L> {
@@ -37,7 +37,6 @@ pub struct Rls<L> {
     depth: L,
     damping: L,
     gain_00: L,
-    /// `φᵀθ`: the next force in N.
     predicted_force: L,
     velocity: L,
     information: L,
@@ -45,12 +44,11 @@ pub struct Rls<L> {
     initial_gain: L,
     initial_information: L,
     reset_threshold: L,
-    /// True if rounding could make `F` indefinite.
     checks_definiteness: bool,
     normalisation: L,
-    /// 1, or 0 without damping.
+    /// 0 without damping.
     velocity_share: L,
-    /// `N_0` in N; negative without a dead zone, so every error is outside.
+    /// In N; negative without a dead zone.
     dead_zone: L,
     dead_zone_slope: L,
     dead_zone_offset: L,
@@ -84,7 +82,6 @@ impl<L: Lane> Rls<L> {
         }
     }
 
-    /// Corrects the lanes `outside` of the dead zone.
     #[inline(always)]
     fn correct(&mut self, outside: L::Mask, residual: L) -> [L; 2] {
         let (zero, one) = (L::zero(), L::splat(1.0));
@@ -129,7 +126,6 @@ impl<L: Lane> Rls<L> {
         [self.gain_00, self.gain_01, self.gain_11]
     }
 
-    /// `F = F_0`, `x = tr(F_0⁻¹)`.
     #[inline(always)]
     fn restore(&mut self, mask: L::Mask) {
         self.gain_00 = L::select(mask, self.initial_gain, self.gain_00);
@@ -154,8 +150,8 @@ impl<L: Lane> Estimator<L> for Rls<L> {
         let predicted = self.predicted_force;
         let residual = force_n - predicted;
 
-        // Fast path: most samples are within the dead zone, and the branch saves two divisions. With several lanes
-        // mispredictions cost more than the divisions.
+        // Fast path: most samples are within the dead zone, and the branch saves two divisions; with several lanes
+        // mispredictions cost more.
         let outside = residual.abs().gt(self.dead_zone);
         let correction = if L::WIDTH > 1 || outside.any() { self.correct(outside, residual) } else { [zero; 2] };
 

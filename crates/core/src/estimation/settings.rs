@@ -1,6 +1,6 @@
 use super::Parameters;
 
-/// A memory of 1e5 corrections; closer to 1 the information is too large to invert.
+/// Closer to 1 the information is too large to invert.
 pub const MAX_FORGETTING_FACTOR: f64 = 0.99999;
 
 crate::choice! {
@@ -18,7 +18,7 @@ crate::choice! {
 }
 
 impl Forgetting {
-    /// A correction takes `1 - λ` of an error; with the default resetting it takes 0.28 on average.
+    /// A correction takes `1 - λ` of an error; default resetting takes 0.28 on average.
     pub const DEFAULT_FACTOR: f64 = 0.7;
 }
 
@@ -46,9 +46,9 @@ crate::settings! {
 crate::settings! {
     /// Weighting, dead zone and forgetting of the estimator.
     ///
-    /// One update corrects the share `φᵀFφ / (1/α + φᵀFφ)` of an error: with eq. 14 `F_0 φᵀφ / (1 + (β + F_0) φᵀφ)`,
-    /// beyond the depth `1/√β` nearly `κ / (1 + κ)`, `κ = F_0 / β`. With `α_0 = tr(F_0⁻¹) + N/β` the gain is restored
-    /// after about `N` full corrections. By default `1/√β` is 1 mm, `κ = N = 10`.
+    /// With `F_0` one update corrects the share `F_0 φᵀφ / (1 + (β + F_0) φᵀφ)` of an error (eq. 14), beyond the depth
+    /// `1/√β` nearly `κ / (1 + κ)`, `κ = F_0 / β`. With `α_0 = tr(F_0⁻¹) + N/β` about `N` full corrections restore the
+    /// gain. By default `1/√β` is 1 mm, `κ = N = 10`.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct RlsSettings in "estimator." {
         /// Estimated parameters.
@@ -74,7 +74,7 @@ crate::settings! {
 }
 
 impl RlsSettings {
-    /// `full_gain_depth_m` is `1/√β`, `gain_ratio` is `κ`, `memory_updates` is `N`.
+    /// The depth is `1/√β`, the ratio `κ`, the memory `N`.
     #[must_use]
     pub fn normalised(full_gain_depth_m: f64, gain_ratio: f64, memory_updates: f64, dead_zone_n: f64) -> Self {
         let normalisation = 1.0 / (full_gain_depth_m * full_gain_depth_m);

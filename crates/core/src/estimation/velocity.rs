@@ -1,8 +1,8 @@
 use crate::error::{InvalidValue, positive, require};
 use crate::lane::Lane;
 
-/// A Kalman filter in steady state (Bélanger 1992): transition `p += T v`, acceleration of standard deviation `a` held
-/// over each tick, position in steps of `q` (variance `q²/12`):
+/// A Kalman filter in steady state (Bélanger 1992) for positions in steps of `q` (variance `q²/12`) and an acceleration
+/// of standard deviation `a` held over each tick:
 ///
 /// ```text
 /// p⁻ = p + T v,   p = p⁻ + l₀ (y - p⁻),   v = v + l₁ (y - p⁻)
@@ -34,7 +34,7 @@ impl<L: Lane> VelocityFilter<L> {
         })
     }
 
-    /// Returns the velocity (m/s); the first position (m) starts the filter at rest.
+    /// In m/s; the first position starts the filter at rest.
     #[inline(always)]
     pub fn update(&mut self, position_m: L) -> L {
         if !self.started {
@@ -48,7 +48,7 @@ impl<L: Lane> VelocityFilter<L> {
         self.velocity_m_per_s
     }
 
-    /// Resumes at a position (m) after a gap; returns the last velocity (m/s).
+    /// Resumes at a position after a gap; returns the last velocity (m/s).
     pub fn resume(&mut self, position_m: L) -> L {
         self.started = true;
         self.position_m = position_m;

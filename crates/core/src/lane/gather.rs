@@ -6,12 +6,12 @@ use super::{Lane, Mask, of_each};
 /// Lanes of a gathered part.
 pub const LANES: usize = 8;
 
-/// A part over `f64`, eight of which combine into one of eight lanes.
+/// A part over `f64`, eight of which form one of eight lanes.
 pub trait Gather: Sized {
     /// The part over eight lanes.
     type Of<L: Lane>;
 
-    /// The first part goes to lane 0; `None` if the parts differ in more than numbers.
+    /// In lane order; `None` if the parts differ in more than numbers.
     fn gather<L: Lane>(all: [&Self; LANES]) -> Option<Self::Of<L>>;
 }
 

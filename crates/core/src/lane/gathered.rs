@@ -11,8 +11,8 @@ macro_rules! of_each {
         [$({ let $one = $of; $part }),*]
     };
 }
-/// `Gather` for a struct from its numbers, `masks` (`bool` over `f64`), equal fields (`same`), and enums of which only
-/// the variant counts (`kinds`); with `stored` also `Stored`.
+/// `Gather` for a struct from its numbers, `masks`, equal fields (`same`), and enums of which only the variant counts
+/// (`kinds`); with `stored` also `Stored`.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! gather {
@@ -70,7 +70,7 @@ macro_rules! of_one_variant {
     };
 }
 
-/// `Gather`, and with `stored` also `Stored`, for an enum of one-field variants, which must agree.
+/// `Gather`, and with `stored` also `Stored`, for an enum of one-field variants.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! gather_variants {
@@ -96,7 +96,6 @@ macro_rules! gather_variants {
     };
 }
 
-/// Implements `Gather` and `Stored` for a part without numbers.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! gather_nothing {
@@ -115,7 +114,7 @@ macro_rules! gather_nothing {
     };
 }
 
-/// A loop, because the closure of `array::from_fn` would be compiled without the run's instruction set.
+/// A loop: the closure of `array::from_fn` would be compiled without the run's instruction set.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! by_index {

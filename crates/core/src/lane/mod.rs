@@ -106,9 +106,8 @@ pub trait Lane:
         self.max(low).min(high)
     }
 
-    /// To a multiple of `step`, halves to even; unchanged from 2⁵¹ steps on.
-    ///
-    /// Adding and subtracting 1.5·2⁵² rounds by additions alone: the same result at every width.
+    /// To a multiple of `step`, halves to even; unchanged from 2⁵¹ steps on. Adding and subtracting 1.5·2⁵² gives the
+    /// same result at every width.
     #[inline(always)]
     fn round_to(self, step: Self, inverse_step: Self) -> Self {
         let shift = Self::splat(6_755_399_441_055_744.0);
@@ -159,7 +158,7 @@ impl Lane for f64 {
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        // Correctly rounded, like the machine instruction.
+        // Correctly rounded, like the instruction.
         libm::sqrt(self)
     }
     #[inline(always)]

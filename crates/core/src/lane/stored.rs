@@ -3,9 +3,9 @@ use alloc::vec::Vec;
 
 use crate::error::{InvalidValue, require};
 
-/// Numbers that can be restored into a part with the same settings.
+/// Numbers to be restored into a part with the same settings.
 pub trait Stored {
-    /// Passes each number as 64 bits, in a fixed order, and keeps the value that `with` leaves.
+    /// Passes each number as 64 bits, in a fixed order, and keeps what `with` leaves.
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64));
 
     /// The numbers, for [`Stored::restore`].
@@ -36,7 +36,6 @@ pub trait Stored {
     }
 }
 
-/// A code that no value has becomes `otherwise`.
 pub(crate) fn store_code<T: Copy>(
     value: &mut T,
     all: impl IntoIterator<Item = T>,
@@ -84,7 +83,6 @@ impl<T: Stored, const N: usize> Stored for [T; N] {
     }
 }
 
-/// The settings determine whether the part exists.
 impl<T: Stored> Stored for Option<T> {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
         if let Some(part) = self {

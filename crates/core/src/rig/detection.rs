@@ -44,8 +44,8 @@ pub(super) struct Detected {
     pub(super) decision: Decision<f64>,
 }
 
-/// The next complete sample after up to `bridged_samples` missing ones is processed with their linear interpolation.
-/// After a longer gap the estimate and the sensor's offset are kept, and the detector starts anew.
+/// Interpolates up to `bridged_samples` missing samples. After a longer gap the detector starts anew; the estimate and
+/// the sensor's offset are kept.
 #[derive(Debug, Clone)]
 pub(super) struct DetectionChain {
     chain: Chain<f64, Rls<f64>, CusumDetector<f64>>,
@@ -57,7 +57,6 @@ pub(super) struct DetectionChain {
     last: Measurement<f64>,
     last_number: u64,
     has_last: bool,
-    /// Consecutive ticks without a complete sample.
     missing: u64,
     /// At the last complete sample.
     parameters: [f64; 2],
@@ -66,7 +65,6 @@ pub(super) struct DetectionChain {
     velocity_m_per_s: f64,
     state: DetectionState,
     ticks_in_state: u32,
-    /// Samples interpolated, and gaps too long.
     bridged: u64,
     gaps: u64,
 }
@@ -106,19 +104,16 @@ impl DetectionChain {
         })
     }
 
-    /// The estimator's last one.
     #[inline(always)]
     pub(super) fn velocity_m_per_s(&self) -> f64 {
         self.velocity_m_per_s
     }
 
-    /// The state, and the ticks since it began.
     #[inline(always)]
     pub(super) fn state(&self) -> (DetectionState, u32) {
         (self.state, self.ticks_in_state)
     }
 
-    /// Samples interpolated, and gaps too long.
     pub(super) fn gaps(&self) -> (u64, u64) {
         (self.bridged, self.gaps)
     }
@@ -168,7 +163,6 @@ impl DetectionChain {
         self.without_residual()
     }
 
-    /// After missing samples, for the first one, or for a number that is not the next.
     fn resume(&mut self, measurement: &Measurement<f64>, number: u64) -> Detected {
         let was_blind = self.missing > self.bridged_samples;
         self.missing = 0;
@@ -194,7 +188,6 @@ impl DetectionChain {
         Detected { decision: alarm.unwrap_or(detected.decision), ..detected }
     }
 
-    /// The sample has no prediction.
     fn restart(&mut self, measurement: &Measurement<f64>, number: u64) -> Detected {
         self.velocity_m_per_s = match &mut self.filter {
             Some(filter) => filter.resume(measurement.position_m),
@@ -229,7 +222,6 @@ impl DetectionChain {
         self.state = state;
     }
 
-    /// The last results, without prediction and alarm.
     fn without_residual(&self) -> Detected {
         let [stiffness_n_per_m, damping_n_s_per_m] = self.parameters;
         Detected {
@@ -248,14 +240,12 @@ impl DetectionChain {
 
 impl Stored for DetectionState {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        // An unknown code is the state that promises the least.
         store_code(self, Self::ALL, Self::code, Self::Blind, with);
     }
 }
 
 impl Stored for DetectionChain {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        // Lists all fields, so the compiler asks for new ones.
         let Self {
             chain,
             filter,

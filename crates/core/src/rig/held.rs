@@ -1,12 +1,6 @@
 use crate::lane::Stored;
 
-/// A value that is held while its channel is bad, and then returns in bounded steps:
-///
-/// ```text
-/// good        y = reading
-/// bad         y = last value
-/// recovering  y = reading + gap; the gap starts at held value - reading and shrinks by a step per tick to 0
-/// ```
+/// Holds a value while its channel is bad. On recovery the gap to the reading shrinks by at most `step` per tick.
 #[derive(Debug, Clone)]
 pub(super) struct HeldMeasurement {
     value: f64,
@@ -16,12 +10,11 @@ pub(super) struct HeldMeasurement {
 }
 
 impl HeldMeasurement {
-    /// `step` is the largest change of the gap per tick.
     pub(super) fn at(value: f64, step: f64) -> Self {
         Self { value, gap: 0.0, step, is_held: false }
     }
 
-    /// Only valid without a recovery in progress.
+    /// Only without a recovery in progress.
     #[inline(always)]
     pub(super) fn pass(&mut self, measurement: f64) -> f64 {
         self.value = measurement;

@@ -1,6 +1,4 @@
-//! Estimator, detector and supervisor for a real controller: one `step(sample) -> command` per tick.
-//!
-//! The simulator runs the same source: the same samples give the same commands, bit for bit.
+//! Estimator, detector and supervisor for a real controller. The simulator runs the same source, bit for bit.
 //!
 //! ```
 //! # use trocar_core as trocar;
@@ -21,12 +19,12 @@
 //! ```
 //!
 //! # Bad samples
-//! A number that is not finite, or beyond its limit in [`Limits`], is a fault of its channel ([`Command::faults`]): its
-//! last good value replaces it, and the supervisor's timers continue.
+//! In a channel with a fault ([`Command::faults`]: not finite, or beyond its limit in [`Limits`]) the last good value
+//! replaces the sample; timers continue.
 //!
-//! Up to [`Limits::bridged_samples`] missing samples are interpolated in the step of the next good one. After a longer
-//! gap the detector starts anew: a rupture within the gap or the next
-//! [`ArmingSettings::settle_s`](crate::detector::ArmingSettings) of quiet contact is missed.
+//! The step of a good sample interpolates up to [`Limits::bridged_samples`] missing ones before it. After a longer gap
+//! the detector starts anew and misses ruptures until [`ArmingSettings::settle_s`](crate::detector::ArmingSettings) of
+//! quiet contact has passed.
 //!
 //! # Safety
 //! Before the first good sample the reference is [`Settings::start_m`], scaled; from then on it starts at the slave:
@@ -68,16 +66,14 @@ pub struct HapticController {
     force_scale: f64,
     limits: Limits,
     tick: u64,
-    /// Replaces bad values.
     hand_m: HeldMeasurement,
-    /// In m, scaled to the slave, and the factor from its change in a tick to the master's velocity.
+    /// Scaled to the slave; `per_hand_step` gives the master's velocity.
     last_hand_m: f64,
     per_hand_step: f64,
     force_n: HeldMeasurement,
     slave_m: f64,
     faulty_samples: u32,
     counters: Counters,
-    /// The last sample was bad, or a held value has not yet returned.
     is_disturbed: bool,
 }
 
@@ -116,7 +112,7 @@ impl HapticController {
         self.step_new(sample, number)
     }
 
-    /// Numbers start at 1, one per tick; a repeated or lower one counts as missing, unless ten ascending ones show that
+    /// Numbers start at 1, one per tick; a repeated or lower one counts as missing, until ten ascending ones show that
     /// the counter was set back.
     pub fn step_numbered(&mut self, sample: &Sample, number: u64) -> Command {
         let arrival = self.sequence.take(number);
@@ -153,7 +149,7 @@ impl HapticController {
         self.safety.state()
     }
 
-    /// Ticks at which limits acted, and faults.
+    /// Counts of limited ticks and of faults.
     #[must_use]
     pub fn safety_counts(&self) -> SafetyCounts {
         self.safety.counts()
@@ -249,7 +245,6 @@ impl HapticController {
         }
     }
 
-    /// The sample is bad, follows a bad or lost one, or falls into a recovery.
     #[cold]
     #[inline(never)]
     fn step_disturbed(&mut self, sample: &Sample, number: u64, faults: Faults) -> Command {
@@ -286,7 +281,6 @@ fn measurement(sample: &Sample) -> Measurement<f64> {
 
 impl Stored for HapticController {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        // Lists all fields, so the compiler asks for new ones.
         let Self {
             detection,
             sequence,

@@ -3,18 +3,14 @@ use crate::set_back::SetBack;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Arrival {
-    /// Later than all samples before.
     New,
-    /// As new as the newest sample.
     Repeated,
-    /// Earlier than the newest sample.
     Late,
     /// The first sample of a counter that was set back.
     Restarted,
 }
 
 impl Arrival {
-    /// A repeated or late sample counts as missing.
     pub(super) fn is_new(self) -> bool {
         match self {
             Self::New | Self::Restarted => true,
@@ -25,13 +21,12 @@ impl Arrival {
 
 #[derive(Debug, Clone, Default)]
 pub(super) struct Sequence {
-    /// 0 before the first sample: numbers start at 1.
+    /// 0 before the first sample.
     newest: u64,
     late: SetBack<u64>,
 }
 
 impl Sequence {
-    /// For a sample without a number.
     #[inline(always)]
     pub(super) fn advance(&mut self) -> u64 {
         self.newest = self.newest.saturating_add(1);

@@ -7,11 +7,10 @@ use crate::estimation::{ContactSettings, Forgetting, Parameters, RlsSettings, Ve
 use crate::safety::SafetySettings;
 use crate::settings::{Key, KeySource, Range, count, joined, restricted};
 
-/// No product of the tick overflows or underflows. Chosen here, far beyond any rig.
+/// Far beyond any rig: no product of a tick overflows or underflows.
 const MIN_MAGNITUDE: f64 = 1e-12;
 const MAX_MAGNITUDE: f64 = 1e12;
 
-/// Of limits, scales and the amplification.
 const MAX_LIMIT: f64 = 1e6;
 
 /// Bounds the time of a step.
@@ -102,7 +101,7 @@ crate::settings! {
 pub struct Settings {
     /// From 10⁻⁶ to 1.
     pub tick_s: f64,
-    /// Position of the master until the first good sample.
+    /// Of the master, until the first good sample.
     pub start_m: f64,
     /// Tissue surface assumed by the estimator.
     pub contact_m: f64,
@@ -198,7 +197,7 @@ impl Settings {
         }
         self.estimator.validate()?;
         let RlsSettings { parameters, forgetting, .. } = self.estimator;
-        // A word is reported by its index, from 0, as in C.
+        // Words are reported by their index from 0, as in C.
         let number =
             |words: &[&str], word| words.iter().position(|one| *one == word).map_or(f64::NAN, |place| place as f64);
         let resets = matches!(forgetting, Forgetting::Resetting);

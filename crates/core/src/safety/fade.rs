@@ -1,6 +1,6 @@
 use crate::lane::{Lane, Stored};
 
-/// `s_k = clamp(s_{k-1} ± T / d, 0, 1)`, with the duration `d` of the whole way.
+/// `s_k = clamp(s_{k-1} ± T / d, 0, 1)`.
 #[derive(Debug, Clone)]
 pub struct Fade<L> {
     step: L,
@@ -35,7 +35,6 @@ impl<L: Lane> Fade<L> {
 
 impl Stored for Fade<f64> {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        // The step follows from the settings.
         self.share.numbers(with);
     }
 }

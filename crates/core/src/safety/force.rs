@@ -1,8 +1,7 @@
 use super::SafetySettings;
 use crate::lane::Lane;
 
-/// `F_k = clamp(clamp(F, -F_max, F_max), F_{k-1} - r T, F_{k-1} + r T)` from `F_{-1} = 0`: a force within both limits
-/// passes bit for bit.
+/// `F_k = clamp(clamp(F, -F_max, F_max), F_{k-1} - r T, F_{k-1} + r T)` from `F_{-1} = 0`.
 #[derive(Debug, Clone)]
 pub struct ForceLimiter<L> {
     limit_n: L,

@@ -9,7 +9,7 @@ pub struct CommandLimits<L> {
 }
 
 impl<L: Lane> CommandLimits<L> {
-    /// `None` if the limits do not act in the simulation; the slave is at `start_m`.
+    /// `None` if the limits do not act in the simulation.
     #[must_use]
     pub fn in_simulation(settings: &SafetySettings, tick_s: f64, start_m: f64) -> Option<Self> {
         settings.acts_in_simulation().then(|| Self {

@@ -100,7 +100,6 @@ pub struct SafetyStage {
     bad_samples: u64,
     state: SafetyState,
     cause: Option<FaultCause>,
-    /// Of the supervisor's force in the command.
     fade: Fade<f64>,
     has_started: bool,
     is_aligning: bool,
@@ -233,7 +232,6 @@ impl SafetyStage {
             let is_reached = (wanted.reference_m - self.reference.last_m()).abs() <= self.start_tolerance_m;
             if is_reached {
                 self.state = SafetyState::Active;
-                // Without an alignment there is nothing to return from.
                 if is_first {
                     self.fade.complete();
                 }
@@ -287,7 +285,6 @@ impl Stored for SafetyCounts {
 
 impl Stored for SafetyStage {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        // Lists all fields, so the compiler asks for new ones.
         let Self {
             acts: _,
             force,

@@ -1,13 +1,13 @@
 use super::{FaultCause, SafetySettings};
 use crate::lane::Stored;
 
-/// Chosen here: above the offset of an untared sensor.
+/// Above the offset of an untared sensor (chosen here).
 const PULL_N: f64 = 1.0;
 
-/// Accepted integral of the velocity, relative to the motion.
+/// Accepted ratio of the velocity's integral to the motion.
 const RATIO: (f64, f64) = (0.5, 2.0);
 
-/// Restarts the comparison, because noise would accumulate.
+/// The comparison then restarts, because noise accumulates.
 const COMPARED_SAMPLES: u32 = 10_000;
 
 /// A sample of the slave.
@@ -33,7 +33,6 @@ pub(super) struct Plausibility {
     /// Travel since the force changed, and into the tissue against a pulling force.
     constant_m: f64,
     pulled_m: f64,
-    /// Motion, integral of the velocity, and samples of their comparison.
     moved_m: f64,
     integrated_m: f64,
     compared: u32,
@@ -63,7 +62,6 @@ impl Plausibility {
         (self.moved_m, self.integrated_m, self.compared) = (0.0, 0.0, 0);
     }
 
-    /// Returns the cause of a fault.
     #[inline(always)]
     pub(super) fn check(&mut self, sample: &SlaveSample) -> Option<FaultCause> {
         let SlaveSample { position_m, velocity_m_per_s, force_n } = *sample;
@@ -106,7 +104,6 @@ impl Plausibility {
 
 impl Stored for Plausibility {
     fn numbers(&mut self, with: &mut dyn FnMut(&mut u64)) {
-        // Lists all fields, so the compiler asks for new ones.
         let Self {
             stuck_travel_m: _,
             pull_travel_m: _,

@@ -1,8 +1,7 @@
 use super::SafetySettings;
 use crate::lane::Lane;
 
-/// `x_k = clamp(clamp(x, s - d, s + d), x_{k-1} - v T, x_{k-1} + v T)` with the slave `s`: a reference within both
-/// limits passes bit for bit.
+/// `x_k = clamp(clamp(x, s - d, s + d), x_{k-1} - v T, x_{k-1} + v T)` with the slave `s`.
 #[derive(Debug, Clone)]
 pub struct ReferenceLimiter<L> {
     lead_m: L,

@@ -1,9 +1,8 @@
 use crate::settings::{ActsFor, Range};
 
-/// No product of a tick overflows or underflows. Chosen here, far beyond any rig.
+/// No product of a tick overflows or underflows.
 const LIMIT: Range = Range::stated(1e-12, 1e6, "positive, from 1e-12 to 1e6");
 
-/// For keys that act only where the stage acts.
 const WHEN_ACTING: ActsFor = ActsFor::all_but(SafetyActs::KEY.path, SafetyActs::WORDS, "nowhere");
 
 crate::choice! {
@@ -20,7 +19,7 @@ crate::choice! {
 crate::settings! {
     /// Limits of the commands to the motors, and checks that stop a rig.
     ///
-    /// Chosen here for a desktop haptic device and a needle: the shipped scenarios reach 13.8 N and 1511 N/s.
+    /// Chosen here for a desktop haptic device; the shipped scenarios reach 13.8 N and 1511 N/s.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct SafetySettings in "safety." {
         /// Where the limits act.
@@ -45,7 +44,7 @@ crate::settings! {
         checks_sensors: bool for (WHEN_ACTING) = true,
         /// Motion of the needle over which a force other than 0 does not change: the sensor is stuck.
         ///
-        /// A simulated sensor without noise in a tissue of constant force looks stuck, too.
+        /// A noiseless sensor in a tissue of constant force looks stuck, too.
         stuck_travel_m: f64 [self::LIMIT] for (WHEN_ACTING) = 2e-3,
         /// Motion into the tissue against a force that pulls: the force has the wrong sign.
         pull_travel_m: f64 [self::LIMIT] for (WHEN_ACTING) = 5e-3,
@@ -56,7 +55,7 @@ crate::settings! {
 }
 
 impl SafetySettings {
-    /// True if a rig is limited.
+    /// True if rigs are limited.
     #[must_use]
     pub fn acts_on_rigs(&self) -> bool {
         self.acts != SafetyActs::Nowhere

@@ -20,7 +20,7 @@
 /// ```
 ///
 /// generates the struct, `DEFAULT`, `Default`, `KEYS`, `validate` and `read`. A key is the prefix and the field's name,
-/// or the literal after `at`:
+/// or the literal after `at`.
 ///
 /// | declaration | holds |
 /// |---|---|
@@ -32,10 +32,10 @@
 /// | `name: Option<f64> [RANGE] => "ten intervals"`, `name: String => "the file's name"` | derived by the reader |
 /// | `name: Other`, `name: Other [kinds last]` | settings or a choice, whose kinds' keys may follow all fields |
 ///
-/// - `for Motion::Any | Inserting` before a default names the kinds for which a key acts; `for (...)` gives an
-///   [`ActsFor`](crate::settings::ActsFor).
-/// - `given (threshold: f64)` after the prefix names inputs of the defaults, for `read` and `name: Other (threshold)`;
-///   `given (threshold: f64 = 2.0)` also generates `default_for`.
+/// - `for Motion::Any | Inserting`, `for (...)`: the kinds, or an [`ActsFor`](crate::settings::ActsFor), for which a key
+///   acts.
+/// - `given (threshold: f64)` after the prefix: inputs of the defaults, for `read` and `name: Other (threshold)`; with
+///   `= 2.0` also `default_for`.
 /// - `no DEFAULT`: a field has no default. `no const`: only `Default`.
 /// - `where field: |s| ..., "at least ...";` and `then Self::check;` check fields.
 #[macro_export]
@@ -326,8 +326,8 @@ macro_rules! settings {
 /// ```
 ///
 /// generates the enum, `DEFAULT`, `Default`, `WORDS`, `ALL` if all kinds are empty, `word`, `validate`, `read`, `KEY`,
-/// `KIND_KEYS`, and `KEYS` with both. A kind is empty, or has fields as in [`settings!`](crate::settings!) or other
-/// settings in parentheses.
+/// `KIND_KEYS` and `KEYS`. A kind is empty, or has fields as in [`settings!`](crate::settings!) or other settings in
+/// parentheses.
 #[macro_export]
 macro_rules! choice {
     (

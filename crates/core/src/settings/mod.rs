@@ -33,7 +33,6 @@ pub enum Kind {
 }
 
 impl fmt::Display for Kind {
-    /// Ends the sentence "must be …".
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Number(range) => range.fmt(f),
@@ -82,14 +81,13 @@ pub enum Fallback {
 
 const MAX_WORDS: usize = 8;
 
-/// Words of a choice, or of a switch, for which a key acts.
+/// Words for which a key acts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ActsFor {
     /// The key of the choice.
     pub key: &'static str,
     words: [&'static str; MAX_WORDS],
     count: usize,
-    /// The key and word of another choice.
     also: Option<(&'static str, &'static str)>,
 }
 
@@ -283,7 +281,7 @@ pub trait KeySource {
     /// The error for an unknown word.
     fn unknown_word(&self, key: &str) -> Self::Error;
 
-    /// Visits the named tables of a list, with their keys as `list.*.key`.
+    /// Visits a list's named tables; keys are `list.*.key`.
     fn visit_items(
         &mut self,
         list: &str,

@@ -2,18 +2,16 @@ use core::fmt;
 
 use crate::error::{InvalidValue, finite, non_negative, positive, require};
 
-/// Bounds for a scenario file; a program's settings need only satisfy [`Range::check`].
+/// Bounds for scenario files; a program's settings need only satisfy [`Range::check`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Range {
     low: f64,
     low_is_open: bool,
     high: f64,
-    /// The range and its reason in words.
     stated: Option<&'static str>,
     meaning: Meaning,
 }
 
-/// Requirement on settings built by a program.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Meaning {
     Finite,
@@ -33,11 +31,11 @@ impl Range {
     pub const POSITIVE: Self = Self::new(1.0 / MAX_MAGNITUDE, MAX_MAGNITUDE, Meaning::Positive);
     /// At least 0.
     pub const NON_NEGATIVE: Self = Self::new(0.0, MAX_MAGNITUDE, Meaning::NonNegative);
-    /// In kg; the step is not precise enough for smaller masses.
+    /// In kg; the step is not precise for smaller masses.
     pub const MASS: Self = Self::new(1e-6, 1e6, Meaning::Positive);
     /// A scale between master and slave.
     pub const SCALE: Self = Self::new(0.0, 1e3, Meaning::NonNegative);
-    /// In m; a needle moves by a few centimetres.
+    /// In m.
     pub const ENCODER_STEP: Self = Self::new(0.0, 0.01, Meaning::NonNegative);
     /// From 0 to 1.
     pub const SHARE: Self = Self::new(0.0, 1.0, Meaning::Within("from 0 to 1"));
@@ -51,7 +49,7 @@ impl Range {
         Self { low, low_is_open: false, high, stated: None, meaning }
     }
 
-    /// Includes both bounds; `stated` ends "must be …" with the reason.
+    /// Includes both bounds; `stated` ends "must be …".
     #[must_use]
     pub const fn stated(low: f64, high: f64, stated: &'static str) -> Self {
         Self { stated: Some(stated), ..Self::new(low, high, Meaning::Within(stated)) }
@@ -98,7 +96,6 @@ impl fmt::Display for Range {
     }
 }
 
-/// In plain or scientific notation.
 struct Plain(f64);
 
 impl fmt::Display for Plain {

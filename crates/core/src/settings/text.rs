@@ -12,7 +12,7 @@ impl<const LEN: usize> Sentence<LEN> {
     }
 }
 
-/// The length of [`sentence`] in bytes.
+/// Length of [`sentence`] in bytes.
 #[must_use]
 pub const fn sentence_len(lines: &[&str]) -> usize {
     let (mut len, mut line) = (0, 0);

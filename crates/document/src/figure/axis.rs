@@ -1,4 +1,4 @@
-//! Axis limits and ticks. Limits are finite for any data; ticks are few round numbers.
+//! Limits are finite for any data; ticks are few round numbers.
 
 pub const Y_TICKS: usize = 5;
 pub const X_TICKS: usize = 6;
@@ -10,10 +10,10 @@ const MAX_MAGNITUDE: f64 = 1e30;
 pub struct Axis {
     pub low: f64,
     pub high: f64,
-    /// Limits and ticks of a logarithmic axis are exponents of ten.
+    /// Limits and ticks are exponents of ten.
     pub log: bool,
     max_ticks: usize,
-    /// Names at the positions 0, -1, -2, … instead of numbers.
+    /// Instead of numbers, at 0, -1, -2, ….
     names: Vec<String>,
 }
 
@@ -21,27 +21,27 @@ pub struct Axis {
 pub type Ticks = Vec<(f64, String)>;
 
 impl Axis {
-    /// With exactly these limits; without labels if there are 0 ticks.
+    /// Without labels if there are 0 ticks.
     pub fn exact(range: (f64, f64), max_ticks: usize) -> Self {
         let (low, high) = sane(range);
         Self { low, high, log: false, max_ticks, names: vec![] }
     }
 
-    /// A line for each name, at 0, -1, -2, … from the top down.
+    /// A line for each name, from the top down at 0, -1, -2, ….
     pub fn of_names(names: impl IntoIterator<Item = String>) -> Self {
         let names: Vec<String> = names.into_iter().collect();
         let low = 0.5 - names.len().max(1) as f64;
         Self { names, ..Self::exact((low, 0.5), 0) }
     }
 
-    /// With a margin around the data, larger above for the marks of alarms.
+    /// The margin is larger above, for the marks of alarms.
     pub fn padded(range: (f64, f64), max_ticks: usize) -> Self {
         let (low, high) = sane(range);
         let margin = 0.05 * (high - low);
         Self::exact((low - margin, high + 2.2 * margin), max_ticks)
     }
 
-    /// From 0, for quantities that cannot be negative.
+    /// For quantities that cannot be negative.
     pub fn from_zero(high: f64, max_ticks: usize) -> Self {
         let high = if high.is_finite() && high > 0.0 { high } else { 1.0 };
         Self::exact((0.0, 1.14 * high), max_ticks)
@@ -89,8 +89,7 @@ impl Axis {
         (0..=count).map(|k| (first + k as f64) * step).map(|tick| (tick, self.label(tick, step))).collect()
     }
 
-    /// The possible ticks of a logarithmic axis, the densest first. Below three powers of ten they include 2 and 5
-    /// times each power.
+    /// Possible ticks, the densest first. Below three powers of ten they include 2 and 5 times each power.
     fn powers(&self) -> Vec<Ticks> {
         let of_step = |step: i32| -> Ticks {
             let (first, last) =
@@ -117,7 +116,6 @@ impl Axis {
             return scientific(tick, step);
         }
         let decimals = (-step.log10() - 1e-9).ceil().clamp(0.0, 6.0) as usize;
-        // A step such as 2.5 needs one decimal more than its magnitude.
         let scaled = step * 10_f64.powi(decimals as i32);
         let decimals = if (scaled - scaled.round()).abs() > 1e-6 { decimals + 1 } else { decimals };
         minus(&format!("{:.decimals$}", tick + 0.0))
@@ -133,7 +131,6 @@ fn plain(tick: f64) -> String {
     }
 }
 
-/// Of the finite values.
 pub fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
     values.into_iter().filter(|v| v.abs() <= MAX_MAGNITUDE).fold(None, |range, v| match range {
         None => Some((v, v)),
@@ -141,7 +138,7 @@ pub fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
     })
 }
 
-/// The quantiles `1 - level` and `level` of the finite values, against outliers.
+/// Without outliers: the quantiles `1 - level` and `level` of the finite values.
 pub fn quantile_extent(values: impl IntoIterator<Item = f64>, level: f64) -> Option<(f64, f64)> {
     let mut kept: Vec<f64> = values.into_iter().filter(|v| v.abs() <= MAX_MAGNITUDE).collect();
     let last = kept.len().checked_sub(1)?;

@@ -1,10 +1,9 @@
-//! The minimum and maximum in each visible interval, so that all surfaces show the same peaks.
+//! The minimum and maximum of each visible interval, so that all surfaces show the same peaks.
 
 use std::ops::Range;
 
-/// The first and the last row, and in each interval the rows of the minimum, the maximum and a non-finite value. The
-/// time within `detailed` (s) has about `2 * intervals` intervals, the rest `intervals`: at most about `6 * intervals`
-/// rows.
+/// The first and last row, and per interval the rows of the minimum, the maximum and a non-finite value: at most about
+/// `6 * intervals` rows. The time within `detailed` (s) has about `2 * intervals` intervals, the rest `intervals`.
 pub(crate) fn kept(time_s: &[f64], column: &[f64], detailed: &[(f64, f64)], intervals: usize) -> Vec<usize> {
     let rows = column.len().min(time_s.len());
     let is_detailed = |row: usize| detailed.iter().any(|(from, to)| (*from..=*to).contains(&time_s[row]));

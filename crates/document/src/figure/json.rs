@@ -11,7 +11,6 @@ struct Writer<'w> {
     color: fn(Color) -> String,
     /// A point that is not finite is a gap.
     points: &'w mut dyn FnMut(Vec<Point>) -> Json,
-    /// The extremes of each interval of a line are kept.
     intervals: usize,
     is_detailed: bool,
     legend: &'w [Entry],
@@ -34,7 +33,7 @@ impl Writer<'_> {
         json!({ "kind": kind, "style": style, "text": text })
     }
 
-    /// The only line of a panel has the name of the axis; others may have none.
+    /// The only line of a panel has the name of the axis.
     fn line(&mut self, panel: &Panel<'_>, points: Vec<Point>, stroke: &Stroke) -> Json {
         let is_of = |sample: &Sample| matches!(sample, Sample::Line(of) | Sample::Dot(of) if of == stroke);
         let entry = panel.legend.iter().chain(self.legend).find(|(sample, _)| is_of(sample));
@@ -100,8 +99,8 @@ fn detailed(events: &Events) -> Vec<(f64, f64)> {
 }
 
 impl Figure<'_> {
-    /// Positions are in axis coordinates: exponents of ten on a logarithmic axis. A line with one point is a dot;
-    /// `null` is a gap. Long lines are reduced to the minima and maxima of 5000 intervals.
+    /// Positions are in axis coordinates: exponents of ten on a logarithmic axis; `null` is a gap. A line with one
+    /// point is a dot; long lines keep the minima and maxima of 5000 intervals.
     pub fn description(&self) -> Json {
         let mut points = |points: Vec<Point>| {
             let (x, y): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
@@ -110,7 +109,7 @@ impl Figure<'_> {
         self.described(Color::hex, &mut points, INTERVALS, false)
     }
 
-    /// For a page: theme colours, five digits per value, lines of `intervals`, and more detail around events.
+    /// Theme colours, five digits per value, lines of `intervals`, and more detail around events.
     pub fn for_page(&self, intervals: usize) -> Json {
         let mut points = |points: Vec<Point>| {
             let (x, y): (Vec<Fine>, Vec<Few>) = points.into_iter().map(|(x, y)| (Fine(x), Few(y))).unzip();
@@ -119,8 +118,8 @@ impl Figure<'_> {
         self.described(Color::css, &mut points, intervals, true)
     }
 
-    /// Like `for_page`, with the points in `bytes` as little-endian 32-bit floats. A line then has the index of its
-    /// first x and its number of points; all x come before y.
+    /// [`Self::for_page`] with the points in `bytes` as little-endian 32-bit floats: a line has the index of its first
+    /// x and its number of points; all x come before y.
     pub fn for_frame(&self, intervals: usize, bytes: &mut Vec<u8>) -> Json {
         let mut points = |points: Vec<Point>| {
             let start = bytes.len() / size_of::<f32>();

@@ -1,6 +1,5 @@
-//! A figure as data, independent of size, typeface and file format.
-//!
-//! `trocar-report` draws it on paper, pages draw it with `charts.js`, and the Python package with matplotlib.
+//! A figure as data, independent of size, typeface and file format: `trocar-report` draws it on paper, pages with
+//! `charts.js`, the Python package with matplotlib.
 
 mod axis;
 mod decimate;
@@ -22,7 +21,6 @@ pub type Point = (f64, f64);
 
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Figure<'a> {
-    /// The title.
     pub name: String,
     pub legend: Vec<Entry>,
     /// From the top down.
@@ -46,7 +44,7 @@ impl<'a> Row<'a> {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sample {
-    /// No sample: the text is a title.
+    /// The text is a title.
     Title,
     Line(Stroke),
     Dot(Stroke),
@@ -57,12 +55,12 @@ pub enum Sample {
 
 pub type Entry = (Sample, String);
 
-/// Over increasing x. Values are multiplied by `scale` (1000 for millimetres).
+/// Over increasing x; values are multiplied by `scale`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series<'a> {
     /// In the coordinate of the axis.
     pub x: Cow<'a, [f64]>,
-    /// A value that is not finite leaves a gap.
+    /// Non-finite values leave a gap.
     pub y: Cow<'a, [f64]>,
     pub scale: f64,
     pub stroke: Stroke,
@@ -78,7 +76,7 @@ impl<'a> Series<'a> {
     }
 }
 
-/// Drawn in every panel with this time axis.
+/// For every panel with this time axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Events {
     /// Start, end and kind, in order.
@@ -87,7 +85,6 @@ pub struct Events {
     pub alarms: Vec<f64>,
 }
 
-/// In drawing order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel<'a> {
     pub x: Axis,
@@ -101,7 +98,7 @@ pub struct Panel<'a> {
     /// In axis coordinates.
     pub fills: Vec<(Vec<Point>, Color)>,
     pub series: Vec<Series<'a>>,
-    /// In axis coordinates; a line with one point is a dot.
+    /// A line with one point is a dot.
     pub curves: Vec<(Vec<Point>, Stroke)>,
     pub levels: Vec<(f64, Stroke)>,
     /// Centred at points in axis coordinates.
@@ -109,7 +106,7 @@ pub struct Panel<'a> {
     pub is_bare: bool,
     /// Of the chart on a page; empty if it has none.
     pub id: &'static str,
-    /// Of each fill and of the remaining panel, for the cursor of a page; empty without values.
+    /// Of each fill and of the remaining panel, for a page's cursor; empty without values.
     pub measurements: Vec<String>,
 }
 
@@ -137,7 +134,7 @@ impl<'a> Panel<'a> {
         Self::new(time, "Time (s)", y, y_caption)
     }
 
-    /// In axis coordinates, reduced to the extremes of intervals, which are shorter within `detailed` (s).
+    /// Reduced to the extremes of intervals, which are shorter within `detailed` (s).
     pub fn samples<'t>(
         &'t self,
         series: &'t Series<'_>,
@@ -151,7 +148,7 @@ impl<'a> Panel<'a> {
     }
 }
 
-/// One sample beyond each end is kept for lines that cross the edges.
+/// One sample beyond each end is kept: lines cross the edges.
 fn shown(x: &[f64], axis: &Axis) -> Range<usize> {
     let end = (x.partition_point(|&x| x <= axis.high) + 1).min(x.len());
     let start = x[..end].partition_point(|&x| x < axis.low).saturating_sub(1);

@@ -1,7 +1,7 @@
 //! Sizes, colours and line styles, in points (1/72 in).
 //!
-//! The colours are by Okabe and Ito, distinguishable for the common forms of colour blindness. Lines also differ in
-//! width and dashes, for print in grey. A colour has one meaning in all figures:
+//! The colours by Okabe and Ito are distinguishable for the common forms of colour blindness; width and dashes
+//! distinguish lines in grey print. A colour has one meaning in all figures:
 //!
 //! | colour | meaning |
 //! |---|---|
@@ -15,9 +15,8 @@
 //! | grey, pale | an event without a hold |
 //! | grey | ruptures, guides |
 //!
-//! With more than two lines of one kind, for example detectors, [`LINES`] continues with the other colours.
+//! With more lines of one kind, for example detectors, [`LINES`] continues with the other colours.
 
-/// Red, green and blue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Color(pub u8, pub u8, pub u8);
 
@@ -103,7 +102,6 @@ pub const CLASSICAL: Stroke = Stroke::dashed(BLUE, 1.1, &[6.0, 1.8]);
 pub const AUGMENTED: Stroke = Stroke::solid(VERMILION, 1.2);
 pub const COMPUTED: Stroke = Stroke::solid(BLACK, 0.9);
 pub const LIMIT: Stroke = Stroke::dashed(PURPLE, 1.1, &[7.0, 2.5, 1.2, 2.5]);
-/// For example a zero line.
 pub const GUIDE: Stroke = Stroke::solid(GREY, 0.6);
 pub const RUPTURE: Stroke = Stroke::dashed(GREY, 0.8, &[2.2, 2.2]);
 
@@ -122,7 +120,7 @@ pub const LINES: [Stroke; 12] = [
     Stroke::solid(BLACK, 0.5),
 ];
 
-/// The first classical and the first augmented run have fixed styles; the others follow [`LINES`].
+/// Fixed styles for the first classical and the first augmented run; the others follow [`LINES`].
 pub fn of_runs(is_augmented: impl IntoIterator<Item = bool>) -> Vec<Stroke> {
     let mut seen = [false; 2];
     let mut others = LINES[2..].iter().cycle();

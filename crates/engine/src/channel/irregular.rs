@@ -43,7 +43,6 @@ struct Sent<L, const N: usize> {
     sample: [L; N],
 }
 
-/// A sample that arrives after a later one is dropped.
 #[derive(Debug, Clone)]
 pub(super) struct Irregular<L, const N: usize> {
     arriving: Box<[Sent<L, N>]>,
@@ -68,7 +67,7 @@ impl Draws {
 
     #[inline(always)]
     fn extra_ticks(&self, rng: &mut ChaCha8Rng) -> Option<u64> {
-        // Both are always drawn, so each setting leaves the other's random numbers unchanged.
+        // So each setting leaves the other's random numbers unchanged.
         let (loss_draw, jitter_draw) = (rng.random::<f64>(), rng.random::<f64>());
         (loss_draw >= self.loss).then_some((jitter_draw * self.jitter_choices) as u64)
     }

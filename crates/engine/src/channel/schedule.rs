@@ -12,7 +12,7 @@ pub struct Schedule {
 impl Schedule {
     pub const LOST: u32 = u32::MAX;
 
-    /// The last of `delays` (ticks or [`Schedule::LOST`]) applies to all later samples. Outages ascend without overlap.
+    /// The last of `delays` (ticks or [`Schedule::LOST`]) applies to all later samples; outages ascend without overlap.
     pub fn new(delays: Arc<[u32]>, outages: Arc<[Range<u64>]>) -> Self {
         Self { delays, outages }
     }
@@ -38,7 +38,7 @@ impl Schedule {
         Self { delays: (0..until.max(to)).map(delay).collect(), outages: self.outages.clone() }
     }
 
-    /// `None` without scheduled delays, or if all samples from some tick on are lost.
+    /// `None` without scheduled delays, or if all samples are lost from some tick on.
     pub fn ages(&self) -> Option<(u64, u64)> {
         let last = arriving(*self.delays.last()?)?;
         let end = self.delays.len() + last as usize;
@@ -80,7 +80,7 @@ impl Running {
         Self { schedule, outage: 0 }
     }
 
-    /// `None` if the sample is lost; `tick` must not decrease.
+    /// `None` if lost; `tick` must not decrease.
     pub(super) fn delay(&mut self, tick: u64, link_ticks: u64) -> Option<u64> {
         let Schedule { delays, outages } = &self.schedule;
         while outages.get(self.outage).is_some_and(|outage| outage.end <= tick) {

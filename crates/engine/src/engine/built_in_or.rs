@@ -6,7 +6,7 @@ use trocar_core::augmentation::{AugmentedTick, ForceLaw, ModeChange, Modes, Moti
 use trocar_core::detector::{Decision, Detector, DetectorInput};
 use trocar_core::estimation::{Estimate, Estimator};
 
-/// A built-in part is inlined, a user-defined part is called dynamically.
+/// A built-in part is inlined, a user-defined part called dynamically.
 pub enum BuiltInOr<B, D: ?Sized> {
     BuiltIn(B),
     UserDefined(Box<D>),

@@ -6,7 +6,7 @@ use trocar_core::lane::{Gather, LANES, Lane, by_index, of_each};
 const MOTION_ROWS: usize = MASTER_STATES - 1;
 const FORCE_ROWS: usize = 2;
 const MASTER_COLUMNS: usize = MASTER_STATES + 3;
-/// Even, to fill vector registers; the last row is 0.
+/// Even, to fill vector registers.
 const SLAVE_ROWS: usize = SLAVE_STATES + 1;
 const SLAVE_COLUMNS: usize = SLAVE_STATES + 1;
 
@@ -31,7 +31,7 @@ impl<L: Lane> Coefficient<L> for Shared {
     }
 }
 
-/// The alignment keeps each vector within a cache line. The field order separates the states: adjacent states would be
+/// Aligned, so that each vector is within a cache line. The field order separates the states: adjacent ones would be
 /// written and read as vectors with other bounds, and the reads would stall on the store buffer.
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
@@ -107,7 +107,7 @@ impl<L: Lane> ExactPlants<L> {
     }
 }
 
-/// Two sums, over even and odd `j`: half the latency, in a fixed order.
+/// Two sums, over even and odd `j`, halve the latency.
 #[inline(always)]
 pub(super) fn combine<L: Lane, C: Coefficient<L>, const ROWS: usize, const COLUMNS: usize>(
     columns: &[[C; ROWS]; COLUMNS],
@@ -186,7 +186,7 @@ impl ExactPlants<f64> {
     }
 }
 
-/// One type for both kinds: a branch per tick costs less than compiling every run twice.
+/// A branch per tick costs less than compiling every run twice.
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant, reason = "the machines of eight cases each are eight times as large")]
 pub enum GatheredPlants<L> {

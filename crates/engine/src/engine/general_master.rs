@@ -81,7 +81,7 @@ impl ControlledMaster {
     pub fn step(&mut self, desired_m: [f64; 2], feedback_n: f64) -> Result<(), IntegrationError> {
         let wanted_n = feedback_n + self.integral_gain * self.integral;
         let (range, change) = self.bounds;
-        // Unlike `clamp`, `max` and `min` accept a diverged (NaN) command.
+        // Unlike `clamp`, they accept NaN.
         let within = wanted_n.max(-range).min(range);
         let limited = within.max(self.motor_n - change).min(self.motor_n + change);
         self.motor_n = if wanted_n.is_nan() { wanted_n } else { limited };

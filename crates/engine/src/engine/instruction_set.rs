@@ -1,4 +1,4 @@
-//! All instruction sets give the same bits, because no fused multiply-add is enabled and sums keep their order.
+//! All give the same bits: no fused multiply-add, and sums keep their order.
 
 #[cfg(target_arch = "x86_64")]
 use super::{Avx2, Avx512};
@@ -9,7 +9,7 @@ use trocar_core::lane::Lane;
 pub enum InstructionSet {
     Avx512,
     Avx2,
-    /// SSE2 on x86-64, one case after another, because lanes would not be faster.
+    /// SSE2 on x86-64, without lanes, which would not be faster.
     Baseline,
 }
 

@@ -1,5 +1,5 @@
-//! Numerical integration (Dormand-Prince 8(5,3)), as an independent check of the exact step: the equations use the
-//! paper's letters and no code of `lti`.
+//! Dormand-Prince 8(5,3) as an independent check of the exact step: the equations use the paper's letters and no code
+//! of `lti`.
 
 use nalgebra::SVector;
 
@@ -118,7 +118,7 @@ pub struct IntegratedPlants {
     state: State,
     actual: [f64; 2],
     arrivals: [f64; 2],
-    /// The reference without the deflection of the slave.
+    /// Without the deflection of the slave.
     received: f64,
 }
 
@@ -162,7 +162,7 @@ impl IntegratedPlants {
         Self { equations, tick_s, state, actual: [0.0; 2], arrivals: [0.0; 2], received: reference_m }
     }
 
-    /// Arrival times within each tick, as fractions; with continuous control only.
+    /// As fractions of each tick; continuous control only.
     pub fn split(mut self, feedback_share: f64, reference_share: f64) -> Self {
         self.arrivals = [feedback_share, reference_share];
         self
@@ -240,7 +240,6 @@ impl Plants<f64> for IntegratedPlants {
         self.state[8] = desired;
         self.equations.desired_velocity = (next - desired) / self.tick_s;
         let [feedback_share, reference_share] = self.arrivals;
-        // The last reference is held until the new one arrives.
         self.equations.reference = self.received - deflection;
         let mut past = 0.0;
         for share in [feedback_share.min(reference_share), feedback_share.max(reference_share)] {

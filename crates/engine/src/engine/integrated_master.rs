@@ -1,5 +1,5 @@
-//! An independent check of the exact step, integrated at a tenth of the tick. A velocity that changes its sign within a
-//! tenth stops the mass.
+//! An independent check of the exact step, integrated at a tenth of the tick; a change of the velocity's sign within it
+//! stops the mass.
 
 use nalgebra::DVector;
 
@@ -100,7 +100,6 @@ impl IntegratedMaster {
         let desired_m_per_s = (desired_m[1] - desired_m[0]) / self.tick_s;
         for _ in 0..PARTS {
             let net_n = motor_n + self.constant_n + self.hand_force_n(&self.state);
-            // Only a mass has friction; its second state is the velocity.
             let velocity = self.state[1];
             let is_held = self.friction_n > 0.0 && velocity == 0.0 && net_n.abs() <= self.friction_n;
             let direction = if velocity == 0.0 { net_n.signum() } else { velocity.signum() };

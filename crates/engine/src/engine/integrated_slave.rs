@@ -1,5 +1,3 @@
-//! As in `integrated_master.rs`.
-
 use nalgebra::DVector;
 
 use super::integrator::integrate;
@@ -175,7 +173,7 @@ impl Equations {
         let right = |i: usize| {
             if i < n { -self.motor[i] * motor_n - self.external[i] * external_n } else { position_m }
         };
-        // Scales rows, so that small coefficients count.
+        // So that small coefficients count.
         let scale: Vec<f64> =
             (0..=n).map(|i| (0..n).map(|j| entry(i, j).abs()).fold(f64::MIN_POSITIVE, f64::max)).collect();
         let matrix = nalgebra::DMatrix::from_fn(n + 1, n, |i, j| entry(i, j) / scale[i]);

@@ -12,7 +12,7 @@ const MOTIONS: usize = MASTER_STATES - 1;
 const MASTER_COLUMNS: usize = MOTIONS + 4;
 const SLAVE_COLUMNS: usize = SLAVE_STATES + 1;
 
-/// Commands are held, so the machines are linear between ticks and have an exact step:
+/// With held commands the machines are linear between ticks:
 ///
 /// ```text
 /// W_m = F_ed + K_i I,                     C_m = the last C_m, moved towards clip(W_m) by at most rate · T
@@ -20,7 +20,6 @@ const SLAVE_COLUMNS: usize = SLAVE_STATES + 1;
 /// U(t) = C + (U_0 - C) exp(-t/τ) over the tick
 /// I += T (F_ed - F_h) unless C_m differs from W_m and this would increase the difference
 /// ```
-/// Conditional integration needs no extra gain.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
 pub struct LimitedPlants<L> {

@@ -1,4 +1,4 @@
-//! The physics between ticks is linear and is stepped exactly; only the sampled channel couples the two sides.
+//! The physics between ticks is linear and stepped exactly; only the sampled channel couples the sides.
 //! [`Parts::tick`]:
 //!
 //! 1. read both plants: `x_h, v_h, F_h`; `x_e, v_e`
@@ -100,7 +100,6 @@ trait Differential<V> {
     fn system(&self, state: &V, derivative: &mut V);
 }
 
-/// `None` if the engines differ in more than numbers.
 fn gather<L: trocar_core::lane::Lane, P, Q, W: Gather>(
     all: [&Engine<P, W>; LANES],
     plants: impl FnOnce([&P; LANES]) -> Option<Q>,

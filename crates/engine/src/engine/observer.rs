@@ -27,7 +27,7 @@ impl<L: Lane, O: Observer<L> + ?Sized> Observer<L> for &mut O {
     }
 }
 
-/// Called dynamically, so the tick is compiled once.
+/// Dynamic calls: the tick is compiled once.
 pub trait EventObserver<L: Lane> {
     fn observe(&mut self, selected: &SelectedSignals<L>);
 }
@@ -47,7 +47,7 @@ impl<L: Lane> Observer<L> for Additional<'_, L> {
     }
 }
 
-/// The second observer does not receive the tick at which the first is done (divergence).
+/// The second one does not receive the tick of a divergence.
 impl<L: Lane, A: Observer<L>, B: Observer<L>> Observer<L> for (A, B) {
     #[inline(always)]
     fn observe(&mut self, signals: &Signals<L>) {

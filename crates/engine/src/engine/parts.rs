@@ -45,8 +45,8 @@ pub struct Parts<L: Lane, O, T, S, E, D, K, M = HeldReference<L>, F = AnyForceLa
     pub master_reading: Option<MasterReading<L>>,
 }
 
-/// Each side reads only its own values, so it can run in its own process ([`MasterSide`](super::MasterSide),
-/// [`SlaveSide`](super::SlaveSide)).
+/// Each side reads only its own values, so that it can run as [`MasterSide`](super::MasterSide) or
+/// [`SlaveSide`](super::SlaveSide).
 impl<L, O, T, S, E, D, K, M, F> Parts<L, O, T, S, E, D, K, M, F>
 where
     L: Lane,
@@ -110,7 +110,6 @@ where
     pub(super) fn feed_back(&mut self, mode: Modes<L>, force_n: L, at_master: &AtMaster<L>) -> FedBack<L> {
         let (commanded_n, allowed_step_n) = self.supervisor.feedback_force(mode, force_n, at_master.velocity_m_per_s);
         let limited_n = self.link.limit(commanded_n, at_master);
-        // A master with an open clutch is free.
         let is_free = self.master_reading.as_ref().is_some_and(MasterReading::is_open);
         let force_n = if is_free { L::zero() } else { limited_n };
         let force_n = match &mut self.safety {

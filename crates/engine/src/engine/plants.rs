@@ -41,7 +41,7 @@ impl<L: Lane> TissueForce<L> {
 pub trait Plants<L> {
     fn master(&self) -> MasterOutput<L>;
     fn slave(&self) -> SlaveOutput<L>;
-    /// The desired position is linear over the tick; all other inputs are held.
+    /// Desired positions are linear over the tick; other inputs are held.
     fn step(
         &mut self,
         desired: L,

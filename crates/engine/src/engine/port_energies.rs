@@ -8,7 +8,7 @@ use super::Signals;
 /// reference   Σ f_e Δx_ref
 /// needle      ∫ f_e dx_e     by the trapezoidal rule
 /// ```
-/// Sums of displacements, so an error of the velocity does not accumulate over a closed path.
+/// An error of the velocity does not accumulate over a closed path.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PortEnergies {
     pub hand_j: f64,

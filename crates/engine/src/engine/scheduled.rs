@@ -41,7 +41,7 @@ impl<L: Lane, D: Detector<L>> Detector<L> for ScheduledAlarms<D> {
 impl<D: Gather> Gather for ScheduledAlarms<D> {
     type Of<L: Lane> = ScheduledAlarms<D::Of<L>>;
 
-    /// A scheduled alarm is raised in every lane, so the ticks must be equal.
+    /// A scheduled alarm is raised in every lane.
     fn gather<L: Lane>(all: [&Self; LANES]) -> Option<Self::Of<L>> {
         let Self { tick, index, next, ref ticks, .. } = *all[0];
         let is_equal = |one: &&Self| one.ticks == *ticks && one.tick == tick;

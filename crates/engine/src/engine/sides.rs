@@ -1,4 +1,4 @@
-//! With the other side's messages at the same ticks, a side's signals have the same bits as in [`Parts`](super::Parts).
+//! With the other side's messages, a side's signals have the same bits as in [`Parts`](super::Parts).
 
 use super::signals::{AtMasterSide, AtSlaveSide, at_rest};
 use super::{Any, Engine, EngineError, Observer, Plants, Signals, TissueForce, Wiring};
@@ -38,14 +38,14 @@ impl MasterSide {
         self.tick >= self.engine.grid.ticks()
     }
 
-    /// Call it once before each [`MasterSide::step`].
+    /// Once before each [`MasterSide::step`].
     pub fn send(&mut self) -> ToSlave<f64> {
         let Engine { plants, parts, .. } = &mut self.engine;
         self.at_master = parts.read_master(self.tick, &plants.master());
         parts.link.master_sends(&self.at_master)
     }
 
-    /// The observer gets 0 for the other side's signals.
+    /// The other side's signals are 0.
     pub fn step(&mut self, received: &Received<f64, 5>, observer: &mut dyn Observer<f64>) -> Result<(), EngineError> {
         let Engine { plants, parts, .. } = &mut self.engine;
         let master = plants.master();
@@ -60,7 +60,7 @@ impl MasterSide {
         Ok(())
     }
 
-    /// Each restart may add half of the passivity scheme's promise to the generated energy.
+    /// May add half of the passivity scheme's promise to the generated energy.
     pub fn peer_restarts(&mut self) {
         self.engine.parts.link.peer_restarts();
     }
@@ -148,7 +148,7 @@ impl SlaveSide {
         self.engine.parts.link.promised_j()
     }
 
-    /// `∫ f_e dx_e`, from the measured force scaled to the master.
+    /// `∫ f_e dx_e`, scaled to the master.
     pub fn energy_j(&self) -> f64 {
         self.engine.parts.link.slave_energy_j()
     }

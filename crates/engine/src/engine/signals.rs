@@ -44,11 +44,11 @@ pub struct Signals<L: Lane> {
     /// `g`, in the unit of the distance.
     pub decision: L,
     pub mode: Modes<L>,
-    /// The ground truth.
+    /// Ground truth.
     pub ruptured: L::Mask,
     pub noticed: L::Mask,
     pub alarm: L::Mask,
-    /// Alarms on which the supervisor acts; with augmentation disabled, all alarms.
+    /// Alarms on which the supervisor acts; all without augmentation.
     pub alarm_taken: L::Mask,
     /// The supervisor's command, before the channel.
     pub commanded_force_n: L,

@@ -3,7 +3,7 @@ use super::{ExactPlants, IntegrationError, MasterOutput, Plants, SlaveOutput, Ti
 use crate::plant::{MasterStep, SLAVE_STATES, SlaveStep};
 use trocar_core::lane::Lane;
 
-/// For the fraction `f` of each tick, the plants hold the last tick's inputs, then the present ones:
+/// For the fraction `f` of each tick, the plants hold the last inputs, then the present ones:
 ///
 /// ```text
 /// x_{k+1} = Φ x_k + Γ(T) u_{k-1} + Γ((1-f) T) (u_k - u_{k-1}),   Γ(τ) = ∫₀^τ exp(A s) ds B

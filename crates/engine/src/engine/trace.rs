@@ -190,7 +190,6 @@ impl Trace {
         self.time_s.is_empty()
     }
 
-    /// All columns but `mode`.
     pub fn numbers(&self) -> Vec<&[f64]> {
         let numbers = |values| match values {
             ColumnValues::Numbers(numbers) => Some(numbers),

@@ -66,7 +66,7 @@ setters! {
     estimator: Estimator,
     /// Replaces distance, CUSUM and arming.
     detector: Detector,
-    /// A user-defined detector ignores it.
+    /// Ignored by a user-defined detector.
     distance: Distance,
     architecture: Architecture,
     scheme: PassivityScheme,

@@ -12,7 +12,7 @@ pub type AnyChain<L, O, T, S, K> = Parts<L, O, T, S, AnyEstimator<L>, AnyDetecto
 pub type PaperChain<L, O, T, S, K> = Parts<L, O, T, S, Rls<L>, CusumDetector<L, SquaredResidual<L>>, K>;
 pub type Any<L> = AnyChain<L, HumanOperator<L>, AnyTissue<L>, AnySensor<L>, Link<L>>;
 
-/// All variants give the same bits; fewer branches on the kind of a part make a tick faster.
+/// Fewer branches on the kind of a part make a tick faster.
 #[derive(Debug, Clone)]
 #[expect(clippy::type_complexity, reason = "each variant names the parts for which the engine is compiled")]
 pub enum Wired<L: Lane, P> {
@@ -33,7 +33,7 @@ impl<L: Lane, P: Plants<L>> Wired<L, P> {
         each!(self, engine => instruction_set::run_portably(engine, observer))
     }
 
-    /// For wider registers if available: the same bits, faster, for one more copy of the tick per wiring.
+    /// Wider registers are faster, for one more copy of the tick per wiring.
     pub fn run_compiled<O: Observer<L>>(&mut self, observer: &mut O) -> Result<(), EngineError> {
         each!(self, engine => instruction_set::run(engine, observer))
     }

@@ -37,12 +37,12 @@ pub enum Motion<L> {
     Ramp(Ramp<L>),
 }
 
-/// A user-defined operator implements this trait for `f64`.
+/// A user-defined operator implements it for `f64`.
 pub trait Operator<L: Lane> {
-    /// Called once per tick from 0; `felt_n` is from the tick before.
+    /// Once per tick, from 0; `felt_n` is from the tick before.
     fn desired_position_m(&mut self, tick: u64, felt_n: L) -> L;
 
-    /// The last desired position without involuntary motion such as tremor.
+    /// Without involuntary motion such as tremor.
     #[inline(always)]
     fn intended_position_m(&self, desired_m: L) -> L {
         desired_m
@@ -201,7 +201,7 @@ impl<L: Lane> HumanOperator<L> {
 }
 
 impl HumanOperator<f64> {
-    /// Stretch reflexes and grip, which belong to the loop, continue.
+    /// Stretch reflexes and grip belong to the loop and continue.
     pub fn rest(&mut self, tick: u64) {
         let displacement_m = self.tremor.take().and_then(|all| all.get(tick as usize).copied());
         self.intended_m += displacement_m.unwrap_or(0.0);

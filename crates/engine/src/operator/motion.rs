@@ -9,7 +9,7 @@ pub fn minimum_jerk(start_m: f64, end_m: f64, movement_s: f64, tick_s: f64, tick
     (0..ticks).map(position).collect()
 }
 
-/// Minimum-jerk movements. The pushes are chosen here.
+/// The pushes are chosen here.
 pub fn insertion_extraction(
     (start_m, end_m): (f64, f64),
     (movement_s, pushes): (f64, u64),

@@ -11,10 +11,8 @@ const DRAWN: usize = 64;
 /// Separates these random numbers from others with the same seed.
 const DOMAIN: u64 = 0x7065_7263_6569;
 
-/// Evidence of a change in progress.
 const IN_PROGRESS: f64 = 0.5;
 
-/// Share of a lasting cue at which it is noticed.
 const CUE_TAKEN_UP: f64 = 0.5;
 
 trocar_core::choice! {
@@ -28,9 +26,9 @@ trocar_core::choice! {
 }
 
 trocar_core::settings! {
-    /// The just noticeable difference (d' = 1) is about 7 % of a force of 2.5 to 10 N (Pang, Tan and Durlach 1991), and
-    /// 7 % for the elbow (Jones 1989). Lapses are usually below 6 % (Wichmann and Hill 2001), reaction times to
-    /// vibration about 0.2 s (Bao et al. 2019). The others are chosen here.
+    /// Just noticeable difference (d' = 1): 7 % of a force of 2.5 to 10 N (Pang, Tan and Durlach 1991), also for the
+    /// elbow (Jones 1989). Lapses are usually below 6 % (Wichmann and Hill 2001), reactions to vibration about 0.2 s
+    /// (Bao et al. 2019). The others are chosen here.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct PerceptionSettings in "perception." {
         /// Standard deviation of the internal noise, as a fraction of the felt force.
@@ -95,9 +93,9 @@ fn rng(seed: u64, stream: u64) -> ChaCha8Rng {
 /// x = (L - S) / (h w (L₀ + F_a))         evidence in units of the noise
 /// noticed:  x >= c + z,  z normal with mean 0 and standard deviation 1
 /// ```
-/// A drop by `ΔF`, of which `L - S` reaches the share `h`, is noticed with the probability `(1 - λ) Φ(ΔF / w (F + F_a)
-/// - c)`. `L₀` is the memory when the change began; `z` is drawn once per interval, and infinite with the probability
-/// `λ`.
+/// A drop by `ΔF`, of which `L - S` reaches the share `h`, is noticed with the probability
+/// `(1 - λ) Φ(ΔF / w (F + F_a) - c)`. `L₀` is the memory at the beginning of the change; `z` is drawn once per
+/// interval, infinite with the probability `λ`.
 #[derive(Debug, Clone)]
 pub(super) struct Noticing<L: Lane> {
     keep_integrated: L,

@@ -35,7 +35,7 @@ const WITH_A_THRESHOLD: ActsFor = WHEN_REACTING.only_with(Perception::KEY.path, 
 
 trocar_core::settings! {
     /// Thresholds for 2.5 to 10 N are about 7 % (Pang, Tan and Durlach 1991); the default of 15 % for a moving hand and
-    /// the other defaults are chosen here.
+    /// the others are chosen here.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ReflexSettings in "perception.reflex_" {
         reflex: Reflex [kinds last],
@@ -83,7 +83,7 @@ pub(super) struct Reaction<L: Lane> {
     withdraw_m: L,
     reaction_ticks: [L; DRAWN],
     level: L,
-    /// Infinite while no reaction is pending.
+    /// Infinite without a pending reaction.
     due: L,
     reactions: L,
     clock: L,
@@ -167,7 +167,6 @@ impl<L: Lane> Reaction<L> {
         let followed = felt + self.keep * (self.level - felt);
         let acts = now.gt(self.due) & now.le(self.due + self.pause_ticks);
         let is_over = now.gt(self.due + self.pause_ticks) & self.due.lt(never);
-        // The next drop is measured from the present force.
         self.level = L::select(first | is_over, felt, followed);
         if let Some(noticing) = &mut self.noticing {
             noticing.restart(is_over, now, felt);

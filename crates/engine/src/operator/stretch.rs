@@ -2,9 +2,9 @@ use trocar_core::lane::Lane;
 use trocar_core::time::nearest_ticks;
 
 trocar_core::settings! {
-    /// The delays are typical of the wrist (Schuurmans et al. 2009, <https://doi.org/10.1007/s00221-008-1647-7>); the
-    /// long-latency gain varies by a factor of 4 to 10, so its default is 0. Chosen here: the short latency responds to
-    /// velocity, the long one to displacement.
+    /// Delays typical of the wrist (Schuurmans et al. 2009, <https://doi.org/10.1007/s00221-008-1647-7>); the
+    /// long-latency gain varies by a factor of 4 to 10, hence its default of 0. Chosen here: the short latency responds
+    /// to velocity, the long one to displacement.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct StretchSettings in "operator.stretch_" {
         /// Force per speed of the stretch, at the short latency.
@@ -48,7 +48,6 @@ pub(super) struct Stretch<L> {
 
 impl<L: Lane> Stretch<L> {
     pub(super) fn new(settings: &StretchSettings, stiffness_n_per_m: f64, tick_s: f64) -> Option<Self> {
-        // An arm without stiffness cannot pull.
         if !settings.acts() || stiffness_n_per_m <= 0.0 {
             return None;
         }

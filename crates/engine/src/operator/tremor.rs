@@ -17,8 +17,7 @@ const GROWTH_S: f64 = 0.25;
 const DOMAIN: u64 = 0x7472_656d_6f72;
 
 trocar_core::settings! {
-    /// Hands tremble at 8 to 12 Hz, surgeons' by 50 to 200 µm (root mean square;
-    /// <https://pmc.ncbi.nlm.nih.gov/articles/PMC3989364>).
+    /// Hands tremble at 8 to 12 Hz, surgeons' by 50 to 200 µm RMS (<https://pmc.ncbi.nlm.nih.gov/articles/PMC3989364>).
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct TremorSettings in "operator.tremor_" {
         /// Root mean square of the hand's tremor, usually tens to hundreds of micrometres.
@@ -38,7 +37,7 @@ impl TremorSettings {
         require("operator.tremor_high_hz", self.high_hz, is_sampled, "below half the rate of the ticks").map(drop)
     }
 
-    /// Displacement (m) and speed (m/s) with all sines at their peak.
+    /// With all sines at their peak.
     pub fn largest(&self) -> [f64; 2] {
         let displacement_m = SINES as f64 * self.size_m();
         // The slope of the growth `3 s² - 2 s³` is at most 1.5.
@@ -49,7 +48,7 @@ impl TremorSettings {
         self.amplitude_m * (2.0 / SINES as f64).sqrt()
     }
 
-    /// One sine of equal amplitude in each eighth of the band, with random frequency and phase.
+    /// One sine of equal amplitude per eighth of the band, with random frequency and phase.
     pub fn displacements<L: Lane>(&self, seed: u64, first_stream: u64, tick_s: f64, ticks: u64) -> Arc<[L]> {
         let mut lanes: Vec<SineSum> =
             (0..L::WIDTH).map(|lane| SineSum::new(self, seed, first_stream + lane as u64, tick_s)).collect();

@@ -2,7 +2,7 @@ use super::{PlantError, on};
 use trocar_lti::{Continuous, StateSpace, lagged_input};
 
 trocar_core::settings! {
-    /// The limits act on the tick: with a continuous controller no exact step would exist.
+    /// On the tick: with a continuous controller no exact step would exist.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ActuatorLimits in "actuator." {
         /// Maximum force U_m of the master's motor, in both directions; no limit by default.

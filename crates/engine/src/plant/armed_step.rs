@@ -14,7 +14,7 @@ pub type ArmedColumn = [f64; MAX_ARMED_STATES];
 pub(super) const HOLDS: [InputHold; 4] = [InputHold::Linear, InputHold::Held, InputHold::Held, InputHold::Held];
 
 /// `x_{k+1} = transition · x_k + desired_now · x_d(k) + desired_next · x_d(k+1) + motor · u_k + constant`, with `x_d`
-/// linear and `u` held. The states are those of the machine (position and velocity first), then of the arm.
+/// linear and `u` held. The machine's states (position and velocity first) precede the arm's.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmedStep {
     pub states: usize,
@@ -136,7 +136,7 @@ impl ArmedRest {
         }
         let found = solve(matrix, &right).ok_or(PlantError::NoRest { side: "master", start_m: desired_m })?;
         let mut state: ArmedColumn = std::array::from_fn(|i| if i < n { found[i] } else { 0.0 });
-        // A rounding error would release a mass that friction holds.
+        // Rounding would release a mass that friction holds.
         state[1] = 0.0;
         Ok(Self { state, motor_n: found[n] })
     }

@@ -72,7 +72,7 @@ impl SampledController {
         Self { gains, bounds, integral, last_error_m: error_m, command: command.clamp(-bounds.0, bounds.0) }
     }
 
-    /// While the command is limited, the integral may only change towards the limited command.
+    /// While the command is limited, the integral may only change towards it.
     pub fn command(&mut self, error_m: f64, [position_m, velocity_m_per_s]: [f64; 2], measured_n: f64) -> f64 {
         let gains = &self.gains;
         let wanted = gains.proportional * error_m + gains.difference * (error_m - self.last_error_m) + self.integral
@@ -80,7 +80,7 @@ impl SampledController {
             - gains.position * position_m
             + gains.force * measured_n;
         let (range, change) = self.bounds;
-        // Unlike `clamp`, `max` and `min` accept a diverged (NaN) command.
+        // Unlike `clamp`, they accept NaN.
         let within = wanted.max(-range).min(range);
         let limited = within.max(self.command - change).min(self.command + change);
         self.command = if wanted.is_nan() { wanted } else { limited };

@@ -8,8 +8,8 @@ const SOLVED: f64 = 1e-6;
 
 pub type MachineColumn = [f64; MAX_MACHINE_STATES];
 
-/// `x_{k+1} = transition · x_k + command · u_k + external · w_k`, with held forces of the motor `u` and from outside
-/// `w`. The first states are position and velocity.
+/// `x_{k+1} = transition · x_k + command · u_k + external · w_k`, with held motor force `u` and external force `w`. The
+/// first states are position and velocity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MachineStep {
     pub states: usize,
@@ -74,7 +74,7 @@ pub struct Rest {
 }
 
 impl Rest {
-    /// At the reference with an integral, otherwise where the controller balances the machine.
+    /// At the reference with an integral, else where the controller balances the machine.
     pub fn of(slave: &SlaveParameters, reference_m: f64) -> Result<Self, PlantError> {
         let machine = Machine::of(slave)?;
         let (a, b) = (machine.system().a(), machine.system().b().column(0));
@@ -93,14 +93,14 @@ impl Rest {
         }
         let no_rest = || PlantError::NoRest { side: "slave", start_m: reference_m };
         let mut solution = solve(matrix, &right).ok_or_else(no_rest)?;
-        // A rounding error would release a mass that friction holds.
+        // Rounding would release a mass that friction holds.
         solution[1] = 0.0;
         let state = std::array::from_fn(|i| if i < n { solution[i] } else { 0.0 });
         Ok(Self { state, command: solution[n] })
     }
 }
 
-/// A singular system has the solution of least norm.
+/// The solution of least norm if singular.
 pub(super) fn solve(matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     let (mut scaled, mut right) = (matrix, right.clone());
     let size = |largest: f64| if largest > 0.0 { largest } else { 1.0 };

@@ -40,8 +40,8 @@ trocar_core::settings! {
     /// m_h x_a'' = k_h (x_d - x_a) + b_h (x_d' - x_a') - F_h
     /// F_h       = k_a (x_a - x_h) + b_a (x_a' - x_h')
     /// ```
-    /// Stiffness and damping rise with the grip force (Hasser and Cutkosky 2002); the factors, which keep the damping
-    /// ratios, are chosen here.
+    /// Stiffness and damping rise with the grip force (Hasser and Cutkosky 2002), by factors chosen here that keep the
+    /// damping ratios.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ArmParameters in "arm." given (grip: Grip = Grip::Paper, roles: ArmRoles = ArmRoles::AsPrinted) {
         /// Stiffness between arm and master.
@@ -114,8 +114,8 @@ impl ArmParameters {
     }
 }
 
-/// Inputs `x_d, x_d', F_ed`, outputs `F_h, F_ed - F_h`, states `x_h, v_h, x_a, v_a, ∫(F_ed - F_h)`. With sampled
-/// control, `U_m` replaces `F_ed` and there is no integral.
+/// From `x_d, x_d', F_ed` to `F_h, F_ed - F_h`, with states `x_h, v_h, x_a, v_a, ∫(F_ed - F_h)`; with sampled control
+/// `U_m` replaces `F_ed`, without an integral.
 pub fn master_system(
     master: &MasterParameters,
     arm: &ArmParameters,
@@ -164,8 +164,7 @@ fn build(
     wiring.read(&hand_force(1.0))?.read(&error)?.close(&blocks)
 }
 
-/// `x_{k+1} = transition · x_k + desired_now · x_d(k) + desired_next · x_d(k+1) + feedback · F_ed(k)`, with `x_d`
-/// linear over the tick and `F_ed` held.
+/// `x_{k+1} = transition · x_k + desired_now · x_d(k) + desired_next · x_d(k+1) + feedback · F_ed(k)`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MasterStep {
     pub transition: [[f64; MASTER_STATES]; MASTER_STATES],
@@ -189,12 +188,12 @@ impl MasterStep {
         Ok(step)
     }
 
-    /// `feedback` is the effect of a held `U_m`, and the force integral does not change.
+    /// `feedback` is the effect of a held `U_m`; the force integral does not change.
     pub fn of_machine(master: &MasterParameters, arm: &ArmParameters, tick_s: f64) -> Result<Self, PlantError> {
         Self::open(master, arm, ControlTiming::Sampled, tick_s)
     }
 
-    /// Without a lag, the `feedback` of [`MasterStep::of_machine`].
+    /// Without a lag, [`MasterStep::of_machine`]'s `feedback`.
     pub fn of_motor(
         master: &MasterParameters,
         arm: &ArmParameters,

@@ -55,7 +55,7 @@ pub struct GeneralMaster<'a> {
 }
 
 impl GeneralMaster<'_> {
-    /// Without its controller, the arm and Coulomb friction.
+    /// Without controller, arm and Coulomb friction.
     pub fn machine(&self) -> Result<Machine, PlantError> {
         let Self { parameters, model, arm } = self;
         parameters.validate()?;

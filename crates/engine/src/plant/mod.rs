@@ -1,4 +1,4 @@
-//! Eq. 28-35, stepped exactly. Where the authors cannot have simulated the printed appendix, a plausible reading is the
+//! Eq. 28-35, stepped exactly. Where the printed appendix cannot have been simulated, a plausible reading is the
 //! default.
 
 mod actuator;
@@ -118,7 +118,6 @@ pub enum PlantError {
 }
 
 impl PlantError {
-    /// `None` for errors that do not concern a model.
     pub fn of_model(&self) -> Option<(String, String)> {
         let (side, key, remedy) = match self {
             Self::Improper { side, .. } => {

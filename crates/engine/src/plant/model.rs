@@ -5,10 +5,10 @@ use trocar_lti::{Continuous, StateSpace, TransferFunction, outputs_first, realis
 
 pub const MAX_MACHINE_STATES: usize = 8;
 
-/// Relative size of `c B` below which a force changes the velocity gradually.
+/// Relative `c B` below which a force changes the velocity gradually.
 const NO_JUMP: f64 = 1e-9;
 
-/// Relative real part of a stable pole: several poles at 0 have an error of about the square root of the rounding.
+/// Relative real part of a stable pole: several poles at 0 have an error of about the root of the rounding.
 const MARGINAL: f64 = 1e-6;
 
 trocar_core::choice! {
@@ -39,14 +39,14 @@ impl Model<'_> {
     }
 }
 
-/// Inputs: motor force and external force. Outputs and first states: position and velocity.
+/// From motor and external force to the first states, position and velocity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Machine {
     system: StateSpace<Continuous>,
 }
 
 impl Machine {
-    /// Without Coulomb friction. With the appendix' model, the external force has no effect.
+    /// Without Coulomb friction; the external force has no effect in the appendix' model.
     pub fn of(slave: &SlaveParameters) -> Result<Self, PlantError> {
         slave.validate()?;
         let model = match slave.model {
@@ -142,8 +142,7 @@ fn of_matrices(side: &'static str, a: &[f64], b: &[f64], c: &[f64]) -> Result<St
     system.and_then(|system| balanced(&system, 0)).map_err(on(side))
 }
 
-/// Scales all states but the first ones by powers of two (exact), after Osborne (1960, *On pre-conditioning of
-/// matrices*).
+/// Scales all but the first states by powers of two (exact), after Osborne (1960, *On pre-conditioning of matrices*).
 fn balanced(system: &StateSpace<Continuous>, first: usize) -> Result<StateSpace<Continuous>, trocar_lti::Error> {
     const SWEEPS: usize = 30;
     let n = system.states();

@@ -113,7 +113,7 @@ impl SlaveParameters {
     }
 }
 
-/// Input `x_ref`, or `U_s` with sampled control; outputs and first states `x_e` and `v_e`. A
+/// From `x_ref`, or `U_s` with sampled control, to the first states `x_e` and `v_e`. A
 /// [general](SlaveParameters::is_general) slave is the [`Machine`] alone.
 pub fn slave_system(slave: &SlaveParameters, timing: ControlTiming) -> Result<StateSpace<Continuous>, PlantError> {
     if slave.is_general() {
@@ -164,7 +164,7 @@ impl SlaveStep {
         Self::open(slave, ControlTiming::Sampled, tick_s)
     }
 
-    /// Without a lag, the `reference` of [`SlaveStep::of_machine`].
+    /// Without a lag, [`SlaveStep::of_machine`]'s `reference`.
     pub fn of_motor(slave: &SlaveParameters, tick_s: f64, lag_s: f64) -> Result<MotorStep<SLAVE_STATES>, PlantError> {
         let system = slave_system(slave, ControlTiming::Sampled)?;
         MotorStep::new(("slave", &system), 0, tick_s, lag_s)

@@ -1,13 +1,13 @@
 use trocar_core::friction::CoulombFriction;
 
-/// The first omitted term is below 1e-18 at `|z| <= 0.5`.
+/// Omitted terms are below 1e-18 at `|z| <= 0.5`.
 const TERMS: u32 = 14;
 
 /// ```text
 /// m v' = f - b v - F_c sign(v),   x' = v
 /// ```
-/// A sliding mass under a force that does not drive it stops after `t = m/b ln(1 + b |v| / (F_c - f sign(v)))`; then it
-/// rests while `|f| <= F_c`, or moves back.
+/// Without a driving force it stops after `t = m/b ln(1 + b |v| / (F_c - f sign(v)))`; then it rests while
+/// `|f| <= F_c`, or moves back.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SlidingMass {
     pub mass_kg: f64,
@@ -18,7 +18,7 @@ pub struct SlidingMass {
 impl SlidingMass {
     pub fn advance(&self, mut motion: [f64; 2], force_n: f64, duration_s: f64) -> [f64; 2] {
         let mut left_s = duration_s;
-        // A stopped mass moves on with the force or rests: at most two parts.
+        // A stopped mass rests or moves on: at most two parts.
         for _ in 0..2 {
             let [position_m, velocity_m_per_s] = motion;
             let driving_n = if velocity_m_per_s == 0.0 {

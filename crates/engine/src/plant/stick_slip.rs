@@ -19,14 +19,13 @@ struct Part {
     force: [f64; STATES],
 }
 
-/// A step over `2^-l` of a tick is exact while the mass slides or rests; a tick takes the largest parts at whose end
+/// A step over `2^-l` of a tick is exact while the mass slides or rests: a tick takes the largest parts at whose end
 /// the phase still lasts.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct StickSlip {
     friction: CoulombFriction,
     constant_n: f64,
     hand_force: [f64; STATES],
-    /// Held and sliding, the whole tick first.
     parts: Vec<[Part; 2]>,
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Numbers shared by runs, because drawing one costs as much as a tick.
+/// Drawing a number costs as much as a tick.
 #[derive(Debug)]
 pub struct NoiseBank {
     kept: HashMap<Stream, Drawn>,
@@ -16,7 +16,7 @@ type Stream = ([u8; 32], u64, usize);
 type Drawn = (Arc<[f64]>, ChaCha8Rng);
 
 impl NoiseBank {
-    /// When `max_numbers` (8 bytes each) are used, runs draw further streams themselves.
+    /// Beyond `max_numbers` (8 bytes each) runs draw further streams themselves.
     pub fn new(max_numbers: usize) -> Self {
         Self { kept: HashMap::new(), room: max_numbers }
     }

@@ -1,4 +1,4 @@
-//! `y = clip(quantise(lag(f + bias) + noise))`; the noise is white at any bandwidth.
+//! `y = clip(quantise(lag(f + bias) + noise))` with white noise at any bandwidth.
 
 mod bank;
 mod lag;
@@ -65,7 +65,6 @@ impl<L: Lane> Quantiser<L> {
 pub trait Sensor<L: Lane> {
     fn read(&mut self, force_n: L, position_m: L, velocity_m_per_s: L) -> Measurement<L>;
 
-    /// True if the measured force excludes the friction on the shaft.
     #[inline(always)]
     fn excludes_shaft(&self) -> bool {
         false

@@ -9,7 +9,7 @@ use trocar_core::lane::Lane;
 
 const BLOCK: usize = 64;
 
-/// Blocks keep the generator's code and state out of most ticks; lane `i` uses stream `first_stream + i`.
+/// Blocks keep the generator's code and state out of most ticks.
 #[derive(Debug, Clone)]
 pub(super) struct WhiteNoise<L> {
     streams: Box<[Stream]>,
@@ -20,7 +20,7 @@ pub(super) struct WhiteNoise<L> {
 #[derive(Debug, Clone)]
 struct Stream {
     rng: ChaCha8Rng,
-    /// The bank's numbers, before the generator's, and the count of used ones.
+    /// The bank's numbers, used before the generator's, and the number of used ones.
     drawn: Option<(Arc<[f64]>, usize)>,
 }
 
@@ -57,7 +57,7 @@ impl<L: Lane> WhiteNoise<L> {
     }
 }
 
-/// A free function, so the tick need not reload the sensor's state.
+/// The tick need not reload the sensor's state.
 #[cold]
 #[inline]
 fn refill<L: Lane>(streams: &mut [Stream], block: &mut [L; BLOCK]) {

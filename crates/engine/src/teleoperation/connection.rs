@@ -24,18 +24,17 @@ pub struct LinkReport {
     pub master_port_j: f64,
     /// `∫ f_e dx_e`, from the measured force.
     pub slave_port_j: f64,
-    /// Maximum of `E_s - E_m`, with `E_s` scaled to the master.
+    /// Maximum of `E_s - E_m`, scaled to the master.
     pub generated_j: f64,
     pub promised_j: Option<f64>,
-    /// By how much the slave is deeper than the master, on the slave's scale.
+    /// Slave minus master, on the slave's scale.
     pub left_behind_m: f64,
     pub master_dissipated_j: f64,
     pub slave_refused_j: f64,
 }
 
-/// Called at a tick in this order: [`to_slave`](Connection::to_slave),
-/// [`limit_reference`](Connection::limit_reference), [`to_master`](Connection::to_master),
-/// [`limit`](Connection::limit).
+/// Order of calls at a tick: [`to_slave`](Connection::to_slave), [`limit_reference`](Connection::limit_reference),
+/// [`to_master`](Connection::to_master), [`limit`](Connection::limit).
 pub trait Connection<L: Lane> {
     fn position_scale(&self) -> L;
 

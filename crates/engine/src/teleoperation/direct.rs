@@ -2,7 +2,7 @@ use super::connection::{AtMaster, AtSlave, Connection, LinkReport};
 use trocar_core::augmentation::Modes;
 use trocar_core::lane::Lane;
 
-/// The same bits as a [`Link`](super::Link) that [`is_direct`](super::Link::is_direct), without state.
+/// A [`Link`](super::Link) that [`is_direct`](super::Link::is_direct), without state.
 #[derive(Debug, Clone, Copy)]
 pub struct DirectLink<L> {
     pub(super) position_scale: L,

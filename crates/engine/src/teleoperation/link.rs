@@ -16,7 +16,7 @@ pub type FromMaster<L> = Delay<L, 4>;
 pub type FromSlave<L> = Delay<L, 5>;
 pub type PayloadLine<L> = Delay<L, PAYLOAD>;
 
-/// A payload arrives with its sample: both lines of a direction have the same delays and losses.
+/// Both lines of a direction have the same delays and losses.
 #[derive(Debug, Clone)]
 pub struct Lines<L: Lane> {
     pub forward: FromMaster<L>,
@@ -61,7 +61,7 @@ pub struct Link<L: Lane, A = AnyArchitecture<L>, P = AnyScheme<L>> {
     lines: Lines<L>,
     architecture: A,
     scheme: P,
-    /// Position and force are transmitted unchanged, as in the paper.
+    /// Unchanged, as in the paper.
     is_plain: bool,
     scales: DirectLink<L>,
     energy_scale: L,
@@ -159,7 +159,6 @@ impl<L: Lane, A, P> Link<L, A, P> {
         self.is_plain && self.lines.forward.is_immediate() && self.lines.backward.is_immediate()
     }
 
-    /// `None` unless the link [is direct](Link::is_direct).
     pub fn as_direct(&self) -> Option<DirectLink<L>> {
         self.is_direct().then_some(self.scales)
     }

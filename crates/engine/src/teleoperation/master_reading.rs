@@ -16,7 +16,7 @@ trocar_core::settings! {
     }
 }
 
-/// While the clutch is open, the position as read stays, velocity and force are 0, and the travel remains as an offset.
+/// While the clutch is open, the read position stays, velocity and force are 0, and the travel remains as an offset.
 #[derive(Debug, Clone)]
 pub struct MasterReading<L> {
     encoder: Option<(Quantiser<L>, VelocityFilter<L>)>,

@@ -1,5 +1,5 @@
-//! A built-in architecture or scheme is one file of its folder and one row of the registry in its `mod.rs`; a
-//! user-defined one enters by [`Link::with_architecture`] or [`Link::with_scheme`].
+//! A built-in architecture or scheme is one file of its folder and one row of the registry in its `mod.rs`;
+//! user-defined ones enter by [`Link::with_architecture`] or [`Link::with_scheme`].
 
 mod architecture;
 mod connection;

@@ -36,19 +36,18 @@ impl RecoverySettings {
     }
 }
 
-/// `y = target + gap`, but held while lost, and approached by at most a step per tick while recovering. The gap is the
+/// `y = target + gap`, held while lost, approached by at most a step per tick while recovering. The gap is the
 /// offset after an outage under [`Recovery::Hold`], else 0.
 #[derive(Debug, Clone)]
 pub(super) struct Receiver<L: Lane> {
     policy: Recovery,
     outage_ticks: L,
-    /// From this tick on, missing samples count even before the first one.
     expected_tick: L,
     step: L,
     keeps_pace: bool,
     dead_ticks: L,
     presence: Fade<L>,
-    /// Last received target, its average distance per tick, and the largest such average.
+    /// The target, its average distance per tick, and the largest such average.
     received: L,
     pace: L,
     max_pace: L,
@@ -93,7 +92,7 @@ impl<L: Lane> Receiver<L> {
         }
     }
 
-    /// A link that is down from the start counts as an outage, and its first sample causes no jump.
+    /// A link that is down from the start counts as an outage.
     pub(super) fn expecting_within(mut self, ticks: u64) -> Self {
         self.expected_tick = L::splat(ticks as f64);
         self
@@ -112,7 +111,6 @@ impl<L: Lane> Receiver<L> {
         }
     }
 
-    /// Below 1 while the other side counts as dead.
     #[inline(always)]
     pub(super) fn presence(&self) -> L {
         self.presence.share()
@@ -134,7 +132,6 @@ impl<L: Lane> Receiver<L> {
         self.recover(target, is_fresh, given_up)
     }
 
-    /// Without it the slave would continue to the hand's position before the outage.
     #[inline(always)]
     pub(super) fn withhold(&mut self, part: L) {
         self.last = L::select(self.is_lost, self.last - part, self.last);

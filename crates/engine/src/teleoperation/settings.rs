@@ -45,7 +45,6 @@ impl LinkSettings {
         self.controller.kind == ControllerKind::PositionForce && self.passivity.scheme == Scheme::None
     }
 
-    /// True for the paper's link.
     pub fn is_baseline(&self) -> bool {
         self.forwards_samples() && self.machines.compliance_m_per_n == 0.0
     }
@@ -81,7 +80,7 @@ impl Machines {
         force_scale: 1.0,
     };
 
-    /// Force scale over position scale; a position scale of 0 leaves no common energy.
+    /// A position scale of 0 leaves no common energy.
     pub fn energy_scale(&self) -> f64 {
         if self.position_scale == 0.0 { 1.0 } else { self.force_scale / self.position_scale }
     }

@@ -40,7 +40,7 @@ pub struct DepthCurves {
 }
 
 impl DepthCurves {
-    /// The samples are in time order and span at most 10 m. The withdrawal's force is limited to the insertion's.
+    /// Samples in time order, within 10 m; the withdrawal's force is limited to the insertion's.
     pub fn new(position_m: &[f64], force_n: &[f64]) -> Result<Self, InvalidValue> {
         let min_m = position_m.iter().copied().fold(f64::INFINITY, f64::min);
         let max_m = position_m.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -69,7 +69,7 @@ impl DepthCurves {
         })
     }
 
-    /// While drawn back, the force also changes to the withdrawal's over the presliding distance.
+    /// While drawn back, the force also changes to the withdrawal's.
     pub fn springs(&self, presliding_m: f64, until_m: f64) -> Springs {
         let entries = (RISE_M / STEP_M).round() as usize;
         let reached = ((until_m - self.from_m) / STEP_M).ceil().max(0.0) as usize;
@@ -93,8 +93,8 @@ impl DepthCurves {
 /// ```text
 /// f = out(x) + s (min(in(x), in(D)) - out(x)),  s = max(1 - (D - x) / presliding, 0)
 /// ```
-/// `out` never exceeds `in`, so the tissue dissipates energy over any closed motion. The relaxation around a needle at
-/// rest is not reproduced.
+/// `out` never exceeds `in`, so the tissue dissipates energy over any closed motion. The relaxation at rest is not
+/// reproduced.
 #[derive(Debug, Clone)]
 pub struct DepthReplay<L> {
     curves: Arc<DepthCurves>,

@@ -46,7 +46,7 @@ trocar_core::settings! {
 }
 
 /// `f = K p + B v` for `p > 0`, else 0, with `K = μ(p) pⁿ⁻¹` and `B = λ(p) pⁿ` (eq. 3-4, in this crate's sign). The
-/// paper does not state how its coefficients vary; here they depend on the depth `p = x_e - contact` alone.
+/// paper does not state how its coefficients vary; here only with the depth `p = x_e - contact`.
 #[derive(Debug, Clone, Copy)]
 pub struct Generalised<L: Lane> {
     mu: Profile<L>,

@@ -16,8 +16,8 @@ use trocar_core::error::{InvalidValue, require};
 pub const MAX_RELAXATION_S: f64 = 10.0;
 
 trocar_core::settings! {
-    /// `f(d) = (a₁ d + a₂ d²) max(1 + c v, 0)` for a deflection `d >= 0`: the polynomial of Okamura et al., with a
-    /// damping as in eq. 2 (`λ = c μ`). Keys shared with [`TearingLayer`](super::TearingLayer) have the same defaults.
+    /// `f(d) = (a₁ d + a₂ d²) max(1 + c v, 0)` for `d >= 0`: the polynomial of Okamura et al., damped as in eq. 2
+    /// (`λ = c μ`).
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct LayerParameters in "tissue.layer.*." {
         /// Thickness of the layer.
@@ -102,7 +102,7 @@ impl LayerParameters {
         self.rupture_force_n > self.cutting_force_n
     }
 
-    /// `d >= 0` with `a₁ d + a₂ d² = force_n`, without cancellation for small `a₂`.
+    /// `d >= 0` with `a₁ d + a₂ d² = force_n`.
     pub fn deflection_m(&self, force_n: f64) -> f64 {
         let (a1, a2) = (self.stiffness_n_per_m, self.stiffening_n_per_m2);
         let root = (a1 * a1 + 4.0 * a2 * force_n).sqrt();

@@ -28,7 +28,6 @@ pub struct LayersParameters {
 }
 
 impl LayersParameters {
-    /// Without the keys of the layers.
     pub const KEYS: &'static [Key] = &joined::<{ count(Self::GROUPS) }>(Self::GROUPS);
 
     const GROUPS: &'static [&'static [Key]] = &[Surface::KEYS, ShaftParameters::KEYS];
@@ -69,19 +68,17 @@ impl Default for LayersParameters {
 /// f     = (a₁ d + a₂ d²) max(1 + c v, 0)
 /// front = max(front, x - y)
 /// ```
-/// The target is the deflection at the rupture force, then at the cutting force, and 0 when the front is at the bottom,
-/// so every layer dissipates energy. The next layer then begins at the needle's position. The shaft's length in the
+/// The target is the deflection at the rupture force, then at the cutting force, and 0 once the front is at the bottom,
+/// so every layer dissipates energy. The next layer begins at the needle's position. The shaft's length in the
 /// tissue is measured from the dragged surface.
 ///
-/// For a stable loop the largest slope, `a₁ + 2 a₂ d_r + σ`, must be below the largest stable stiffness of the
-/// teleoperation (2.5 kN/m with the paper's controllers at 1 kHz).
+/// The loop is stable while the largest slope, `a₁ + 2 a₂ d_r + σ`, is below the teleoperation's largest stable
+/// stiffness (2.5 kN/m with the paper's controllers at 1 kHz).
 #[derive(Debug, Clone)]
 pub struct Layers<L: Lane> {
     layers: Box<[Layer<L>]>,
     first: usize,
-    /// The first layer that is not reached in any lane.
     begun: usize,
-    /// Start of the last layer reached, and the friction of the layers above.
     last_start: L,
     above: ShaftContact<L>,
     shaft: Shaft<L>,
@@ -160,7 +157,6 @@ impl<L: Lane> Layer<L> {
         above.and(self.friction, self.grip, length_m)
     }
 
-    /// Returns the lanes in which the layer ruptures and is cut through.
     #[inline(always)]
     fn handle_events(&mut self) -> (L::Mask, L::Mask) {
         let gives_way = self.front.gt(self.next_event) & self.next_event.lt(self.bottom);
@@ -203,7 +199,6 @@ impl<L: Lane> Layers<L> {
     #[inline(always)]
     fn update_shaft_contact(&mut self, position: L) {
         let tip = position - self.shaft.drag_m();
-        // A tip in the last layer has passed all others.
         self.held = if tip.ge(self.last_start).all() {
             self.layers[self.begun - 1].add_friction(self.above, tip)
         } else {
@@ -288,8 +283,7 @@ impl<L: Lane> Model for Layers<L> {
         Some(settings.contact_m)
     }
 
-    /// From 0, for a layer that is being cut, to the slope of the stiffest layer just before its rupture or during
-    /// cutting.
+    /// From 0 for a layer that is being cut, to the stiffest layer just before its rupture or during cutting.
     fn springs(settings: &LayersParameters, depth_m: Option<f64>) -> Option<Springs> {
         let depth_m = depth_m.unwrap_or(f64::INFINITY);
         let (mut advancing, mut drawn_back, mut damping) = (0.0_f64, 0.0_f64, 0.0_f64);

@@ -1,6 +1,5 @@
-//! The sources are in `docs/src/evidence/literature.md`. Ratios of static to kinetic friction are ratios of means.
-//!
-//! The ranges are wider than the measurements, because tissues, needles and species differ.
+//! Sources: `docs/src/evidence/literature.md`. The ranges are wider than the measurements, because tissues, needles and
+//! species differ. Ratios of static to kinetic friction are ratios of means.
 
 use std::borrow::Cow;
 
@@ -8,7 +7,6 @@ use trocar_core::settings::Range;
 
 use super::named_layers::{Measurable, path_in_layer};
 
-/// A value outside causes a warning.
 #[derive(Debug, PartialEq)]
 pub struct Bounds {
     pub low: f64,
@@ -56,11 +54,11 @@ pub const THICKNESS_M: Bounds = bounds!(0 to 0.3 " m", "chosen here: no needle i
 
 pub const DEFLECTION_M: Bounds = bounds!(0 to 0.1 " m", "no membrane bulges more");
 
-/// `a₁` of the loading law.
+/// `a₁`.
 pub const STIFFNESS_N_PER_M: Bounds =
     bounds!(0 to 20000 " N/m", "measured in bovine liver: 2 to 48 N/m, Okamura et al. 2004");
 
-/// `a₂` of the loading law.
+/// `a₂`.
 pub const STIFFENING_N_PER_M2: Bounds =
     bounds!(0 to 2e7 " N/m²", "measured in bovine liver: 2300 to 5200 N/m², Okamura et al. 2004");
 
@@ -74,7 +72,7 @@ pub const TOUGHNESS_J_PER_M2: Bounds = bounds!(
     "measured: 76 J/m² in porcine liver by needle to 30400 J/m² in porcine skin by tearing, CJME 35 (2022), table 2"
 );
 
-/// `c` of the loading law.
+/// `c`.
 pub const DAMPING_S_PER_M: Bounds = bounds!(0 to 100 " s/m", "chosen here; 100 s/m doubles the force at 10 mm/s");
 
 pub const FRICTION_N_PER_M: Bounds = bounds!(
@@ -87,7 +85,7 @@ pub const GRIP_N: Bounds = bounds!(
     "measured on whole shafts: 0.15 to 2.8 N, up to 150 % more on one that was turned, van Gerwen et al. 2012"
 );
 
-/// `σ` of the shaft's drag.
+/// `σ`.
 pub const SHAFT_STIFFNESS_N_PER_M: Bounds = bounds!(10 to 1e5 " N/m", "chosen here; the largest measured friction, 2.8 N, then drags tissue by 0.28 m to 0.03 mm");
 
 pub const STATIC_RATIO: Bounds = bounds!(1 to 10 "", "measured in bovine liver: 1.5 to 1.7, Okamura et al. 2004");

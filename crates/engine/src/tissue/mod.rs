@@ -50,13 +50,13 @@ pub struct Reaction<L: Lane> {
     pub ruptured: L::Mask,
 }
 
-/// A built-in tissue is one file of this folder and one row of the registry below; a user-defined one implements this
-/// trait for `f64`.
+/// A built-in tissue is one file of this folder and one row of the registry; a user-defined one implements this trait
+/// for `f64`.
 pub trait Tissue<L: Lane> {
-    /// Called once per tick, starting at 0.
+    /// Once per tick, from 0.
     fn react(&mut self, tick: u64, position_m: L, velocity_m_per_s: L) -> Reaction<L>;
 
-    /// The part of the last force that acts on the shaft.
+    /// Part of the last force.
     #[inline(always)]
     fn shaft_force_n(&self) -> L {
         L::zero()

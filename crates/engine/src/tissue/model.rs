@@ -5,18 +5,17 @@ use trocar_core::settings::Key;
 pub(super) const NEEDS_FILE: InvalidValue =
     InvalidValue { name: "tissue.kind", value: 0.0, requirement: "built with its file", item: None };
 
-/// The springs and dampers between ruptures. A fall of the force is not a spring.
+/// The springs and dampers between ruptures; a fall of the force is not a spring.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Springs {
     /// Smallest and largest slope while the needle advances.
     pub stiffness_n_per_m: (f64, f64),
-    /// Largest slope while the needle is drawn back.
     pub drawn_back_n_per_m: f64,
     pub damping_n_s_per_m: (f64, f64),
     pub relaxation: Option<Relaxation>,
 }
 
-/// The stiffness `K` of a fast deflection relaxes to `relaxed_share · K`.
+/// Relaxes from `K` to `relaxed_share · K`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Relaxation {
     pub relaxed_share: f64,
@@ -45,7 +44,6 @@ impl Springs {
     }
 }
 
-/// Name, and the values that differ from the defaults.
 pub type DefaultLayer = (&'static str, Vec<(&'static str, f64)>);
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,7 +60,7 @@ pub trait Model: Sized {
 
     fn build(settings: &Self::Settings, tick_s: f64, start_m: f64) -> Result<Self, InvalidValue>;
 
-    /// Override where building takes much memory.
+    /// For tissues that take much memory to build.
     fn check(settings: &Self::Settings, tick_s: f64, start_m: f64) -> Result<(), InvalidValue> {
         Self::build(settings, tick_s, start_m).map(drop)
     }
@@ -79,7 +77,7 @@ pub trait Model: Sized {
         None
     }
 
-    /// `None` if they depend on an unknown depth below the surface.
+    /// `None` if they depend on an unknown depth.
     fn springs(_settings: &Self::Settings, _depth_m: Option<f64>) -> Option<Springs> {
         None
     }

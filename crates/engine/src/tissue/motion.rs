@@ -13,7 +13,7 @@ const MOVES: ActsFor = match TissueSettings::WORDS {
 };
 
 trocar_core::settings! {
-    /// Chosen here: 15 breaths and 70 beats a minute.
+    /// 15 breaths and 70 beats a minute (chosen here).
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct OrganMotion in "tissue." {
         /// Distance by which breathing moves the tissue away from the needle and back; with 0 there is no such motion.
@@ -44,11 +44,10 @@ impl OrganMotion {
     }
 }
 
-/// The phase advances by a rotation, without transcendental functions in a tick.
+/// A rotation advances the phase, without transcendental functions.
 #[derive(Debug, Clone, Copy)]
 struct Cycle<L> {
     amplitude: L,
-    /// Amplitude times angular frequency.
     rate: L,
     step_cos: L,
     step_sin: L,
@@ -86,13 +85,13 @@ impl<L: Lane> Cycle<L> {
     }
 }
 
-/// Displaces the tissue away from the needle by
+/// Moves the tissue away from the needle by
 ///
 /// ```text
 /// s = A_b ((1 - cos φ)/2)² + A_h (1 - cos ψ)/2
 /// ```
-/// Breathing follows Lujan et al. (1999): `cos⁴`, at rest at the end of exhalation. The sine of the heartbeat and the
-/// direction along the needle are chosen here.
+/// Breathing follows Lujan et al. (1999): `cos⁴`, at rest after exhalation. The heartbeat's sine and the direction are
+/// chosen here.
 #[derive(Debug, Clone)]
 pub struct Moving<L: Lane> {
     tissue: StillTissue<L>,

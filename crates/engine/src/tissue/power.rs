@@ -16,7 +16,7 @@ const MIN_DEPTH_M: f64 = 5e-4;
 
 const DEPTHS: u32 = 1000;
 
-/// The slopes of `μ(p) pⁿ`; `mu` returns μ and its derivative. With n above 1 the slope at the surface is 0.
+/// Of `μ(p) pⁿ`; `mu` returns μ and its derivative. With n above 1 the slope at the surface is 0.
 pub(super) fn slopes_n_per_m(mu: impl Fn(f64) -> (f64, f64), power: f64, depth_m: f64) -> (f64, f64) {
     let slope = |p: f64| {
         let (mu, change) = mu(p);
@@ -36,7 +36,7 @@ pub(super) fn largest_n(lambda: impl Fn(f64) -> f64, power: f64, depth_m: f64) -
     (0..=DEPTHS).map(|k| lambda(at(k)) * at(k).powf(power)).fold(0.0, f64::max)
 }
 
-/// `pⁿ` for `n` a multiple of 0.25, by products and square roots, with the same bits on every platform.
+/// `pⁿ` for `n` a multiple of 0.25, by products and square roots: the same bits on every platform.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct QuarterPower<L: Lane> {
     /// Parts 1/4, 1/2, 1, 2 and 4 of the power.

@@ -3,13 +3,12 @@ use std::sync::Arc;
 use super::{Reaction, Tissue};
 use trocar_core::lane::{Lane, Mask};
 
-/// Independent of the slave's motion, as in the paper's simulation (5.2). The last force is held.
+/// Independent of the slave's motion, as in the paper (5.2); the last force is held.
 #[derive(Debug, Clone)]
 pub struct RecordedForce {
     force_n: Arc<[f64]>,
     last_force_n: f64,
     rupture_ticks: Arc<[u64]>,
-    /// Past ruptures, and the tick of the next one or `u64::MAX`.
     ruptures: usize,
     next_rupture: u64,
 }
@@ -21,7 +20,7 @@ impl RecordedForce {
         Self { force_n, last_force_n, rupture_ticks, ruptures: 0, next_rupture }
     }
 
-    /// Out of line: keeps other ticks fast.
+    /// Keeps other ticks fast.
     #[cold]
     #[inline]
     fn held(&self) -> f64 {

@@ -3,9 +3,8 @@ use super::named_layers::Measurable;
 use trocar_core::lane::{Lane, Mask};
 
 trocar_core::settings! {
-    /// A friction that rises with the displacement up to a kinetic friction (Dahl), with a viscous part, as in Kim and
-    /// Lee (2016), and a larger static friction (Karnopp), as in Simone (2002) and Okamura et al. (2004). The defaults
-    /// are chosen here.
+    /// A friction that rises with the displacement up to a kinetic friction (Dahl), with a viscous part (Kim and Lee
+    /// 2016) and a larger static friction (Karnopp; Simone 2002, Okamura et al. 2004). The defaults are chosen here.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct ShaftParameters in "tissue." {
         /// σ of layers: stiffness with which the shaft drags the tissue before it slides.
@@ -30,12 +29,12 @@ impl ShaftParameters {
     }
 }
 
-/// The friction from one position to the next:
+/// From one position to the next:
 ///
 /// ```text
 /// F = clamp(F + σ Δx, -F_max, F_max),  F_max = F_kinetic · (static_ratio where the shaft sticks, else 1)
 /// ```
-/// The stored energy `F²/2σ` grows at most by the motion's work. The shaft sticks again when the bound does not act or
+/// The stored energy `F²/2σ` grows at most by the motion's work. The shaft sticks again when the bound does not act, or
 /// below the stick speed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shaft<L: Lane> {
@@ -63,7 +62,7 @@ impl<L: Lane> Shaft<L> {
         }
     }
 
-    /// Displacement of the dragged tissue, positive into the tissue.
+    /// Positive into the tissue.
     #[inline(always)]
     pub(super) fn drag_m(&self) -> L {
         self.force * self.compliance

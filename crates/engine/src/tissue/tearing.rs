@@ -16,7 +16,7 @@ use trocar_core::lane::{Lane, Mask};
 const FAR_M: f64 = 1e9;
 
 trocar_core::settings! {
-    /// Chosen here: a common needle, and ruptures of 30 ms, as in the recordings.
+    /// A common needle, and ruptures of 30 ms as in the recordings (chosen here).
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct Crack in "tissue." {
         /// w: width of the crack that the needle cuts in layers that tear.
@@ -35,7 +35,6 @@ pub struct TearingSettings {
 }
 
 impl TearingSettings {
-    /// Without the keys of the layers.
     pub const KEYS: &'static [Key] = &joined::<{ count(Self::GROUPS) }>(Self::GROUPS);
 
     const GROUPS: &'static [&'static [Key]] = &[Surface::KEYS, Crack::KEYS, ShaftParameters::KEYS];
@@ -68,9 +67,9 @@ impl Default for TearingSettings {
     }
 }
 
-/// A layer is a viscoelastic solid with its crack at the depth `front` and the deflection `d = x - front`. A crack is
-/// faster than any relaxation, so its energy release rate depends on the unrelaxed compliance `1/k₀`, which a crack of
-/// area `ℓ w` doubles; the Maxwell branch's force `f_1` acts closer to the crack's tip:
+/// A viscoelastic layer with a crack at the depth `front` and the deflection `d = x - front`. A crack is faster than
+/// any relaxation, so its energy release rate depends on the unrelaxed compliance `1/k₀`, which a crack of area `ℓ w`
+/// doubles; the Maxwell branch's force `f_1` acts closer to the crack's tip:
 ///
 /// ```text
 /// J = f (f + χ f_1)/2 · dC/dA,   dC/dA = 1/(k₀ w ℓ)
@@ -81,8 +80,8 @@ impl Default for TearingSettings {
 /// ```text
 /// front ← max(front, min(x - d_c, front + c_r T)),   d_c the deflection at the force R w; at 0 after the bottom
 /// ```
-/// The tissue never pulls: a needle that retreats faster than the layer recovers loses contact. A rupture is a sudden
-/// extension of a crack, after Mahvash and Dupont (2010); the form of `J` with `χ` is chosen here.
+/// The tissue never pulls: a needle that retreats faster than the layer recovers loses contact. A rupture extends a
+/// crack suddenly (Mahvash and Dupont 2010); the form of `J` with `χ` is chosen here.
 #[derive(Debug, Clone)]
 pub struct Tearing<L: Lane> {
     layers: Box<[Layer<L>]>,
@@ -101,7 +100,7 @@ struct Layer<L: Lane> {
     start: L,
     bottom: L,
     thickness: L,
-    /// Force at which the crack advances; 0 when the layer is cut through.
+    /// 0 when the layer is cut through.
     cutting_n: L,
     /// `2 k₀ w ℓ R`.
     rupture_n2: L,
@@ -148,7 +147,7 @@ impl<L: Lane> Layer<L> {
         self.is_open = self.is_open | (mask & !self.ruptures);
     }
 
-    /// Returns the force on the tip, and the lanes that rupture and are cut through.
+    /// Force on the tip, lanes that rupture, lanes that are cut through.
     #[inline(always)]
     fn react(&mut self, position: L, reach_m: L) -> (L, L::Mask, L::Mask) {
         let zero = L::zero();
@@ -251,7 +250,7 @@ impl<L: Lane> Model for Tearing<L> {
         Some(settings.surface.contact_m)
     }
 
-    /// As for [`Layers`](super::Layers), with fast slopes.
+    /// With fast slopes.
     fn springs(settings: &TearingSettings, depth_m: Option<f64>) -> Option<Springs> {
         let width_m = settings.crack.crack_width_m;
         let depth_m = depth_m.unwrap_or(f64::INFINITY);

@@ -5,9 +5,9 @@ use super::model::DefaultLayer;
 use trocar_core::error::{InvalidValue, require};
 
 trocar_core::settings! {
-    /// Keys shared with [`LayerParameters`](super::LayerParameters) have the same defaults. The toughness is that of
-    /// bovine liver (Gokgol et al. 2012); the others are chosen here, for a slow rupture at 1.3 N and a cut at 0.16 N
-    /// with a crack of 1 mm.
+    /// Toughness of bovine liver (Gokgol et al. 2012); the others are chosen here, for a slow rupture at 1.3 N and a
+    /// cut at 0.16 N with a crack of 1 mm. Keys shared with [`LayerParameters`](super::LayerParameters) have the same
+    /// defaults.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct TearingLayer in "tissue.layer.*." {
         /// Thickness of the layer.

@@ -1,11 +1,11 @@
 use trocar_core::lane::Lane;
 
-/// A standard linear solid with a stiffening spring and the viscous deflection `d_v` of the Maxwell branch:
+/// A standard linear solid with a stiffening spring; `d_v` is the viscous deflection of the Maxwell branch:
 ///
 /// ```text
 /// f = k∞ d + a₂ d² + k₁ (d - d_v),   τ d_v' = d - d_v,   k∞ = relaxed_share · k₀,  k₁ = k₀ - k∞
 /// ```
-/// The deflection is linear within a tick (a first-order hold), so the update has no discretisation error:
+/// The deflection is linear within a tick, so the update has no discretisation error:
 ///
 /// ```text
 /// d_v ← e d_v + (c - e) d_before + (1 - c) d,   e = exp(-T/τ),  c = (1 - e) τ/T
@@ -26,7 +26,6 @@ pub(super) struct Viscoelastic<L> {
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TickEnd<L> {
-    /// The viscous deflection without the effect of the new deflection.
     inherited_m: L,
 }
 
@@ -58,7 +57,7 @@ impl<L: Lane> Viscoelastic<L> {
         TickEnd { inherited_m }
     }
 
-    /// At a force of 0 it is the deflection of the free surface.
+    /// At a force of 0 it is the free surface's.
     #[inline(always)]
     pub(super) fn deflection_at(&self, end: TickEnd<L>, force_n: L) -> L {
         let load = force_n + self.branch_stiffness * end.inherited_m;

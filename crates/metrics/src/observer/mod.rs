@@ -15,7 +15,7 @@ use trocar_engine::operator::OperatorTraits;
 /// Ruptures, events and alarms of a run that are recorded individually.
 const MAX_RECORDED: usize = 4096;
 
-/// The measured force in N beyond which, or at NaN, a run counts as diverged: over a million times a needle's forces.
+/// A run diverges beyond this measured force, or at NaN: over a million times a needle's forces.
 const DIVERGED_N: f64 = 1e9;
 
 #[derive(Debug, Clone, Copy)]
@@ -59,7 +59,7 @@ fn sample<L: Lane>(s: &Signals<L>) -> Sample<L> {
     }
 }
 
-/// Copies the signals without the estimates, which an event tick does not use: fewer values stay live.
+/// An event tick does not use the estimates: fewer values stay live.
 #[inline(always)]
 fn without_estimates<L: Lane>(s: &Signals<L>) -> Signals<L> {
     let zero = L::zero();
@@ -78,7 +78,6 @@ struct Intent {
 #[derive(Debug, Clone)]
 struct History {
     ruptures: Vec<RuptureWindow>,
-    /// The first rupture whose window may be open.
     first_open: usize,
     events: Vec<EventWindow>,
     is_event_open: bool,
@@ -126,7 +125,7 @@ impl History {
         for rupture in &mut self.ruptures[self.first_open..] {
             rupture.observe(s, intent.gap_m);
         }
-        // Precedes the alarms: an alarm at the tick of a rupture is its detection.
+        // An alarm at the tick of a rupture is its detection.
         if s.ruptured && self.ruptures.len() < MAX_RECORDED {
             self.ruptures.push(RuptureWindow::open(s, *grid, intent.gap_m));
         }
@@ -169,7 +168,6 @@ impl History {
             self.step_excess_n = self.step_excess_n.max(step - s.allowed_force_step_n);
         }
         if mode == Mode::Augmented && self.mode == Mode::Teleoperation && self.events.len() < MAX_RECORDED {
-            // A matched alarm belongs to the latest rupture.
             let first_rupture = if is_false { self.ruptures.len() } else { self.ruptures.len().saturating_sub(1) };
             self.events.push(EventWindow::open(s, step, Beginning { first_rupture, is_false, gap_m: intent.gap_m }));
             self.is_event_open = true;
@@ -221,7 +219,7 @@ pub struct MetricsObserver<L: Lane> {
     /// `None` for one lane.
     windows: Option<Box<OpenWindows<L>>>,
     running: usize,
-    /// True if the next tick is always an event tick: at the first tick, and while a window is open.
+    /// At the first tick, and while a window is open.
     next_is_event: bool,
     last_commanded_n: L,
     pursuit: Pursuit<L>,
@@ -229,7 +227,6 @@ pub struct MetricsObserver<L: Lane> {
 }
 
 impl<L: Lane> MetricsObserver<L> {
-    /// More ruptures than expected cause an allocation.
     pub fn new(grid: TickGrid, expected_ruptures: usize) -> Self {
         let zero = L::zero();
         let nothing = Last { slave_m: zero, reference_m: zero, operator_power_w: zero, tissue_power_w: zero };
@@ -249,7 +246,6 @@ impl<L: Lane> MetricsObserver<L> {
         }
     }
 
-    /// Without traits, metrics of the intended motion and of noticed changes are undefined.
     pub fn of_operators(mut self, traits: impl Fn(usize) -> OperatorTraits) -> Self {
         self.pursuit.set_operators(traits);
         self
@@ -322,7 +318,7 @@ impl<L: Lane> MetricsObserver<L> {
         if tick + 1 >= ticks { last } else { Last::of(&self.sums.recent(ticks - 1)) }
     }
 
-    /// [`MetricsObserver::observe_event`] for several lanes; inlined because a call would spill their registers.
+    /// Inlined because a call would spill the lanes' registers.
     #[inline(always)]
     fn observe_side_by_side(&mut self, signals: Signals<L>) {
         let s = &signals;
@@ -406,7 +402,6 @@ impl<L: Lane> MetricsObserver<L> {
         self.sums.push(s.tick, sample);
     }
 
-    /// Processes the first tick, or a tick with an event of any kind or an open window.
     #[cold]
     #[inline]
     fn observe_event(&mut self, s: Signals<L>) {
@@ -449,8 +444,8 @@ impl<L: Lane> MetricsObserver<L> {
 impl<L: Lane> Observer<L> for MetricsObserver<L> {
     #[inline(always)]
     fn observe(&mut self, s: &Signals<L>) {
-        // Fast path: most ticks only add to the sums; all others take the general path, out of line. `bound` is below 1
-        // only far from divergence; the general path checks exactly.
+        // Fast path: most ticks only add to the sums. `bound` is below 1 only far from divergence; the general path
+        // checks exactly.
         let bound = (s.master_position_m.abs() + s.slave_position_m.abs()) * L::splat(1.0 / DIVERGED_M)
             + s.measured_force_n.abs() * L::splat(1.0 / DIVERGED_N);
         let quiet = s.mode.is_teleoperation() & bound.lt(L::splat(1.0));

@@ -1,8 +1,6 @@
-//! The open windows of several lanes.
-//!
-//! A lane's [`History`] changes rarely: at a rupture, an alarm, a change of mode or the end of a window. At other ticks
-//! an open window only updates a few extremes, which are held here over lanes. At a tick that needs the history, the
-//! lane's values are stored to it, it observes the tick as in a single run, and the values are loaded again.
+//! A lane's [`History`] changes rarely: at a rupture, an alarm, a change of mode or the end of a window. In between, an
+//! open window's extremes are held here over lanes; at such a tick the lane's values are stored to the history, which
+//! observes the tick, and loaded again.
 
 use super::{History, RuptureWindow};
 use crate::FALLEN_SHARE;
@@ -12,17 +10,15 @@ use trocar_core::augmentation::{Mode, Modes};
 use trocar_core::lane::{Lane, Mask};
 use trocar_engine::engine::Signals;
 
-/// Maximum number of a lane's open ruptures held here; with more, its history observes every tick.
+/// Per lane; with more open ruptures its history observes every tick.
 const SLOTS: usize = 4;
 
 const NEVER: f64 = f64::INFINITY;
 
 #[derive(Debug, Clone, Copy)]
 struct Slot<L> {
-    /// The next tick at which the travel is read or the window closes.
     next_tick: L,
     travel_tick: L,
-    /// Levels at or below which a force counts as fallen.
     feedback_fallen_n: L,
     felt_fallen_n: L,
     extremes: Extremes<L>,
@@ -85,19 +81,16 @@ impl<L: Lane> Slot<L> {
 #[derive(Debug, Clone)]
 pub(super) struct OpenWindows<L: Lane> {
     slots: [Slot<L>; SLOTS],
-    /// Number of open windows of each lane; above [`SLOTS`] its history observes every tick.
+    /// Per lane; above [`SLOTS`] its history observes every tick.
     in_use: Vec<usize>,
     max_in_use: usize,
-    /// The tick since which each lane's values are held here.
     since: Vec<u64>,
-    /// 1 if the lane has not diverged.
+    /// 1 until the lane diverges.
     runs: L,
-    /// 1 if the lane has an open window or event.
     is_open: L,
-    /// 1 if the lane has more windows than slots.
     is_crowded: L,
     mode: Modes<L>,
-    /// Values of the open event, valid for the present mode.
+    /// Valid for the present mode.
     event: EventExtremes<L>,
     step_excess_n: L,
 }
@@ -139,7 +132,7 @@ impl<L: Lane> OpenWindows<L> {
         needs_history & (eventful | self.is_open.gt(half))
     }
 
-    /// Updates all lanes. The next load overwrites a lane that needs the history.
+    /// The next load overwrites a lane that needs the history.
     #[inline(always)]
     pub(super) fn follow(&mut self, now: L, s: &Signals<L>, force_step_n: L) {
         for slot in &mut self.slots[..self.max_in_use] {

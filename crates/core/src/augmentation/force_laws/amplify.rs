@@ -12,7 +12,7 @@ crate::settings! {
 
 /// `F = max(F* + κ (F_e - F*), min(F*, 0))`, `|ΔF| <= κ |ΔF_e|`
 ///
-/// If the force already pulls, `F*` is the floor, because a jump to 0 would be felt.
+/// A force that already pulls is the floor: a jump to 0 would be felt.
 #[derive(Debug, Clone)]
 pub struct Amplify<L> {
     gain: L,

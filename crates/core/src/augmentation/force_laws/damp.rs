@@ -17,7 +17,7 @@ crate::settings! {
 pub struct Damp<L> {
     damping: L,
     keep: L,
-    /// `b_k`, and `b_k v_h` at the tick before.
+    /// `b_k`, and the last `b_k v_h`.
     risen: L,
     braking: L,
 }

@@ -44,12 +44,12 @@ pub enum ForceMap {
         /// In s.
         time_constant_s: f64,
     },
-    /// The force at the alarm plus the change of the measured force times a gain, down to a floor.
+    /// `max(F* + gain · (F_e - F*), floor)`.
     FollowsTissue {
         /// The gain.
         gain: f64,
     },
-    /// The force of teleoperation plus a rising damping.
+    /// Force of teleoperation plus a rising damping.
     IsDamped {
         /// Largest damping.
         damping_n_s_per_m: f64,

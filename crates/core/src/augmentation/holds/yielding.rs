@@ -10,8 +10,7 @@ crate::settings! {
     }
 }
 
-/// `x_ref = min(hand, max(anchor, hand - d))`: a virtual fixture (Rosenberg, IEEE VRAIS 1993) that rests until the hand
-/// is `d` beyond the anchor.
+/// `x_ref = min(hand, max(anchor, hand - d))`, a virtual fixture (Rosenberg, IEEE VRAIS 1993).
 #[derive(Debug, Clone)]
 pub struct Yielding<L> {
     distance: L,

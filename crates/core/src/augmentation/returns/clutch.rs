@@ -3,7 +3,7 @@ use core::marker::PhantomData;
 use super::{BuiltIn, Return, ReturnMap, ReturnTick};
 use crate::lane::Lane;
 
-/// Keeps the gap: slave and hand move on with an offset.
+/// Keeps the gap.
 #[derive(Debug, Clone)]
 pub struct Clutch<L>(PhantomData<L>);
 

@@ -13,8 +13,7 @@ crate::settings! {
 /// A smaller gap is closed, because subnormal numbers are slow.
 const SMALLEST_M: f64 = 1e-12;
 
-/// `gap = gap⁻ exp(-T/τ)`, also in teleoperation. A long time constant lets the load of the next layer push the hand
-/// back first.
+/// `gap = gap⁻ exp(-T/τ)`, also in teleoperation. With a long `τ` the next layer's load first pushes the hand back.
 #[derive(Debug, Clone)]
 pub struct Fade<L> {
     keep: L,

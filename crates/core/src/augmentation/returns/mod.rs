@@ -22,7 +22,7 @@ pub struct ReturnTick<L: Lane> {
     pub gap_m: L,
     /// Of the hand since the tick before.
     pub hand_step_m: L,
-    /// In teleoperation, the last one of the event.
+    /// The last one of the event, in teleoperation.
     pub force_n: L,
     /// Lanes released at this tick.
     pub begins: L::Mask,
@@ -33,7 +33,7 @@ pub trait Return<L: Lane> {
     /// True if the gap also changes in teleoperation.
     const CONTINUES: bool = false;
 
-    /// The gap in m; ignored in lanes that are held.
+    /// In m; ignored in held lanes.
     fn gap_m(&mut self, now: &ReturnTick<L>) -> L;
 
     /// Lanes in which the event may end with this gap (m).

@@ -10,7 +10,7 @@ crate::settings! {
     }
 }
 
-/// `gap = gap⁻ - clamp(gap⁻, -v T, v T)` (section 5.1). The event ends when the gap is closed.
+/// `gap = gap⁻ - clamp(gap⁻, -v T, v T)` (section 5.1). The event ends at a gap of 0.
 #[derive(Debug, Clone)]
 pub struct Ramp<L> {
     step: L,

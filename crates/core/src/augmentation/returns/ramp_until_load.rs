@@ -12,13 +12,13 @@ crate::settings! {
     }
 }
 
-/// As the ramp, up to `stop_rise_n` above the minimum force since the release.
+/// A ramp up to `stop_rise_n` above the minimum force since the release.
 #[derive(Debug, Clone)]
 pub struct RampUntilLoad<L> {
     step: L,
     stop_rise: L,
     force: L,
-    /// Negative infinity after a stop: a stopped ramp does not restart.
+    /// Negative infinity after a stop.
     min_force: L,
 }
 

@@ -3,7 +3,7 @@ use core::marker::PhantomData;
 use super::{BuiltIn, Return, ReturnMap, ReturnTick};
 use crate::lane::Lane;
 
-/// Closes the gap at once: the reference jumps to the hand.
+/// Closes the gap at once.
 #[derive(Debug, Clone)]
 pub struct Snap<L>(PhantomData<L>);
 

@@ -15,14 +15,13 @@ crate::settings! {
 /// Longer than a period of tremor (8 to 12 Hz), shorter than a pause.
 const AVERAGE_S: f64 = 0.2;
 
-/// While the hand's average speed `v` is below a limit, `gap = gap⁻ - clamp(gap⁻, -c T, c T)`,
-/// `c = return speed + max(-v, 0)`, also in teleoperation: a hand that moves back closes the gap itself.
+/// While the hand's average speed `v` is low, `gap = gap⁻ - clamp(gap⁻, -c T, c T)`, `c = return speed + max(-v, 0)`,
+/// also in teleoperation: a hand that moves back closes the gap itself.
 #[derive(Debug, Clone)]
 pub struct WhenStill<L> {
     still_step: L,
     return_step: L,
     share: L,
-    /// Average motion of the hand per tick.
     mean_step: L,
 }
 

@@ -3,7 +3,7 @@ use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings, square};
 use crate::lane::Lane;
 
-/// In samples: the size of the buffer, because a detector allocates nothing.
+/// The size of the buffer, because a detector allocates nothing.
 pub const MAX_WINDOW_SAMPLES: usize = 64;
 
 crate::settings! {
@@ -12,7 +12,7 @@ crate::settings! {
     pub struct WindowSettings in "detector." {
         /// Length of the likelihood ratio's window in samples, at most 64.
         ///
-        /// The default is the estimator's default memory, after which the residual vanishes (chosen here).
+        /// By default the estimator's memory, after which the residual vanishes (chosen here).
         window_samples: usize [1..] = 10,
     }
     where window_samples: |s| s.window_samples <= MAX_WINDOW_SAMPLES, "a whole number from 1 to 64";
@@ -24,12 +24,11 @@ crate::settings! {
 /// T_k = max over n = 1 … N of (e_{k-n+1} + … + e_k)² / (2 σ_0² n)
 /// ```
 /// Dimensionless (Basseville and Nikiforov, *Detection of Abrupt Changes*, 1993, chapter 2; window: Willsky and Jones,
-/// *IEEE Transactions on Automatic Control* 21, 1976). The cost: `N` steps per sample.
+/// *IEEE Transactions on Automatic Control* 21, 1976); takes `N` steps per sample.
 #[derive(Debug, Clone)]
 pub struct LikelihoodRatio<L> {
-    /// Initially 0, which only makes ratios smaller.
     window: [L; MAX_WINDOW_SAMPLES],
-    /// `1 / (2 σ_0² n)` from `n = 1` on.
+    /// `1 / (2 σ_0² n)`.
     weight: [L; MAX_WINDOW_SAMPLES],
     samples: usize,
     newest: usize,
@@ -55,7 +54,7 @@ impl<L: Lane> LikelihoodRatio<L> {
         let (mut sum, mut ratio) = (L::zero(), L::zero());
         for (&sample, &weight) in backwards.zip(&self.weight) {
             sum = sum + sample;
-            // `max` in this order ignores a NaN sum.
+            // In this order `max` ignores a NaN.
             ratio = (sum * sum * weight).max(ratio);
         }
         ratio

@@ -8,8 +8,7 @@ const WINDOW_S: f64 = 20e-3;
 const MIN_SAMPLES: usize = 4;
 const MAX_SAMPLES: usize = 64;
 
-/// `s_k = (y_k - ŷ_k)²` in N² if the force is below `ŷ_k`, else 0; `ŷ_k` extrapolates the least-squares line through
-/// the last 20 ms.
+/// `s_k = (y_k - ŷ_k)²` in N² for a force below `ŷ_k`, else 0; `ŷ_k` extrapolates the least-squares line through 20 ms.
 #[derive(Debug, Clone)]
 pub struct LinearFit<L> {
     window: [L; MAX_SAMPLES],

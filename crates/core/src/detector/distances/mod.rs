@@ -158,8 +158,8 @@ impl DistanceKind {
 }
 
 impl Hypotheses {
-    /// γ and ν in the unit of the distance: ν is halfway between the hypotheses, γ one sample's contribution after the
-    /// change. A log-likelihood ratio includes its drift.
+    /// γ and ν in the distance's unit: ν is halfway between the hypotheses, γ one sample's contribution after the
+    /// change.
     #[must_use]
     pub fn tuning(&self, kind: DistanceKind) -> (f64, f64) {
         of_kind!(kind, Part => Part::<f64>::tuning(self))

@@ -3,10 +3,10 @@ use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::Lane;
 
-/// In s. At 1 kHz a sample has a weight of 0.2.
+/// A weight of 0.2 at 1 kHz.
 const MEMORY_S: f64 = 4.5e-3;
 
-/// `s_k = (y_k - m_k)²` in N² if the force is below the exponential average `m_k` of the earlier samples, else 0.
+/// `s_k = (y_k - m_k)²` in N² for a force below the earlier samples' exponential average `m_k`, else 0.
 #[derive(Debug, Clone)]
 pub struct MovingAverage<L> {
     average: L,

@@ -3,14 +3,14 @@ use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::{Lane, Mask};
 
-/// Deviation from the mean since the start or the last alarm, in the direction of a rupture:
+/// Deviation from the mean since the start or the last alarm:
 ///
 /// ```text
 /// ē_k = ē_{k-1} + (e_k - ē_{k-1}) / k
 /// s_k = ± (e_k - ē_k)
 /// ```
-/// in N, with the sign of `m_1` (eq. 22); with eq. 27 the Page-Hinkley test (Hinkley, *Biometrika* 58, 1971). A
-/// constant error of the model has no effect, but after a long quiet time a new offset counts as a change.
+/// in N, with the sign of `m_1` (eq. 22); with eq. 27 the Page-Hinkley test (Hinkley, *Biometrika* 58, 1971). Constant
+/// model errors have no effect, but after a long quiet time a new offset counts as a change.
 #[derive(Debug, Clone)]
 pub struct PageHinkley<L> {
     towards: L,

@@ -8,7 +8,7 @@ use crate::lane::Lane;
 /// The paper does not say how eq. 26 combines the components; with the length, each can raise the alarm alone.
 #[derive(Debug, Clone)]
 pub struct ParameterChange<L> {
-    /// Inverse corrections by a rupture, in m/N and m/(N·s).
+    /// In m/N and m/(N·s).
     scale: [L; 2],
 }
 
@@ -16,7 +16,7 @@ impl<L: Lane> BuiltIn for ParameterChange<L> {
     const UNIT: &'static str = "1";
 
     fn tuning(_hypotheses: &Hypotheses) -> (f64, f64) {
-        // A sample that corrects one parameter by its hypothesis has the distance 1.
+        // A correction by a hypothesis has the distance 1.
         (0.5, 0.5)
     }
 

@@ -2,11 +2,10 @@ use crate::lane::Lane;
 
 const BLOCK_S: f64 = 0.1;
 
-/// Smallest value of the tail.
 const TAIL_FROM: f64 = 3.0;
 
-/// Prior: s, peaks above [`TAIL_FROM`], means of `ln(peak / TAIL_FROM)` and of its square. Heavier than normal noise,
-/// so the first minutes have too few false alarms rather than too many.
+/// Prior: s, peaks, and means of `ln(peak / TAIL_FROM)` and of its square. Heavier than normal noise, so that the first
+/// minutes have too few false alarms.
 const ASSUMED_S: f64 = 20.0;
 const ASSUMED_PEAKS: f64 = 10.0;
 const ASSUMED_MOMENTS: [f64; 2] = [0.18, 0.062];
@@ -27,7 +26,6 @@ crate::settings! {
     }
 }
 
-/// The value that is exceeded at the wanted rate.
 #[derive(Debug, Clone)]
 pub(super) struct Tail<L> {
     wanted_hz: f64,
@@ -36,7 +34,7 @@ pub(super) struct Tail<L> {
     block_s: f64,
     time_s: f64,
     peak: L,
-    /// Number of peaks, sums of `ln(peak / TAIL_FROM)` and of its square.
+    /// Number of peaks, sums of `ln(peak / TAIL_FROM)` and its square.
     sums: [L; 3],
     level: L,
     beyond: [L; 2],
@@ -78,8 +76,8 @@ impl<L: Lane> Tail<L> {
         }
     }
 
-    /// An alarm counts as false only while the wanted rate allows one, with the mean of larger peaks. Without these
-    /// peaks the tail would be cut off; with all of them ruptures would raise the level.
+    /// An alarm counts as false only while the wanted rate allows one. Without these peaks the tail would be cut off;
+    /// with all of them ruptures would raise the level.
     pub(super) fn take_alarm(&mut self, mask: L::Mask) {
         let zero = L::zero();
         self.peak = L::select(mask, zero, self.peak);
@@ -124,7 +122,7 @@ impl<L: Lane> Tail<L> {
     }
 }
 
-/// The value that one of `times` peaks exceeds, and both means over larger peaks.
+/// The value that one of `times` peaks exceeds, and the means over larger peaks.
 fn level(times: f64, [first, second]: [f64; 2]) -> (f64, [f64; 2]) {
     let spread = 1.0 - first * first / second;
     let lower = 1.0 - 0.5 / spread;

@@ -3,10 +3,9 @@ use super::super::hypotheses::Hypotheses;
 use super::{BuiltIn, Distance, DistanceSettings};
 use crate::lane::{Lane, Mask};
 
-/// At least one sample.
 const WINDOW_S: f64 = 3e-3;
 
-/// The noise estimate is valid after this time; refractory period after an alarm.
+/// For the noise estimate, and refractory period after an alarm.
 const KNOWN_S: f64 = 0.05;
 const MUTE_S: f64 = 0.1;
 
@@ -14,13 +13,12 @@ const MAX_SAMPLES: usize = 64;
 
 const MEMORY_S: f64 = 1.0;
 
-/// Against a division by 0.
 const LEAST_NOISE_N: f64 = 1e-6;
 
-/// Standard deviation of normal noise, in multiples of its mean magnitude.
+/// Of normal noise, in multiples of its mean magnitude.
 const STD_OF_MEAN: f64 = 1.253_314_137_315_5;
 
-/// `s_k = (y_{k-w} - y_k) / σ_k` over 3 ms; `σ_k` follows from the running mean magnitude of these changes.
+/// `s_k = (y_{k-w} - y_k) / σ_k` over 3 ms; `σ_k` follows from the mean magnitude of these changes.
 #[derive(Debug, Clone)]
 pub struct WindowedDerivative<L> {
     window: [L; MAX_SAMPLES],

@@ -72,8 +72,8 @@ impl<L: Lane> BuiltInArchitecture<L> for FourChannel<L> {
     const KEYS: &'static [&'static [Key]] =
         &[CouplingSettings::KEYS, LocalForceSettings::KEYS, FourChannelSettings::KEYS];
 
-    /// Lawrence's `C_1 = Z_s + C_s`, `C_2 = 1 + C_6`, `C_3 = 1 + C_5`, `C_4 = -(Z_m + C_m)`, with `C_3` reduced by the
-    /// slave's compliance.
+    /// Lawrence's `C_1 = Z_s + C_s`, `C_2 = 1 + C_6`, `C_3 = 1 + C_5`, `C_4 = -(Z_m + C_m)`; the slave's compliance
+    /// reduces `C_3`.
     fn gains(settings: &ControllerSettings, machines: &Machines) -> Result<(MasterGains, SlaveGains), InvalidValue> {
         let Machines { position_scale, force_scale, proportional_gain: k_p, .. } = *machines;
         let (load, local) = LocalForce::<L>::gains(settings, machines)?;

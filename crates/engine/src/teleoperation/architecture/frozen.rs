@@ -1,7 +1,7 @@
 use super::ArrivedAtMaster;
 use trocar_core::lane::Lane;
 
-/// Holds the last unfrozen force, plus the change of the tissue force since then, while the slave is frozen.
+/// While the slave is frozen, holds the last force plus the change of the tissue force since then.
 #[derive(Debug, Clone)]
 pub(super) struct FrozenForce<L> {
     whole_n: L,

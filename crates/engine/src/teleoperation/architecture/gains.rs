@@ -1,4 +1,4 @@
-//! After Lawrence (1993), for sides that keep their local controllers (eq. 29 and 31):
+//! After Lawrence (1993), with local controllers (eq. 29 and 31):
 //!
 //! ```text
 //! F_ed  = k_f F_e - k_h F_h + k_x (P x_h - x_e) + k_v (P v_h - v_e) - k_b v_e - k_a a_e

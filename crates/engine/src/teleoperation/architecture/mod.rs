@@ -74,8 +74,8 @@ pub trait Architecture<L: Lane> {
         SlaveSample::without_acceleration(slave, force_n)
     }
 
-    /// While the slave is frozen, the position coupling must keep its value, or the feedback force would grow as the
-    /// hand moves away.
+    /// While the slave is frozen, the position coupling must keep its value: the force would grow as the hand moves
+    /// away.
     fn master_force(&mut self, arrived: &ArrivedAtMaster<L>, master: &AtMaster<L>) -> L;
 }
 

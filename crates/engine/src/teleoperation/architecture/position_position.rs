@@ -6,7 +6,7 @@ use trocar_core::lane::Lane;
 use trocar_core::settings::Key;
 
 trocar_core::settings! {
-    /// The default spring is slightly stiffer than the arm.
+    /// Slightly stiffer than the arm.
     #[derive(Debug, Clone, Copy, PartialEq)]
     pub struct CouplingSettings in "controller.coupling_" {
         /// Spring between the machines (position-position, four-channel).

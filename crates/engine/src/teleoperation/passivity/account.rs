@@ -49,7 +49,7 @@ impl<L: Lane> Account<L> {
         if counts_under_way { self.received + short } else { short }
     }
 
-    /// The other side's demand beyond the energy in transit.
+    /// Demand beyond the energy in transit.
     #[inline(always)]
     pub(super) fn open(&self, demand_j: L, counts_under_way: bool) -> L {
         let open = if counts_under_way { demand_j - self.sent } else { demand_j };

@@ -64,7 +64,7 @@ impl<L: Lane> Budget<L> {
     pub(super) fn master_sends(&mut self, displacement_m: L) -> (L, L) {
         self.sides.master_moves(displacement_m);
         let demand = self.sides.master.demand(self.sides.wanted, self.counts_under_way);
-        // A force that resists the hand needs no energy; the reserve is for a driving force.
+        // Only a driving force needs the reserve.
         let needed = self.sides.reserve.min(self.kept);
         let sent = self.sent_j(self.sides.master.energy_j, needed, self.open_at_master);
         (self.sides.master.send(sent), demand)

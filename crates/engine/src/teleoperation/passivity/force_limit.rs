@@ -1,8 +1,7 @@
 use super::SchemeContext;
 use trocar_core::lane::Lane;
 
-/// Limits the force on the hand to `|F| <= A / d`, with the largest displacement over the next tick in the direction of
-/// the force
+/// Limits the force on the hand to `|F| <= A / d`, with the largest displacement over the next tick along the force
 ///
 /// ```text
 /// d = max(0, -sign(F) v T + T² (|a| + |F - F_last| / m) / 2)
@@ -48,7 +47,7 @@ impl<L: Lane> ForceLimit<L> {
         self.shown_n = self.shown_n.max(force_n.abs());
     }
 
-    /// The damping never raises the force above the command or the largest tissue force so far.
+    /// Damping never raises the force above the command or the largest tissue force so far.
     #[inline(always)]
     pub(super) fn limit(&mut self, command_n: L, damping: L, velocity: L, energy_j: L) -> L {
         let zero = L::zero();

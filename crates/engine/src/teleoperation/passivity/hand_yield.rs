@@ -11,7 +11,7 @@ const HAND_DAMPING_N_S_PER_M: f64 = 41.0;
 /// ```text
 /// b y' + k y = f - F_ed    F_ed: the feedback force at the last known position of the hand
 /// ```
-/// A wrong hand model costs tracking, but no passivity, because the energy account limits the reference afterwards.
+/// The energy account limits the reference afterwards, so a wrong hand model costs tracking, not passivity.
 #[derive(Debug, Clone)]
 pub(super) struct HandYield<L> {
     compliance: L,
@@ -22,7 +22,7 @@ pub(super) struct HandYield<L> {
 impl<L: Lane> HandYield<L> {
     pub(super) fn new(context: &SchemeContext<L>) -> Self {
         let lag_s = HAND_DAMPING_N_S_PER_M / HAND_STIFFNESS_N_PER_M;
-        // Without a delay the hand feels every force at once.
+        // Without a delay the hand feels every force.
         let compliance = if context.is_immediate { 0.0 } else { 1.0 / HAND_STIFFNESS_N_PER_M };
         Self {
             compliance: L::splat(compliance),

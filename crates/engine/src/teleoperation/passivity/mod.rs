@@ -1,7 +1,7 @@
 //! Schemes that promise `E_m - E_s >= -E_0` at every tick, under any delay.
 //!
-//! Energy is positive into the master's port `(F_ed, x_h)` and out of the slave's `(f_e, x_e)`, and scaled to the
-//! master by force scale over position scale. Displacements give the work of a held force exactly.
+//! Energy is positive into the master's port `(F_ed, x_h)` and out of the slave's `(f_e, x_e)`, scaled to the master by
+//! force scale over position scale. Displacements give a held force's work exactly.
 
 mod account;
 mod budget;
@@ -34,7 +34,6 @@ const RESERVE: f64 = 0.2;
 
 pub const PAYLOAD: usize = 4;
 
-/// Numbers that a scheme adds to each sample.
 pub type Payload<L> = [L; PAYLOAD];
 
 #[derive(Debug, Clone, Copy)]
@@ -51,8 +50,7 @@ pub struct SchemeEnergies<L> {
     pub refused_j: L,
 }
 
-/// Each method is called once per tick, in this order. Send energies as running totals, which survive late and lost
-/// samples.
+/// Each method is called once per tick, in this order. Running totals of energies survive late and lost samples.
 pub trait PassivityScheme<L: Lane> {
     #[inline(always)]
     fn sends_payload(&self) -> bool {
@@ -90,7 +88,7 @@ pub trait PassivityScheme<L: Lane> {
         force_n
     }
 
-    /// The running totals of both directions begin again at 0.
+    /// The running totals of both directions begin at 0.
     fn peer_restarts(&mut self) {}
 
     fn energies(&self) -> SchemeEnergies<L> {

@@ -12,7 +12,7 @@ impl<L: Lane> Port<L> {
         Self { force: L::zero(), position, energy_j: L::zero() }
     }
 
-    /// Adds the work of the held force. Returns the displacement.
+    /// Adds the held force's work; returns the displacement.
     #[inline(always)]
     pub(in crate::teleoperation) fn moved(&mut self, position: L) -> L {
         let displacement = position - self.position;

@@ -2,17 +2,16 @@ use super::SchemeContext;
 use super::port::SlavePort;
 use trocar_core::lane::Lane;
 
-/// Time constant with which the slave catches up.
 const CATCH_UP_S: f64 = 0.2;
 
-/// The account must pay for the motion to which a command commits the slave. With a force `f` and a tissue of stiffness
-/// up to `K`, a further travel `d` takes at most
+/// The account must pay for the motion to which a command commits the slave. With a force `f` and a tissue stiffness up
+/// to `K`, a travel `d` takes at most
 ///
 /// ```text
 /// W(d) = f d + K d² / 2 <= A    d in [(-f - √(f² + 2 K A)) / K, (-f + √(f² + 2 K A)) / K]
 /// ```
-/// Over a delayed link the reference moves against the force only at `|f v| β <= A` with the brake's time constant `β`,
-/// so a slave short of energy does not hit its brake repeatedly.
+/// Over a delayed link the reference moves against the force only at `|f v| β <= A` with the brake's time constant `β`:
+/// a slave short of energy does not hit its brake repeatedly.
 #[derive(Debug, Clone)]
 pub(super) struct ReferenceLimit<L> {
     step: L,

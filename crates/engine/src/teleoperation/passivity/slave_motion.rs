@@ -29,7 +29,7 @@ impl SlaveMotion {
         let resting_state = step.rest[2] / gain;
         let [x, v, w] = [0, 1, 2].map(|i| [step.transition[i][1], step.transition[i][2], step.reference[i] / gain]);
         let w = [0, 1, 2].map(|j| w[j] - resting_state * x[j]);
-        // In a steady motion at 1 m/s, v stays 1 and w is constant; the lead is the lag.
+        // At a steady 1 m/s, v stays 1 and w is constant; the lead is the lag.
         let lag_s = solve([[v[1], v[2]], [w[1] - 1.0, w[2]]], [1.0 - v[0], -w[0]]).map(|[_, lead]| lead);
         let brakes = lag_s.into_iter().flat_map(|lag_s| [BRAKE_PER_LAG, 1.0, 0.5, 0.0].map(|factor| factor * lag_s));
         let travels = |brake_s: f64| {

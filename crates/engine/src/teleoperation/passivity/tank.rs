@@ -21,14 +21,14 @@ trocar_core::settings! {
 /// Capacity of a tank as a multiple of its level.
 const MAX_LEVELS: f64 = 10.0;
 
-/// The passivity layer limits the command to the energy in the tank (Franken et al. 2011):
+/// Limits the command to the energy in the tank (Franken et al. 2011):
 ///
 /// ```text
 /// H_m += F_ed Δx_h + received - sent      F_ed = F + d v_h,  d = limit · max(1 - H_m / level, 0)
 /// H_s -= f_e Δx_e - received + sent       H_s limits the steps of the reference
 /// E_m - E_s >= -2 tank_level_j            at every tick
 /// ```
-/// A tank pays for the motion to which a command commits the slave, so the promise holds at the physical ports.
+/// A tank pays for the motion to which a command commits the slave: the promise holds at the physical ports.
 #[derive(Debug, Clone)]
 pub struct Tank<L> {
     sides: Sides<L>,

@@ -5,11 +5,11 @@ use crate::teleoperation::{BudgetSettings, CatchUpSettings, DampingSettings, Pas
 use trocar_core::lane::Lane;
 use trocar_core::settings::Key;
 
-/// Observer and controller (Hannaford and Ryu 2002) at each side of a delayed link (Ryu et al. 2010). For any tissue up
-/// to `max_stiffness_n_per_m`, `E_m - E_s >= -2 budget_j` at every tick.
+/// Observer and controller (Hannaford and Ryu 2002) on each side of a delayed link (Ryu et al. 2010):
+/// `E_m - E_s >= -2 budget_j` for any tissue up to `max_stiffness_n_per_m`.
 ///
-/// Against position drift (Chawda et al. 2014, Coelho et al. 2018), a slave that was held back catches up while its
-/// account allows it, and damping of a moving hand pays the slave's shortage.
+/// Against drift (Chawda et al. 2014, Coelho et al. 2018), a slave that was held back catches up while its account
+/// allows it, and damping of a moving hand pays the shortage.
 #[derive(Debug, Clone)]
 pub struct TimeDomain<L> {
     budget: Budget<L>,

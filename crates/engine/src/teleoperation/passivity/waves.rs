@@ -14,11 +14,10 @@ trocar_core::settings! {
     }
 }
 
-/// The returning wave would alternate from tick to tick without a delay. A low-pass filter of a wave is passive
+/// Without a delay the returning wave would alternate from tick to tick. A low-pass filter of a wave is passive
 /// (Niemeyer and Slotine 2004); this one acts above 30 Hz.
 const FILTER_S: f64 = 5e-3;
 
-/// Largest force per tissue force.
 const FORCE_MARGIN: f64 = 1.2;
 
 /// Lets the force on a hand in free motion decay.
@@ -29,19 +28,19 @@ const WAVE: usize = 1;
 /// In a payload: running energy of the wave.
 const WAVE_ENERGY: usize = 2;
 
-/// The link carries the waves `u = (b v + F) / √(2b)` forward and `v = (b v - F) / √(2b)` back, which a delay cannot
-/// amplify (Niemeyer and Slotine 1991):
+/// The waves `u = (b v + F) / √(2b)` forward and `v = (b v - F) / √(2b)` back, which a delay cannot amplify (Niemeyer
+/// and Slotine 1991):
 ///
 /// ```text
 /// master  F_ed = b Δx_h / T - √(2b) v_arrived / T   u = (b Δx_h + F_ed T) / √(2b)
 /// slave   Δx_ref = √(2/b) u_arrived - f_e T / b     v = (b Δx_ref - f_e T) / √(2b)
 /// promise E_m - E_s >= -2 budget_j    at every tick
 /// ```
-/// The waves are passive at `(f_e, x_ref)`; a [`Budget`] accounts for the needle's lag, augmentation, jitter and loss.
-/// A missing sample is held while energy pays for it (Hirche and Buss 2004, 2012); a position sent besides corrects
-/// drift (Chawda and O'Malley 2015).
+/// The waves are passive at `(f_e, x_ref)`; a [`Budget`] accounts for the needle's lag, augmentation, jitter and loss. Energy pays
+/// for holding a missing sample (Hirche and Buss 2004, 2012); a position sent besides corrects drift (Chawda and
+/// O'Malley 2015).
 ///
-/// The force is at most 1.2 times the recent tissue force, because a hand in free motion would feel `b v` otherwise.
+/// The force is at most 1.2 times the recent tissue force: a hand in free motion would feel `b v` otherwise.
 #[derive(Debug, Clone)]
 pub struct Waves<L> {
     budget: Budget<L>,
@@ -69,7 +68,6 @@ pub struct Waves<L> {
     recent_n: L,
     kept_share: L,
     force_margin: L,
-    /// On the master's scale, without the supervisor's changes.
     reference: L,
     target: L,
     force_n: L,
@@ -132,7 +130,7 @@ impl<L: Lane> PassivityScheme<L> for Waves<L> {
         self.force_n = port.force_n;
         let pushed = self.inverse_impedance * port.force_n * self.tick;
         let free = self.reference + (self.gain_in * wave - pushed) + drift;
-        // A force that only the hand still feels would drive the slave beyond the hand.
+        // A force that only the hand still feels would drive the slave beyond it.
         let (deepest, shallowest) = (position_m.max(self.reference), position_m.min(self.reference));
         let zero = L::zero();
         let not_deeper = L::select(port.force_n.gt(zero), free.min(deepest), free);
@@ -142,7 +140,7 @@ impl<L: Lane> PassivityScheme<L> for Waves<L> {
 
     #[inline(always)]
     fn limit_reference(&mut self, commanded_m: L, port: &SlavePort<L>) -> L {
-        // Excludes the hand's motion during an event, for which the operator does not pay in advance.
+        // Without the hand's motion during an event, for which the operator does not pay in advance.
         let hand_m = commanded_m + (self.hand - self.target * self.position_scale);
         let reference_m = self.budget.sides.limit_reference(commanded_m, hand_m, port);
         // The waves exclude the supervisor's change, so the freeze is felt through the force law.

@@ -1,46 +1,41 @@
 use crate::lane::{Lane, Mask};
 
-/// Smallest fall that counts, relative to the alarm's fall.
+/// Relative to the alarm's fall.
 const LEAST_SHARE: f64 = 0.2;
 
-/// Of the smallest fall.
 const DECAY_S: f64 = 0.15;
 
-/// A larger rise, relative to the alarm's fall, is a new load.
+/// Rise that is a new load, relative to the alarm's fall.
 const LOADED_SHARE: f64 = 0.65;
 
 /// Half a period at 4 Hz.
 const LONGEST_SWING_S: f64 = 0.125;
 
-/// A smaller change, relative to the fall or the usual change, is no turn.
+/// Smallest change that is a turn, relative to the fall and to the usual change.
 const TURN_SHARE: f64 = 0.02;
 const TURN_SCALES: f64 = 3.0;
 
-/// A fall by this share of the last rise, within this share of its duration, is no swing.
+/// A fall beyond this share of the last rise, within this share of its time, is sudden.
 const SUDDEN_SHARE: f64 = 0.5;
 const SUDDEN_TIME: f64 = 0.25;
 
-/// The ring-down after an alarm. Its swings decay and take as long down as up: a fall counts only below the last
-/// trough, lowered by sinking crests (relaxation), unless it is sudden.
+/// The ring-down after an alarm. Its swings decay and take as long down as up, so a fall counts only below the last
+/// trough lowered by sinking crests (relaxation), or if it is sudden.
 #[derive(Debug, Clone)]
 pub(super) struct Aftermath<L> {
-    /// Before the alarm, and the lowest since, in N.
     top: L,
     lowest: L,
-    /// In N.
     trough: L,
     crest: L,
-    /// Fall from the last crest but one to the last, in N.
+    /// From the last crest but one to the last.
     trend: L,
     /// Bins of the last rise.
     rise: L,
-    /// Extreme force since the last turn (N); bins since it and since the turn.
     extreme: L,
     since_extreme: L,
     since_turn: L,
     /// 1: rising, -1: falling, 0: no ring-down.
     direction: L,
-    /// Decaying share of the alarm's fall that a new fall must exceed.
     share: L,
 }
 
@@ -57,7 +52,6 @@ impl AftermathTimes {
     }
 }
 
-/// A fall counts by at most `largest` and must exceed `least`, in N.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FallLimits<L> {
     pub(super) largest: L,
@@ -100,7 +94,6 @@ impl<L: Lane> Aftermath<L> {
         self.share = L::select(mask, L::splat(LEAST_SHARE), self.share);
     }
 
-    /// While `falls`, the alarm's fall continues.
     #[inline(always)]
     pub(super) fn update(&mut self, force: L, scale: L, falls: L::Mask, times: &AftermathTimes) {
         let (zero, one) = (L::zero(), L::splat(1.0));

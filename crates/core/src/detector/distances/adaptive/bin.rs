@@ -8,10 +8,9 @@ pub(super) struct Bin<L> {
     has_any: bool,
     sums: [L; 2],
     last: [L; 2],
-    /// Smallest changes: at most the step of the encoder (m) and of the sensor (N).
+    /// Smallest changes of position (m) and force (N).
     pub(super) steps: [L; 2],
     pub(super) unchanged: L,
-    /// Of the last three bins.
     forces: [L; MEDIAN_BINS],
     pub(super) position: L,
 }
@@ -32,7 +31,7 @@ impl<L: Lane> Bin<L> {
         }
     }
 
-    /// Returns the median force and the position of the bin before, if the sample completes a bin.
+    /// Returns the median force and the position of the bin before, once a bin is complete.
     #[inline(always)]
     pub(super) fn add(&mut self, force: L, position: L) -> Option<(L, L)> {
         let sample = [position, force];

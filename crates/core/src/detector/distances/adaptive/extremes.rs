@@ -1,7 +1,7 @@
 use super::{BINS, SHORT, before};
 use crate::lane::Lane;
 
-/// Over two, four and eight bins and over the reference, each from two shorter ones.
+/// Over two, four and eight bins and over the reference.
 #[derive(Debug, Clone)]
 pub(super) struct Extremes<L> {
     pub(super) twos: [L; BINS],
@@ -15,7 +15,6 @@ impl<L: Lane> Extremes<L> {
         Self { twos: [value; BINS], fours: [value; SHORT], eights: [value; SHORT], whole: [value; BINS] }
     }
 
-    /// `more` is the minimum or the maximum of two.
     #[inline(always)]
     pub(super) fn update(&mut self, values: &[L; BINS], newest: usize, reference: usize, more: impl Fn(L, L) -> L) {
         let one = values[newest];
@@ -34,7 +33,6 @@ impl<L: Lane> Extremes<L> {
         };
     }
 
-    /// As if every bin had had this value.
     #[inline(always)]
     pub(super) fn forget(&mut self, mask: L::Mask, value: L) {
         let Self { twos, fours, eights, whole } = self;

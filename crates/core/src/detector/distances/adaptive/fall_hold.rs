@@ -3,7 +3,7 @@ use super::times::Times;
 use super::{LEAST_SHARE, NEW_LOAD, NEW_LOAD_BINS};
 use crate::lane::{Lane, Mask};
 
-/// The rest of the fall after an alarm, which raises no further alarm.
+/// The rest of the fall after an alarm.
 #[derive(Debug, Clone)]
 pub(super) struct FallHold<L> {
     pub(super) lowest: L,
@@ -25,7 +25,7 @@ impl<L: Lane> FallHold<L> {
         self.bins = L::select(mask, L::zero(), self.bins);
     }
 
-    /// Ends after two references in which the force has not fallen further, with a new load, or after `times.hold`.
+    /// Ends after two references without a further fall, with a new load, or after `times.hold`.
     #[inline(always)]
     pub(super) fn update(&mut self, force: L, scale: L, tare: &Tare<L>, times: &Times) -> FallState<L> {
         let one = L::splat(1.0);

@@ -17,13 +17,11 @@ use fall_hold::FallHold;
 use tare::Tare;
 use times::Times;
 
-/// In multiples of the usual change.
 const THRESHOLD: f64 = 7.0;
 
-/// Smallest bin; its samples are averaged.
 const BIN_S: f64 = 1e-3;
 
-/// At least the longest window plus the reference before it.
+/// At least the longest window plus the reference.
 const BINS: usize = 64;
 
 /// A longer extreme needs shorter ones of at most seven bins ago. Divides [`BINS`].
@@ -33,48 +31,41 @@ const MEDIAN_BINS: usize = 3;
 
 const WINDOWS_S: [f64; 5] = [2e-3, 4e-3, 8e-3, 16e-3, 32e-3];
 
-/// Before a window; longer than the spike of an impact.
+/// Longer than the spike of an impact.
 const REFERENCE_S: f64 = 15e-3;
 
-/// Interval of the present velocity.
 const INSTANT_S: f64 = 4e-3;
 
-/// Slower is rest.
 const SLOW_M_PER_S: f64 = 2e-3;
 
-/// Share of the force that viscosity can release when the needle stops.
+/// Force that viscosity can release when the needle stops, relative to the load.
 const VISCOUS_SHARE: f64 = 0.7;
 
-/// A needle moves on above [`MOVES_ON_M_PER_S`], with less than this share of its velocity lost.
+/// Largest lost share of the velocity of a needle that moves on.
 const EVEN_SHARE: f64 = 0.1;
 const MOVES_ON_M_PER_S: f64 = 5e-3;
 
-/// Smallest fall that counts, relative to the load.
 const LEAST_SHARE: f64 = 0.1;
 
-/// Smallest fall that counts, relative to the largest recent load.
 const LEAST_RECENT_SHARE: f64 = 0.05;
 
 const LOAD_MEMORY_S: f64 = 0.3;
 
 const SCALE_MEMORY_S: f64 = 1.0;
 
-/// Changes are clipped at this multiple of their scale.
 const CLIP: f64 = 3.0;
 
-/// Smallest scale, relative to the sensor's step.
+/// Relative to the sensor's step.
 const STEP_SHARE: f64 = 0.5;
 
 const LEAST_SCALE_N: f64 = 1e-9;
 
-/// After which the scales are valid.
 const KNOWN_BINS: f64 = 50.0;
 
 const STIFFNESS_MEMORY_S: f64 = 0.3;
 
 const STIFFNESS_INTERVAL_S: f64 = 8e-3;
 
-/// Smallest load, in multiples of the scale.
 const LOAD: f64 = 6.0;
 
 const STIFFEST_MEMORY_S: f64 = 5.0;
@@ -84,27 +75,23 @@ const MAX_RESOLUTION_M: f64 = 1e-4;
 /// In m and N.
 const ROUNDING: [f64; 2] = [1e-9, 1e-6];
 
-/// A force constant for longer is stuck.
 const STUCK_S: f64 = 0.2;
 
-/// Longest fall after an alarm.
 const HOLD_S: f64 = 0.15;
 
-/// Shortest fall after an alarm.
 const MERGE_S: f64 = 0.03;
 
-/// Rise that ends the fall, in multiples of the scale.
+/// In multiples of the scale.
 const NEW_LOAD: f64 = 10.0;
 
-/// For which the new load must last.
 const NEW_LOAD_BINS: f64 = 2.0;
 
 /// The fall of the force in multiples of its usual change, without configuration.
 ///
-/// Samples are averaged in bins; a median of three removes outliers. `K` is the stiffness from a regression of changes
-/// of the force `f` on changes of the position `x` under load, `r` the force that the motion does not explain
-/// (`Δr = Δf - K Δx`), and the *load* the force above the mean of the first 50 bins, or above 0 if that mean is noise.
-/// For each window `w`
+/// Works on medians of three bins of averaged samples. `K` regresses changes of the force `f` on changes of the
+/// position `x` under load; `r` is the force that the motion does not explain (`Δr = Δf - K Δx`); the *load* is the
+/// force above the mean of the first 50 bins, or above 0 if that is noise.
+/// For each window `w`:
 ///
 /// ```text
 /// fall_w = min(min r before the window - r - continued, max f before the window - f - released)
@@ -112,14 +99,14 @@ const NEW_LOAD_BINS: f64 = 2.0;
 /// ```
 ///
 /// - *before the window*: in 15 ms, for `min r` in two bins if a tenth of the load arrived in the 15 ms and the needle
-///   moves on: an impact stops a needle, a rupture lets it through.
-/// - `c_w`: the mean, over 1 s, of the clipped changes over `w`; at least half of the sensor's step.
-/// - *released*: what the retreat so far, plus one encoder step, can release at the stiffest load so far.
+///   moves on: an impact stops a needle.
+/// - `c_w`: mean over 1 s of the clipped changes over `w`; at least half of the sensor's step.
+/// - *released*: what the retreat plus one encoder step can release at the stiffest load so far.
 /// - *continued*: what an earlier fall adds at its rate (relaxation).
 ///
 /// A fall counts as 0 below a tenth of the load, a twentieth of the largest load of the last 0.3 s, or 0.7 of the load
-/// times the lost share of the velocity (viscosity); during a retreat or after 64 bins of rest; and as part of an
-/// alarm's fall or ring-down.
+/// times the lost share of the velocity (viscosity); during a retreat, after 64 bins of rest, and within an alarm's
+/// fall or ring-down.
 ///
 /// The constants were chosen on synthetic recordings with other seeds than the reported ones.
 #[derive(Debug, Clone)]
@@ -129,20 +116,18 @@ pub struct Adaptive<L> {
     bins: f64,
     newest: usize,
     force: [L; BINS],
-    /// What the motion does not explain, in N.
+    /// `r` in N.
     surplus: [L; BINS],
     position: [L; BINS],
-    /// Over the reference: maximum force, minimum surplus and maximum position.
     peak: Extremes<L>,
     low: Extremes<L>,
     high: Extremes<L>,
-    /// Over the reference, in m/s: the larger of mean and last velocity.
+    /// In m/s: the larger of mean and last velocity over the reference.
     speed: [L; BINS],
     scales: [L; WINDOWS_S.len()],
-    /// Running means of `Δx²` and `Δx Δf`.
+    /// Means of `Δx²` and `Δx Δf`.
     moments: [L; 2],
     stiffest: L,
-    /// Decays; in N.
     recent_load: L,
     tare: Tare<L>,
     hold: FallHold<L>,
@@ -190,7 +175,7 @@ impl<L: Lane> BuiltIn for Adaptive<L> {
     }
 
     fn restarted(&self, settings: &DistanceSettings, tick_s: f64) -> Self {
-        // Samples after the gap may be under load and would be taken for the sensor's offset.
+        // Samples after the gap may be under load: keep the sensor's offset.
         Self { tare: self.tare.clone(), ..<Self as BuiltIn>::new(settings, tick_s) }
     }
 }
@@ -268,7 +253,6 @@ impl<L: Lane> Adaptive<L> {
         let held = self.hold.update(force, self.scales[0], &self.tare, &self.times);
         self.aftermath.update(force, self.scales[0], held.was_holding, &self.times.aftermath);
         if let Some(ended) = held.ended {
-            // The next fall is measured from here.
             self.low.forget(ended, self.surplus[self.newest]);
             self.peak.forget(ended, force);
         }
@@ -303,7 +287,7 @@ impl<L: Lane> Adaptive<L> {
     fn speed(&self) -> L {
         let (reference, instant) = (self.times.reference, self.times.instant);
         let mean = self.change(&self.position, reference) * L::splat(self.times.per_reference);
-        // Ignore single encoder steps when estimating velocity.
+        // Ignore single encoder steps.
         let at_last = (self.change(&self.position, instant) - self.bin.steps[0]) * L::splat(self.times.per_instant);
         mean.max(at_last)
     }
@@ -311,7 +295,7 @@ impl<L: Lane> Adaptive<L> {
     #[inline(always)]
     fn largest_fall(&self, stiffness: L) -> L {
         let zero = L::zero();
-        // Fast path: most forces have not fallen by the smallest share.
+        // Fast path: most forces have hardly fallen.
         let (force, peak) = (self.force[self.newest], self.maximum(&self.peak));
         let may_count = (peak - force).gt(self.tare.smallest_size(peak) * L::splat(LEAST_SHARE));
         if !may_count.any() {
@@ -319,7 +303,7 @@ impl<L: Lane> Adaptive<L> {
         }
         let retreat = self.maximum(&self.high) - self.position[self.newest] + self.bin.steps[0];
         let released = stiffness.max(self.stiffest) * retreat;
-        // The force is a median and lags by one bin, so the velocity uses the next position.
+        // The force is a median and lags by one bin.
         let since = self.ago(&self.position, self.times.instant - 1);
         let velocity = (self.bin.position - since) * L::splat(self.times.per_instant);
         let ring = self.aftermath.limits(force);
@@ -327,7 +311,7 @@ impl<L: Lane> Adaptive<L> {
         for index in 0..WINDOWS_S.len() {
             largest = largest.max(self.relative_fall(index, velocity, released, &ring));
         }
-        // A position that never changed, or only by coarse steps, does not show rest.
+        // A constant or coarse position does not show rest.
         let is_at_rest = self.bin.steps[0].lt(L::splat(MAX_RESOLUTION_M))
             & !self.change(&self.position, BINS - 1).gt(L::splat(ROUNDING[0]));
         L::select(is_at_rest, zero, largest)
@@ -345,12 +329,10 @@ impl<L: Lane> Adaptive<L> {
         maximum
     }
 
-    /// Within the limits of a ring-down.
     #[inline(always)]
     fn relative_fall(&self, index: usize, velocity: L, released: L, ring: &FallLimits<L>) -> L {
         let zero = L::zero();
         let window = self.times.windows[index];
-        // No fall counts while the needle retreats.
         let advances = self.change(&self.position, window).ge(zero);
         if !advances.any() {
             return zero;
@@ -376,16 +358,16 @@ impl<L: Lane> Adaptive<L> {
             .max(ring.least);
         let counts = fall.gt(least) & advances;
         let scale = self.scales[index].max(self.bin.steps[1] * L::splat(STEP_SHARE)).max(L::splat(LEAST_SCALE_N));
-        // At most the load before it: noise without load is not a fall.
+        // Noise without load is not a fall.
         L::select(counts, fall.min(size), zero) / scale
     }
 
     #[inline(always)]
     fn learn(&mut self, stiffness: L) {
         let share = L::splat((1.0 / self.bins).max(self.times.scale_share));
-        // Medians of three bins share bins: their change over fewer bins is too small.
+        // Medians of three bins share bins, so shorter changes are too small.
         let windows = by_index!(WINDOWS_S.len(), 0, |i| self.times.windows[i].max(MEDIAN_BINS));
-        // Array by array: the compiler does not vectorise loops over windows.
+        // The compiler does not vectorise loops over windows.
         let rises = by_index!(WINDOWS_S.len(), |i| self.change(&self.force, windows[i]));
         let advances = by_index!(WINDOWS_S.len(), |i| self.change(&self.position, windows[i]));
         let unexplained =

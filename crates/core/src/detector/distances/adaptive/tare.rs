@@ -1,16 +1,15 @@
 use super::KNOWN_BINS;
 use crate::lane::Lane;
 
-/// Towards a lower force.
 const SINKING_S: f64 = 5.0;
 
-/// A load below this share of the force without load may be none.
+/// Smallest clear load, relative to the force without load.
 const LEAST_SHARE: f64 = 0.05;
 
-/// A load below this multiple of the usual change may be noise.
+/// Smallest clear load, in multiples of the usual change.
 const LEAST_SCALES: f64 = 6.0;
 
-/// A mean below this multiple of the usual change is noise: the sensor is tared.
+/// A smaller mean, in multiples of the usual change, is noise.
 const TARED_SCALES: f64 = 20.0;
 
 /// The force without load: the mean of the first forces, or 0 if it is noise. It follows lower forces down to 0,
@@ -18,7 +17,6 @@ const TARED_SCALES: f64 = 20.0;
 #[derive(Debug, Clone)]
 pub(super) struct Tare<L> {
     unloaded_n: L,
-    /// Averaged bins, up to [`KNOWN_BINS`].
     bins: f64,
 }
 
@@ -27,7 +25,6 @@ impl<L: Lane> Tare<L> {
         Self { unloaded_n: L::zero(), bins: 0.0 }
     }
 
-    /// Averages the first bins, then follows a lower force.
     #[inline(always)]
     pub(super) fn update(&mut self, force: L, share: f64) {
         let zero = L::zero();
@@ -55,7 +52,7 @@ impl<L: Lane> Tare<L> {
         force - self.unloaded_n
     }
 
-    /// What a fall is compared with: the load, or the force unless the load is clear now and `before`.
+    /// The load, or the force unless the load is clear now and `before`.
     #[inline(always)]
     pub(super) fn size(&self, force: L, before: L, scale: L) -> L {
         let clear = (self.unloaded_n.abs() * L::splat(LEAST_SHARE)).max(scale * L::splat(LEAST_SCALES));
@@ -63,7 +60,6 @@ impl<L: Lane> Tare<L> {
         L::select(is_clear, self.load(force), force.abs())
     }
 
-    /// Lower bound of [`Tare::size`].
     #[inline(always)]
     pub(super) fn smallest_size(&self, force: L) -> L {
         self.load(force).min(force.abs())

@@ -5,7 +5,7 @@ use super::*;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Times {
     pub(super) windows: [usize; WINDOWS_S.len()],
-    /// Window over reference: an earlier fall continues by this multiple.
+    /// An earlier fall continues by this multiple (window over reference).
     pub(super) trends: [f64; WINDOWS_S.len()],
     pub(super) reference: usize,
     pub(super) stiffness: usize,
@@ -26,7 +26,7 @@ pub(super) struct Times {
 
 impl Times {
     pub(super) fn of(bin_s: f64) -> Self {
-        // At most 47 of the 64 bins are used, because a bin is at least 1 ms long.
+        // A bin is at least 1 ms long, so at most 47 are used.
         let bins = |time_s: f64| (libm::round(time_s / bin_s) as usize).max(1);
         let per = |time_s: f64| 1.0 / (bins(time_s) as f64 * bin_s);
         let (windows, reference) = (WINDOWS_S.map(bins), bins(REFERENCE_S));
@@ -51,7 +51,6 @@ impl Times {
     }
 }
 
-/// All values follow from the settings.
 impl crate::lane::Stored for Times {
     fn numbers(&mut self, _with: &mut dyn FnMut(&mut u64)) {}
 }
