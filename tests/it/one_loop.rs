@@ -111,8 +111,7 @@ fn the_command_stability_prints_and_writes_the_verdict_of_the_loop() {
         let settings = ["scaling.force=3.0".to_owned()];
         let verdict = LoopVerdict::of(&scenario(name, &settings)).expect("analysed");
         let command = ["stability", name, "--set", &settings[0], "--tissue", "0:0", "--x", "scaling.force=1:3:3"];
-        let printed = folder.good(&[&command[..], &["--y", "tissue.stiffness_n_per_m=100:900:3", "--json"]].concat());
-        let json: Json = serde_json::from_str(&printed).expect("JSON");
+        let json = folder.json(&[&command[..], &["--y", "tissue.stiffness_n_per_m=100:900:3", "--json"]].concat());
         assert_eq!(Said::of_json(&json), Said::of(&verdict), "{name}");
         assert_eq!(
             json["tissue"]["stiffness_n_per_m"][1].as_f64(),

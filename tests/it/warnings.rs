@@ -10,24 +10,20 @@ use trocar::scenario::{Scenario, Source, shipped_questions};
 use trocar::stability::{left_out, loop_limits};
 use trocar::warning::Code;
 
+use crate::support::scenario;
 use crate::support::test_folder::TestFolder;
-
-fn load(name: &str, settings: &[&str]) -> Scenario {
-    let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-    Scenario::load(&Source::parse(name), &settings).unwrap_or_else(|error| panic!("{name} {settings:?}: {error}"))
-}
 
 fn codes(run: &Run) -> Vec<Code> {
     RunReport::of(run).warnings().iter().map(|warning| warning.code).collect()
 }
 
 fn codes_of(name: &str, settings: &[&str]) -> Vec<Code> {
-    codes(&run(load(name, settings)).expect("runs"))
+    codes(&run(scenario(name, settings)).expect("runs"))
 }
 
 #[test]
 fn an_oscillation_that_does_not_decay_is_an_outcome() {
-    let wall = run(load("passivity/late-wall", &[])).expect("runs");
+    let wall = run(scenario("passivity/late-wall", &[])).expect("runs");
     let Outcome::Oscillating { frequency_hz, swing_m } = wall.metrics.outcome else {
         panic!("{:?}", wall.metrics.outcome)
     };
@@ -42,16 +38,16 @@ fn an_oscillation_that_does_not_decay_is_an_outcome() {
     // Following an oscillating hand is no oscillation of the loop.
     let sine =
         ["operator.kind=sine", "operator.frequency_hz=2", "tissue.kind=kelvin-voigt", "simulation.duration_s=10"];
-    assert_eq!(run(load("hand/reflex", &sine)).expect("runs").metrics.outcome, Outcome::Completed);
+    assert_eq!(run(scenario("hand/reflex", &sine)).expect("runs").metrics.outcome, Outcome::Completed);
     let trembling = ["operator.tremor_amplitude_m=3e-4", "perception.reflex=none", "tissue.kind=kelvin-voigt"];
-    assert_eq!(run(load("hand/reflex", &trembling)).expect("runs").metrics.outcome, Outcome::Completed);
+    assert_eq!(run(scenario("hand/reflex", &trembling)).expect("runs").metrics.outcome, Outcome::Completed);
 }
 
 #[test]
 fn an_oscillation_in_noise_is_distinguished_from_the_effect_of_the_noise() {
     let outcome = |settings: &[&str]| {
         let always = ["simulation.duration_s=60", "augmentation.enabled=true"];
-        run(load("hand/reflex", &[&always, settings].concat())).expect("runs").metrics.outcome
+        run(scenario("hand/reflex", &[&always, settings].concat())).expect("runs").metrics.outcome
     };
     // The noise and its false alarms synchronise this limit cycle, so a displaced hand is forgotten.
     let late = [
@@ -244,7 +240,7 @@ fn every_missed_rupture_has_a_reason_and_removing_it_detects_the_rupture() {
         all
     };
     let shipped = shipped_questions().map(|(name, _)| (format!("builtin:{name}"), vec![]));
-    let random = (0..500).map(|k| ("hand/fast-stab".to_owned(), settings(k)));
+    let random = (0..150).map(|k| ("hand/fast-stab".to_owned(), settings(k)));
     let cases: Vec<(String, Vec<String>)> = shipped.chain(random).collect();
     let of_case = |(name, settings): &(String, Vec<String>)| {
         let scenario = |more: Option<String>| {
@@ -275,7 +271,7 @@ fn every_missed_rupture_has_a_reason_and_removing_it_detects_the_rupture() {
     use rayon::prelude::*;
     let all: Vec<(bool, String)> = cases.par_iter().flat_map(of_case).collect();
     let failed: Vec<&String> = all.iter().filter(|(detected, _)| !detected).map(|(_, what)| what).collect();
-    assert!(all.len() > 200, "{}", all.len());
+    assert!(all.len() > 60, "{}", all.len());
     let share = 1.0 - failed.len() as f64 / all.len() as f64;
     assert!(share >= 0.95, "{share} of {}: {:#?}", all.len(), &failed[..failed.len().min(15)]);
 }
@@ -291,8 +287,7 @@ fn a_key_without_effect_is_an_error_unless_the_kind_was_changed_later() {
     // This file is not responsible for the base's layers.
     folder.file("base.toml", "base = \"hand/reflex\"\n[tissue]\nlayer.skin.rupture_force_n = 2\n");
     folder.file("good.toml", "base = \"base.toml\"\n[tissue]\nkind = \"kelvin-voigt\"\n");
-    let outcome = folder.trocar(&["check", "good.toml"]);
-    assert_eq!(outcome.code, 0, "{}", outcome.err);
+    folder.good(&["check", "good.toml"]);
     // A setting for several scenarios may have an effect in only one of them.
     let hold = ["--set", "augmentation.min_hold_s=0.2"];
     folder.refused(
@@ -404,7 +399,7 @@ fn a_limit_that_the_loop_never_reaches_is_not_reported_as_left_out() {
         let given: Vec<String> =
             limits.iter().zip(bounds).map(|(key, bound)| format!("{key}={:?}", factor * bound)).collect();
         let all = spring.into_iter().chain(insertion).chain(given.iter().map(String::as_str));
-        load("paper/classical", &all.chain(more.iter().copied()).collect::<Vec<_>>())
+        scenario("paper/classical", &all.chain(more.iter().copied()).collect::<Vec<_>>())
     };
     let bounds = |more: &[&str]| -> Vec<f64> {
         let of = loop_limits(&with(1.0, &[1.0; 5], more));
@@ -492,11 +487,7 @@ fn warnings_are_in_every_answer_and_can_be_errors() {
 #[test]
 fn seeds_without_noise_give_a_warning() {
     let folder = TestFolder::new();
-    let said = |arguments: &[&str]| {
-        let outcome = folder.trocar(arguments);
-        assert_eq!(outcome.code, 0, "{}", outcome.err);
-        outcome.err
-    };
+    let said = |arguments: &[&str]| folder.warned(arguments);
     assert!(said(&["compare", "--seeds", "3"]).contains("warning[seeds-without-effect]"));
     let noisy = said(&["compare", "--seeds", "3", "--set", "sensor.force_noise_std_n=0.02"]);
     assert!(!noisy.contains("seeds-without-effect"), "{noisy}");
@@ -521,9 +512,7 @@ fn seeds_without_noise_give_a_warning() {
 fn metrics_that_no_case_changes_give_a_warning() {
     let folder = TestFolder::new();
     let sweep = "base = \"paper/classical\"\nmetrics = [\"false_alarms\", \"operator_energy_j\"]\n[axes]\n\"scaling.force\" = [1.0, 1.1]\n";
-    let outcome = folder.file("two.toml", sweep).trocar(&["sweep", "two.toml", "--deny-warnings"]);
-    assert_eq!(outcome.code, 0, "{}", outcome.err);
-    let output = outcome.out.split_whitespace().collect::<Vec<_>>().join(" ");
+    let output = folder.file("two.toml", sweep).said(&["sweep", "two.toml", "--deny-warnings"]);
     assert!(output.contains("The same in every case: false alarms. "), "{output}");
     folder.file("none.toml", sweep.replace(", \"operator_energy_j\"", ""));
     let outcome = folder.trocar(&["sweep", "none.toml", "--json", "--deny-warnings"]);
@@ -534,7 +523,7 @@ fn metrics_that_no_case_changes_give_a_warning() {
 #[test]
 fn a_common_delay_sets_the_delays_of_both_directions() {
     let of = |settings: &[&str]| {
-        let scenario = load("link/long-delay", settings);
+        let scenario = scenario("link/long-delay", settings);
         (scenario.forward, scenario.backward)
     };
     let two = of(&["channel.forward_delay_s=0.02", "channel.backward_delay_s=0.02"]);
@@ -548,7 +537,7 @@ fn a_common_delay_sets_the_delays_of_both_directions() {
     );
     let case = |number| folder.trocar(&["sweep", "s.toml", "--case", number]).out;
     let echoed = folder.file("case.toml", case("1")).path("case.toml");
-    let echoed = load(&echoed.to_string_lossy(), &[]);
+    let echoed = scenario(&echoed.to_string_lossy(), &[]);
     assert_eq!((echoed.forward, echoed.backward), two);
     let outcome = folder.trocar(&["sweep", "s.toml"]);
     assert!(outcome.code == 0 && !outcome.out.contains("same in every case"), "{}{}", outcome.out, outcome.err);

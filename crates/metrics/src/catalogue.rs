@@ -258,29 +258,4 @@ mod tests {
         assert_eq!(of(Scope::Loop), named("stability_detection_delay_s", "stability: detection delay"));
         assert_eq!(of(Scope::Noise), named("in_noise_detection_delay_s", "in noise: detection delay"));
     }
-
-    #[test]
-    fn the_words_of_scopes_match_their_json() {
-        for scope in [Scope::Run, Scope::Rupture, Scope::Event, Scope::Link, Scope::Port, Scope::Loop, Scope::Noise] {
-            assert_eq!(serde_json::to_value(scope).expect("a word"), scope.word());
-        }
-        for better in [Better::Lower, Better::Higher, Better::Neither] {
-            assert_eq!(serde_json::to_value(better).expect("a word"), better.word());
-        }
-    }
-
-    #[test]
-    fn the_short_table_has_the_main_metrics() {
-        let shown =
-            [Shown::Main, Shown::MainWhereDefined, Shown::Always, Shown::WhereDefined, Shown::First, Shown::Never];
-        assert_eq!(shown.map(Shown::is_main), [true, true, false, false, false, false]);
-    }
-
-    #[test]
-    fn a_field_is_a_number_or_undefined() {
-        assert_eq!(
-            [2.5.value(), 3_u64.value(), Some(4.5).value(), None::<u64>.value()],
-            [Some(2.5), Some(3.0), Some(4.5), None]
-        );
-    }
 }

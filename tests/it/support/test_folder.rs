@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use assert_cmd::Command;
+use serde_json::Value as Json;
 use tempfile::TempDir;
 
 pub struct TestFolder(TempDir);
@@ -57,6 +58,23 @@ impl TestFolder {
         let outcome = self.trocar(arguments);
         assert_eq!(outcome.code, 0, "{arguments:?}: {}", outcome.err);
         outcome.out
+    }
+
+    /// Returns what a command prints, with single spaces between its words.
+    pub fn said(&self, arguments: &[&str]) -> String {
+        words(&self.good(arguments))
+    }
+
+    /// Returns the JSON document that a command prints.
+    pub fn json(&self, arguments: &[&str]) -> Json {
+        serde_json::from_str(&self.good(arguments)).expect("JSON")
+    }
+
+    /// Returns what a command that succeeds prints on standard error.
+    pub fn warned(&self, arguments: &[&str]) -> String {
+        let outcome = self.trocar(arguments);
+        assert_eq!(outcome.code, 0, "{arguments:?}: {}", outcome.err);
+        outcome.err
     }
 
     /// Runs a command that must be refused with exit code 2, no output and no file. Returns the message.
@@ -113,6 +131,11 @@ impl TestFolder {
         };
         files_below(self.0.path()).into_iter().map(look).collect()
     }
+}
+
+/// Joins the words of a text with single spaces.
+pub fn words(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 pub fn files_below(folder: &Path) -> Vec<PathBuf> {

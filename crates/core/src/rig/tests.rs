@@ -1,7 +1,7 @@
 //! The controller of a rig: its commands, and the effects of bad samples.
 
 use super::*;
-use crate::augmentation::{AugmentationSettings, Mode};
+use crate::augmentation::Mode;
 use crate::safety::{SafetyActs, SafetySettings};
 
 /// Settings without the safety stage: most tests are about the commands that enter it.
@@ -63,15 +63,6 @@ fn a_rupture_freezes_the_slave_and_the_event_ends() {
     assert!(commands[alarm..alarm + 500].iter().all(|command| command.slave_reference_m == frozen));
     assert_eq!(commands[alarm + 500].mode, Mode::Reengaging);
     assert_eq!(commands[1999].mode, Mode::Teleoperation);
-}
-
-#[test]
-fn without_augmentation_the_alarm_is_reported_and_nothing_freezes() {
-    let augmentation = AugmentationSettings { enabled: false, ..AugmentationSettings::default() };
-    let mut controller = HapticController::new(&Settings { augmentation, ..settings() }).expect("valid");
-    let commands = rupture_at(&mut controller, 400, 600);
-    assert!(commands.iter().any(|command| command.alarm));
-    assert!(commands.iter().all(|command| command.mode == Mode::Teleoperation));
 }
 
 #[test]
@@ -145,19 +136,6 @@ fn with_the_safety_stage_lasting_losses_end_the_force_and_hold_the_reference() {
     controller.enable();
     assert_eq!(controller.step(&near(301)).state, SafetyState::Active);
     assert_eq!(controller.safety_counts().faults, 1);
-}
-
-#[test]
-fn a_missing_master_position_does_not_disturb_the_detection() {
-    let mut controller = HapticController::new(&settings()).expect("valid");
-    let commands: Vec<Command> = (0..600)
-        .map(|tick| {
-            let fallen = if tick >= 400 { 0.4 } else { 0.0 };
-            let good = Sample { force_n: sample(tick).force_n - fallen, ..sample(tick) };
-            controller.step(&Sample { master_position_m: f64::NAN, ..good })
-        })
-        .collect();
-    assert!(commands[400..405].iter().any(|command| command.alarm));
 }
 
 #[test]

@@ -292,45 +292,6 @@ impl trocar_core::lane::Gather for Motion<f64> {
 mod tests {
     use super::*;
 
-    /// An operator that returns everything that it receives.
-    #[derive(Default)]
-    struct Echo {
-        master_m: f64,
-        has_cue: bool,
-    }
-
-    impl Operator<f64> for Echo {
-        fn desired_position_m(&mut self, tick: u64, felt_n: f64) -> f64 {
-            tick as f64 + 10.0 * felt_n + 100.0 * self.master_m
-        }
-
-        fn intended_position_m(&self, desired_m: f64) -> f64 {
-            desired_m - 0.25
-        }
-
-        fn master(&mut self, position_m: f64) {
-            self.master_m = position_m;
-        }
-
-        fn cue(&mut self, is_on: bool) {
-            self.has_cue = is_on;
-        }
-
-        fn notices(&self) -> bool {
-            self.has_cue
-        }
-    }
-
-    #[test]
-    fn a_boxed_operator_behaves_like_the_operator_in_the_box() {
-        let mut boxed: Box<dyn Operator<f64>> = Box::new(Echo::default());
-        assert!(!Operator::<f64>::notices(&boxed));
-        Operator::<f64>::master(&mut boxed, 7.0);
-        Operator::<f64>::cue(&mut boxed, true);
-        assert_eq!(Operator::<f64>::desired_position_m(&mut boxed, 3, 2.0), 723.0);
-        assert_eq!((Operator::<f64>::intended_position_m(&boxed, 1.0), Operator::<f64>::notices(&boxed)), (0.75, true));
-    }
-
     #[test]
     fn a_ramp_reaches_its_end_in_either_direction() {
         let at = |start, end, tick| {

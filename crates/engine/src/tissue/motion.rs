@@ -183,23 +183,4 @@ mod tests {
         let (first, later) = (tissue.react(701, 0.01, 0.0).force_n, tissue.react(2000, 0.01, 0.0).force_n);
         assert!((first - later).abs() < 1e-12 && (first - moving).abs() > 1e-6, "{moving} {first} {later}");
     }
-
-    #[test]
-    fn either_amplitude_moves_the_tissue() {
-        let moves = |breathing_amplitude_m, heartbeat_amplitude_m| {
-            OrganMotion { breathing_amplitude_m, heartbeat_amplitude_m, ..OrganMotion::DEFAULT }.moves()
-        };
-        assert_eq!([moves(0.0, 0.0), moves(1e-3, 0.0), moves(0.0, 1e-3)], [false, true, true]);
-    }
-
-    #[test]
-    fn a_moving_tissue_reports_the_shaft_force_of_the_tissue_in_it() {
-        let spring = StillTissue::<f64>::KelvinVoigt(KelvinVoigt::new(&KelvinVoigtSettings::DEFAULT).expect("valid"));
-        let motion = OrganMotion { breathing_amplitude_m: 4e-3, ..OrganMotion::DEFAULT };
-        let tissue = motion.applied_to(spring, 1e-3).expect("valid");
-        assert_eq!(tissue.shaft_force_n(), 0.0);
-        let bad = OrganMotion { breathing_period_s: 0.0, ..motion };
-        let spring = StillTissue::<f64>::KelvinVoigt(KelvinVoigt::new(&KelvinVoigtSettings::DEFAULT).expect("valid"));
-        assert_eq!(bad.applied_to(spring, 1e-3).expect_err("no period").name, "tissue.breathing_period_s");
-    }
 }

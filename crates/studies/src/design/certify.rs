@@ -304,18 +304,6 @@ mod tests {
     }
 
     #[test]
-    fn a_scenario_that_a_certificate_does_not_cover_has_a_reason() {
-        let reason = |changes: &[&str]| {
-            let changes: Vec<String> = changes.iter().map(|&change| change.to_owned()).collect();
-            let scenario = Scenario::load(&Source::parse("layers/skin-augmented"), &changes).expect("good");
-            loops_of(&[scenario]).expect("analysed").expect_err("not covered")
-        };
-        assert!(reason(&["augmentation.reengage=clutch"]).contains("gap"));
-        assert!(reason(&["augmentation.enabled=false"]).contains("no events"));
-        assert!(reason(&["sensor.force_resolution_n=0.01"]).contains("steps"));
-    }
-
-    #[test]
     fn equal_arms_share_a_certificate_over_all_tissues() {
         let scenario = |changes: &[&str]| {
             let changes: Vec<String> = changes.iter().map(|&change| change.to_owned()).collect();

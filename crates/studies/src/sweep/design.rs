@@ -241,11 +241,6 @@ mod tests {
     }
 
     #[test]
-    fn every_scheme_has_the_name_at_its_place() {
-        assert_eq!(SamplingScheme::all(3, 1).map(|scheme| scheme.word()), SamplingScheme::WORDS);
-    }
-
-    #[test]
     fn a_grid_has_every_combination_the_last_axis_and_the_seeds_fastest() {
         let grid = design(SamplingScheme::Grid, Some(3));
         assert_eq!(grid.cases(), 54);

@@ -297,26 +297,6 @@ mod tests {
     }
 
     #[test]
-    fn the_unit_of_a_distance_is_the_unit_of_its_formula() {
-        for kind in DistanceKind::ALL {
-            let unit = match kind {
-                DistanceKind::PageHinkley => "N",
-                DistanceKind::MeanChange
-                | DistanceKind::VarianceChange
-                | DistanceKind::ParameterChange
-                | DistanceKind::LikelihoodRatio
-                | DistanceKind::Adaptive
-                | DistanceKind::WindowedDerivative => "1",
-                DistanceKind::SquaredResidual
-                | DistanceKind::ForceDerivative
-                | DistanceKind::MovingAverage
-                | DistanceKind::LinearFit => "N²",
-            };
-            assert_eq!(kind.unit(), unit, "{kind:?}");
-        }
-    }
-
-    #[test]
     fn a_distance_accumulates_unless_it_has_a_window() {
         for kind in DistanceKind::ALL {
             let has_window = matches!(

@@ -3,8 +3,7 @@
 use std::sync::Arc;
 
 use super::super::{
-    Any, Engine, ExactPlants, MasterSide, Plants, ScheduledAlarms, SideEngine, SlaveSide, Trace, UserDefinedParts,
-    Wiring,
+    Any, Engine, ExactPlants, MasterSide, Plants, ScheduledAlarms, SideEngine, SlaveSide, Trace, Wiring,
 };
 use crate::channel::Delay;
 use crate::operator::{HumanOperator, Motion, Ramp};
@@ -19,11 +18,6 @@ use trocar_core::chain::Chain;
 use trocar_core::detector::{CusumDetector, DetectorSettings};
 use trocar_core::estimation::{AnyEstimator, RlsSettings};
 use trocar_core::time::TickGrid;
-#[cfg(target_arch = "x86_64")]
-use {
-    super::super::{Observer, Signals},
-    trocar_core::lane::Lane,
-};
 
 const TICK_S: f64 = 1e-3;
 
@@ -214,88 +208,4 @@ fn the_report_of_a_link_contains_the_energies_of_its_ports() {
     assert!(generated > 0.0 && (report.generated_j - generated).abs() < 1e-12, "{} {generated}", report.generated_j);
     let ahead = trace.slave_position_m[799] - trace.master_position_m[799];
     assert!((report.left_behind_m - ahead.max(0.0)).abs() < 1e-15);
-}
-
-/// Weighted sums of positions, forces and the decision that change with any signal at any tick.
-#[cfg(target_arch = "x86_64")]
-struct Digest<L>([L; 4]);
-
-#[cfg(target_arch = "x86_64")]
-impl<L: Lane> Default for Digest<L> {
-    fn default() -> Self {
-        Self([L::zero(); 4])
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-impl<L: Lane> Digest<L> {
-    fn of(&self, lane: usize) -> [u64; 4] {
-        self.0.map(|sum| sum.lane(lane).to_bits())
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-impl<L: Lane> Observer<L> for Digest<L> {
-    fn observe(&mut self, s: &Signals<L>) {
-        let signals = [s.master_position_m, s.slave_position_m, s.feedback_force_n, s.decision];
-        let weight = L::splat(1.0 + s.tick as f64);
-        for (sum, signal) in self.0.iter_mut().zip(signals) {
-            *sum = *sum + weight * signal;
-        }
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[test]
-fn eight_engines_side_by_side_have_the_same_signals_as_each_alone() {
-    use super::super::{Avx2, GatheredPlants, InstructionSet, gather};
-    if !InstructionSet::Avx2.is_available() {
-        return;
-    }
-    let case = |lane: usize| Case {
-        ticks: 1500,
-        delays: [2, 1],
-        scheme: Scheme::TimeDomain,
-        stiffness_n_per_m: 100.0 * (1.0 + lane as f64),
-        alarm_at: Some(300),
-    };
-    let engines: [_; 8] = std::array::from_fn(|lane| case(lane).engine());
-    let all = std::array::from_fn(|lane| &engines[lane]);
-    let mut together = gather::<Avx2, _, _, _>(all, GatheredPlants::<Avx2>::gather).expect("they differ in numbers");
-    let mut observer = Digest::<Avx2>::default();
-    together.run(&mut observer).expect("a run");
-    for (lane, mut engine) in engines.into_iter().enumerate() {
-        let mut alone = Digest::<f64>::default();
-        engine.run(&mut alone).expect("a run");
-        assert_eq!(observer.of(lane), alone.of(0), "lane {lane}");
-        assert_eq!(together.parts.link_report(lane), engine.parts.link_report(0), "lane {lane}");
-    }
-    let different = Case { ticks: 1400, ..case(0) };
-    let engines: [_; 8] = std::array::from_fn(|lane| if lane == 3 { different } else { case(lane) }.engine());
-    let all = std::array::from_fn(|lane| &engines[lane]);
-    assert!(gather::<Avx2, _, _, _>(all, GatheredPlants::<Avx2>::gather).is_none(), "another number of ticks");
-}
-
-#[test]
-fn only_a_delayed_link_has_a_report() {
-    assert!(CASE.parts().link_report(0).is_none());
-    assert!(Case { delays: [1, 0], ..CASE }.parts().link_report(0).is_some());
-}
-
-#[test]
-fn user_defined_parts_are_listed_by_role() {
-    assert!(UserDefinedParts::default().roles().is_empty());
-    let spring = KelvinVoigt::<f64>::new(&KelvinVoigtSettings::default()).expect("valid");
-    let parts = UserDefinedParts::default().tissue(spring);
-    assert_eq!(parts.roles(), ["tissue"]);
-    assert_eq!(format!("{parts:?}"), "{\"tissue\"}");
-    let operator = HumanOperator::new(Motion::Recording(Arc::from([0.0])));
-    assert_eq!(parts.operator(operator).roles(), ["operator", "tissue"]);
-}
-
-#[test]
-fn a_side_begins_with_the_given_sample() {
-    let (of_slave, of_master) = ([1.0, 2.0, 3.0, 4.0, 0.0], [5.0, 6.0, 7.0, 8.0]);
-    let (master, slave) = (MasterSide::new(CASE.side(), of_slave), SlaveSide::new(CASE.side(), of_master));
-    assert_eq!((master.initial(), slave.initial()), (of_slave, of_master));
 }

@@ -271,6 +271,3 @@ impl<L: Lane> PassivityScheme<L> for AnyScheme<L> {
         each!(self, scheme => scheme.energies())
     }
 }
-
-#[cfg(test)]
-mod tests;

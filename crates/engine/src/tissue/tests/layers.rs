@@ -177,17 +177,6 @@ fn the_stiffest_spring_is_a_layers_slope_at_its_rupture_with_the_shaft_in_the_ro
 }
 
 #[test]
-fn surface_rupturing_layers_and_unusual_values_follow_from_the_parameters() {
-    let blunt = LayerParameters { rupture_force_n: 0.5, ..PLAIN };
-    let parameters = LayersParameters { contact_m: 0.03, ..parameters(&[PLAIN, blunt, PLAIN]) };
-    assert_eq!(Layers::<f64>::surface_m(&parameters), Some(0.03));
-    assert_eq!(super::rupturing(&Layers::<f64>::layers(&parameters)), ["upper", "lower"]);
-    assert_eq!(Layers::<f64>::outside_measured(&LayersParameters::default()).len(), 0);
-    let unusual = LayersParameters { shaft: ShaftParameters { static_ratio: 20.0, ..SHAFT }, ..parameters };
-    assert_eq!(Layers::<f64>::outside_measured(&unusual).len(), 1);
-}
-
-#[test]
 fn impossible_parameters_are_refused_with_the_name_of_their_key() {
     let refused =
         |parameters: &LayersParameters, start_m| Layers::<f64>::new(parameters, TICK_S, start_m).err().map(|e| e.name);

@@ -156,17 +156,6 @@ fn the_stiffest_spring_is_a_layers_fast_slope_with_the_shaft_in_the_rough_layers
 }
 
 #[test]
-fn surface_rupturing_layers_and_unusual_values_follow_from_the_settings() {
-    let soft = TearingLayer { release_length_m: 1e-5, ..PLAIN };
-    let settings = TearingSettings { surface: Surface { contact_m: 0.03 }, ..settings(&[PLAIN, soft, PLAIN]) };
-    assert_eq!(Tearing::<f64>::surface_m(&settings), Some(0.03));
-    assert_eq!(super::rupturing(&Tearing::<f64>::layers(&settings)), ["upper", "lower"]);
-    assert_eq!(Tearing::<f64>::outside_measured(&TearingSettings::default()).len(), 0);
-    let unusual = TearingSettings { shaft: ShaftParameters { static_ratio: 20.0, ..SHAFT }, ..settings };
-    assert_eq!(Tearing::<f64>::outside_measured(&unusual).len(), 1);
-}
-
-#[test]
 fn impossible_settings_are_refused_with_the_name_of_their_key() {
     let refused =
         |settings: &TearingSettings, start_m| Tearing::<f64>::new(settings, TICK_S, start_m).err().map(|e| e.name);
