@@ -2,7 +2,8 @@
 //! limits. Their limits are never exceeded.
 
 use crate::support;
-use trocar::engine::{ExactPlants, IntegratedPlants, LimitedPlants, Plants};
+use trocar::engine::{ExactPlants, IntegratedPlants, LimitedPlants, Plants, TissueForce};
+use trocar::lane::Lane;
 use trocar::metrics::RuptureMetrics;
 use trocar::plant::{
     ActuatorLimits, ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, MasterStep, SlaveParameters,
@@ -10,6 +11,11 @@ use trocar::plant::{
 };
 use trocar::run::{measure, run};
 use trocar::scenario::{Scenario, Source};
+
+#[path = "../../benches/table/counted.rs"]
+#[allow(dead_code, reason = "its counts are not used here")]
+mod counted;
+use counted::Counted;
 
 const TICK_S: f64 = 1e-3;
 const TICKS: usize = 800;
@@ -225,6 +231,47 @@ fn the_master_leaves_a_limit_as_soon_as_the_error_changes_sign() {
 fn rated_end(k: usize) -> f64 {
     const DOWN: usize = 169;
     (-0.5 * (1.0 + 12.0 * TICK_S * k.saturating_sub(DOWN) as f64)).max(-1.2)
+}
+
+#[test]
+fn a_limit_out_of_range_is_refused() {
+    for limits in [
+        ActuatorLimits { master_force_n: Some(0.0), ..ActuatorLimits::NONE },
+        ActuatorLimits { slave_command: Some(f64::NAN), ..ActuatorLimits::NONE },
+        ActuatorLimits { master_force_rate_n_per_s: Some(0.0), ..ActuatorLimits::NONE },
+        ActuatorLimits { slave_command_rate_per_s: Some(f64::INFINITY), ..ActuatorLimits::NONE },
+        ActuatorLimits { master_lag_s: -1e-3, ..ActuatorLimits::NONE },
+        ActuatorLimits { slave_lag_s: f64::NAN, ..ActuatorLimits::NONE },
+    ] {
+        assert!(limits.validate().is_err(), "{limits:?}");
+    }
+}
+
+#[test]
+fn lanes_are_identical_bit_for_bit_to_single_runs() {
+    let machines = (&MasterParameters::default(), &ArmParameters::default(), &SlaveParameters::default());
+    let mut together = LimitedPlants::<Counted<2>>::new(machines, &ALL, TICK_S, 0.0, 0.0).expect("valid");
+    let mut alone = [(); 2].map(|()| limited(&ALL, Coupling::Physical, Damping::Velocity));
+    for k in 0..TICKS {
+        let [now, next] = [k, k + 1].map(|k| [input(k), input(k + 70)]);
+        let (master, slave) = (together.master(), together.slave());
+        for (lane, one) in alone.iter_mut().enumerate() {
+            let (m, s) = (one.master(), one.slave());
+            let wide = [master.position_m, master.hand_force_n, slave.position_m, slave.velocity_m_per_s];
+            let single = [m.position_m, m.hand_force_n, s.position_m, s.velocity_m_per_s];
+            assert_eq!(wide.map(|value| value.lane(lane).to_bits()), single.map(f64::to_bits), "{lane} {k}");
+            let (desired, feedback, reference) = now[lane];
+            one.step(desired, next[lane].0, feedback, reference, 0.0, TissueForce::zero()).expect("steps");
+        }
+        let [desired, desired_next, feedback, reference] = [
+            Counted::from_lanes(|lane| now[lane].0),
+            Counted::from_lanes(|lane| next[lane].0),
+            Counted::from_lanes(|lane| now[lane].1),
+            Counted::from_lanes(|lane| now[lane].2),
+        ];
+        let none = Counted::splat(0.0);
+        together.step(desired, desired_next, feedback, reference, none, TissueForce::zero()).expect("steps");
+    }
 }
 
 #[test]

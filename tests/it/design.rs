@@ -86,13 +86,13 @@ fn begin(folder: &TestFolder, arguments: &[&str]) -> Child {
 }
 
 #[test]
-fn a_design_killed_twice_continues_to_the_same_bytes() {
+fn a_design_killed_five_times_continues_to_the_same_bytes() {
     let folder = designs();
     folder.good(&["design", "small.toml", "--no-figures", "--quiet", "--out", "undisturbed"]);
     let mut moment =
         std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(1, |now| now.as_nanos() as u64);
     let mut kept = vec![];
-    for _ in 0..2 {
+    for _ in 0..5 {
         moment = moment.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         let mut child = begin(&folder, &["design", "small.toml", "--no-figures", "--quiet"]);
         std::thread::sleep(Duration::from_millis(50 + (moment >> 33) % 600));

@@ -260,6 +260,7 @@ fn a_stream_that_cannot_be_used_is_refused() {
     refused("", &["--interval-s", "nan"], "--interval-s");
     refused("", &["--set", "detector.cap=1e-9"], "detector.cap");
     refused("", &["--every", "0"], "--every");
+    refused("", &["--report"], "--report");
     assert!(folder.files("").is_empty(), "a stream writes no file");
     let one = folder.fed(&["detect", "-", "--interval-s", "0.001", "--json"], b"time_s,position_m,force_n\n0,0,0\n");
     assert_eq!((one.code, &json(&one.out)["samples"]), (0, &Json::from(1)), "with an interval one sample is one");

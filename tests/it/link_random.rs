@@ -1,4 +1,4 @@
-//! A hundred random links, each with an insertion and a rupture: all values are finite, a frozen slave stays in
+//! A thousand random links, each with an insertion and a rupture: all values are finite, a frozen slave stays in
 //! place, and the return to the hand respects its speed limit.
 
 use std::fmt::Write as _;
@@ -13,7 +13,7 @@ use trocar::run::run;
 use trocar::scenario::{Scenario, Source};
 use trocar::teleoperation::{ControllerKind, Recovery, Scheme};
 
-const LINKS: usize = 100;
+const LINKS: usize = 1000;
 const TICK_S: f64 = 1e-3;
 const TELEOPERATION: u8 = 0;
 const FROZEN: u8 = 1;
@@ -226,7 +226,7 @@ fn comes_back_slowly(scenario: &Scenario, trace: &Trace, ticks: &RangeInclusive<
 }
 
 #[test]
-fn a_hundred_links_give_finite_values_hold_a_frozen_slave_and_return_slowly() {
+fn a_thousand_links_give_finite_values_hold_a_frozen_slave_and_return_slowly() {
     let mut random = Random(ChaCha8Rng::seed_from_u64(4));
     let tables = Tables::write(&mut random);
     let (mut frozen, mut diverged, mut recoveries) = (0, 0, 0);

@@ -172,7 +172,7 @@ fn demanded_j(trace: &Trace) -> f64 {
 fn without_delay_a_scheme_changes_a_stab_only_if_the_plain_loop_comes_near_the_promise() {
     let peak = |trace: &Trace| trace.feedback_force_n.iter().fold(0.0, |peak, force| f64::abs(*force).max(peak));
     let mut random = Random::new(70);
-    let cases: Vec<Case> = (0..60).map(|_| Case::draw_stab(&mut random, 1.5)).collect();
+    let cases: Vec<Case> = (0..140).map(|_| Case::draw_stab(&mut random, 1.5)).collect();
     let found: Vec<(bool, bool, String)> = cases
         .par_iter()
         .flat_map_iter(|case| {

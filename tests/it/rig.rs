@@ -166,6 +166,13 @@ fn an_event_ends_even_without_samples() {
 }
 
 #[test]
+fn before_the_first_good_sample_the_rig_is_at_rest() {
+    let mut controller = HapticController::new(&Settings { start_m: 0.04, ..Settings::default() }).expect("valid");
+    let command = controller.step(&Sample::MISSING);
+    assert_eq!((command.slave_reference_m, command.master_force_n, command.faulty_samples), (0.04, 0.0, 1));
+}
+
+#[test]
 fn an_unused_velocity_cannot_be_bad() {
     let velocity = VelocitySource::Filtered { resolution_m: 1e-6, acceleration_std_m_per_s2: 1.0 };
     let mut controller = HapticController::new(&Settings { velocity, ..Settings::default() }).expect("valid");

@@ -224,7 +224,7 @@ fn the_defaults_detect_the_shipped_ruptures_at_every_rate_and_noise() {
     let settings = DetectorSettings::for_kind(DistanceKind::Adaptive, Hypotheses::default());
     for rate_hz in [100.0, 200.0, 333.0, 500.0, 1000.0, 2000.0, 5000.0, 10_000.0] {
         for noise_std_n in [0.025, 0.1] {
-            for seed in 1..=3 {
+            for seed in 1..=20 {
                 let mut detector = CusumDetector::<f64>::new(&settings, 1.0 / rate_hz);
                 let input = interpolated(rate_hz, noise_std_n, seed);
                 let alarm = |(sample, input)| detector.update(input).alarm.then_some(sample as f64 / rate_hz);

@@ -386,12 +386,12 @@ fn incomplete_or_different_parts_are_rejected() {
 
 #[test]
 fn sweeps_killed_at_any_time_continue_to_the_same_bytes() {
-    killed_three_times("long");
-    killed_three_times("shared");
+    killed_ten_times("long");
+    killed_ten_times("shared");
 }
 
-/// Kills a sweep at three times between its start and its end, which are some hundred milliseconds apart.
-fn killed_three_times(name: &str) {
+/// Kills a sweep at ten times between its start and its end, which are some hundred milliseconds apart.
+fn killed_ten_times(name: &str) {
     let folder = sweep_files();
     let file = format!("{name}.toml");
     folder.good(&["sweep", &file, "--quiet", "--out", "undisturbed"]);
@@ -399,7 +399,7 @@ fn killed_three_times(name: &str) {
     let mut moment =
         std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(1, |now| now.as_nanos() as u64);
     let (mut kept, mut kills) = (vec![], 0);
-    while kills < 3 {
+    while kills < 10 {
         moment = moment.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         let mut child = begin(&folder, &["sweep", &file, "--quiet"]);
         std::thread::sleep(Duration::from_millis(30 + (moment >> 33) % 300));

@@ -117,6 +117,20 @@ fn a_tick_of_a_millisecond_resolves_a_rupture() {
     }
 }
 
+#[test]
+fn an_intact_layer_relaxes_at_a_held_depth() {
+    let layer = TearingLayer::DEFAULT;
+    let mut tissue = Tearing::<f64>::new(&settings(layer), TICK_S, 0.0).expect("valid");
+    let (k0, tau, d) = (layer.stiffness_n_per_m, layer.relaxation_time_s, 2e-3);
+    let (relaxed, branch) = (layer.relaxed_share * k0, (1.0 - layer.relaxed_share) * k0);
+    let at_once = -branch * d * tau / TICK_S * (-TICK_S / tau).exp_m1();
+    for tick in 0..4000 {
+        let force = tissue.react(tick, d, 0.0).force_n;
+        let expected = relaxed * d + at_once * (-TICK_S * tick as f64 / tau).exp();
+        assert!((force / expected - 1.0).abs() < 1e-6, "{tick}: {force} instead of {expected}");
+    }
+}
+
 const NAMED: &str = "\
     [simulation]\nduration_s = 3.0\n[operator]\nkind = \"minimum-jerk\"\nstart_m = -0.002\nend_m = 0.05\nmovement_s = 2.0\n\
     [tissue]\nkind = \"tearing\"\n\

@@ -137,7 +137,7 @@ const NESTED: [[&str; 2]; 5] =
     [["scenarios", "show"], ["sweep", "merge"], ["link", "master"], ["link", "slave"], ["link", "replay"]];
 
 #[test]
-fn every_help_fits() {
+fn every_help_fits_is_wrapped_once_and_has_an_example() {
     let folder = TestFolder::new();
     let commands = folder.commands();
     let mut calls: Vec<Vec<&str>> = commands.iter().map(|command| vec![command.as_str()]).collect();
@@ -147,6 +147,17 @@ fn every_help_fits() {
         for flag in ["--help", "-h"] {
             assert_fits(&folder.good(&[&call[..], &[flag]].concat()), &call.join(" "));
         }
+        let help = folder.good(&[&call[..], &["--help"]].concat());
+        let block = |heading| Some(help.split(heading).nth(1)?.lines().take_while(|line| !line.is_empty()));
+        let examples = block("Examples:\n").or_else(|| block("Example:\n"));
+        let is_example = |line: &str| line.contains("trocar") && line.starts_with("  ");
+        let mut shown = examples.clone().or_else(|| block("Live stream:\n")).into_iter().flatten();
+        assert!(shown.any(is_example), "{call:?}\n{help}");
+        // A line that is wrapped a second time would begin with a word of its description.
+        for line in examples.into_iter().flatten() {
+            let indent = line.len() - line.trim_start().len();
+            assert!(indent >= 6 || indent == 2 && line.contains("trocar "), "{call:?}: {line:?}");
+        }
     }
 }
 
@@ -155,6 +166,7 @@ fn every_command_has_its_manual_page() {
     let folder = TestFolder::new();
     let printed = folder.good(&["man", "--out", "pages"]);
     assert_fits(&printed, "man");
+    assert!(folder.good(&["man"]).starts_with(".ie"), "troff");
     let mut expected: Vec<String> = folder.commands().iter().map(|command| format!("trocar-{command}.1")).collect();
     expected.push("trocar.1".to_owned());
     expected.extend(NESTED.map(|[command, nested]| format!("trocar-{command}-{nested}.1")));

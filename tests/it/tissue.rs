@@ -164,7 +164,7 @@ fn replayed() -> impl Strategy<Value = AnyTissue<f64>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(200))]
+    #![proptest_config(ProptestConfig::with_cases(1000))]
 
     #[test]
     fn a_replay_by_depth_dissipates_over_a_closed_motion(
