@@ -258,4 +258,14 @@ mod tests {
         assert_eq!(of(Scope::Loop), named("stability_detection_delay_s", "stability: detection delay"));
         assert_eq!(of(Scope::Noise), named("in_noise_detection_delay_s", "in noise: detection delay"));
     }
+
+    #[test]
+    fn the_words_of_scopes_match_their_json() {
+        for scope in [Scope::Run, Scope::Rupture, Scope::Event, Scope::Link, Scope::Port, Scope::Loop, Scope::Noise] {
+            assert_eq!(serde_json::to_value(scope).expect("a word"), scope.word());
+        }
+        for better in [Better::Lower, Better::Higher, Better::Neither] {
+            assert_eq!(serde_json::to_value(better).expect("a word"), better.word());
+        }
+    }
 }

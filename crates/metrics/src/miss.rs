@@ -719,4 +719,25 @@ mod tests {
         assert_eq!(warning.place.as_deref(), Some("detector.drop_only"));
         assert_eq!(warning.remedy.as_deref(), Some("set detector.drop_only = false"));
     }
+
+    #[test]
+    fn a_sample_of_a_detector_has_the_conditions_before_its_update() {
+        let mut detector = CusumDetector::<f64>::new(&DetectorSettings::default(), 1e-3);
+        let input = |residual_n: f64| DetectorInput {
+            force_n: 5.0 + residual_n,
+            predicted_force_n: 5.0,
+            residual_n,
+            correction: [0.0; 2],
+            depth_m: 0.02,
+            velocity_m_per_s: 0.03,
+            in_contact: true,
+        };
+        for _ in 0..150 {
+            DetectorSample::update(&mut detector, &input(0.0));
+        }
+        let (decision, sample) = DetectorSample::update(&mut detector, &input(-0.5));
+        assert!(decision.alarm && sample.conditions.armed && sample.conditions.is_drop);
+        assert_eq!((sample.distance, sample.decision), (decision.distance, decision.decision));
+        assert_eq!((sample.depth_m, sample.velocity_m_per_s, sample.distance), (0.02, 0.03, 0.25));
+    }
 }

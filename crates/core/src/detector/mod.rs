@@ -318,7 +318,9 @@ mod tests {
     #[test]
     fn every_distance_finds_a_drop_of_half_a_newton() {
         for kind in DistanceKind::ALL {
-            let mut detector = CusumDetector::new(&DetectorSettings::for_kind(kind, Hypotheses::default()), 1e-3);
+            let settings = DetectorSettings::for_kind(kind, Hypotheses::default());
+            assert!((settings.cusum.cap / settings.cusum.threshold - 10.0).abs() < 1e-12, "{kind:?}");
+            let mut detector = CusumDetector::new(&settings, 1e-3);
             let sample = |drop: f64| DetectorInput { correction: [drop / 0.02, 0.0], ..input(drop, 0.01) };
             let quiet = (0..500).filter(|_| detector.update(&sample(-0.001)).alarm).count();
             let found = (0..5).filter(|k| detector.update(&sample(-0.5 * f64::from(*k))).alarm).count();

@@ -116,7 +116,7 @@ mod tests {
     fn the_standard_errors_match_the_scatter_of_least_squares_over_many_seeds() {
         let (stiffness, damping, sigma) = (300.0, 4.0, 0.05);
         let decay = (-1e-3_f64 / MEMORY_S).exp();
-        let (mut sums, mut trust, seeds) = ([0.0; 2], None, 500);
+        let (mut sums, mut trust, seeds) = ([0.0; 2], None, 2000);
         for seed in 1..=seeds {
             let (mut noise, mut confidence) = (Noise(seed * 7919), Confidence::new(1e-3));
             let (mut m, mut b) = ([0.0; 3], [0.0; 2]);

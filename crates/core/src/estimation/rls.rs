@@ -282,7 +282,7 @@ mod tests {
     fn the_gain_stays_within_its_bounds() {
         let settings = RlsSettings { dead_zone_n: 0.0, ..RlsSettings::default() };
         let mut rls = Rls::<f64>::new(&settings);
-        for k in 0..10_000 {
+        for k in 0..100_000 {
             let (p, v) = insertion(k % 3000);
             rls.update(if k % 2 == 0 { 5.0 } else { -5.0 }, p, v);
             let [min, max] = eigenvalues(&rls);
@@ -302,7 +302,7 @@ mod tests {
             ..RlsSettings::default()
         };
         let mut rls = Rls::<f64>::new(&settings);
-        for k in 0..5_000 {
+        for k in 0..200_000 {
             let depth = 1.0 + 1e-9 * f64::from(k).sin();
             let estimate = rls.update(if k % 2 == 0 { 5.0 } else { -5.0 }, depth, 1.0);
             let [f00, f01, f11] = rls.gain();

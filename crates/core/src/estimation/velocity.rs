@@ -105,4 +105,9 @@ mod tests {
         }
         assert!(filtered < 0.05 * differenced, "{filtered} {differenced}");
     }
+
+    #[test]
+    fn a_resolution_of_zero_is_refused() {
+        assert!(VelocityFilter::<f64>::new(1e-3, 0.0, 1.0).is_err());
+    }
 }

@@ -170,4 +170,10 @@ mod tests {
         assert_eq!(detector.counters(), controller.counters());
         assert!(alarms >= 1 && bad > 40, "{alarms} alarms, {bad} bad samples");
     }
+
+    #[test]
+    fn a_setting_out_of_range_is_refused() {
+        let settings = Settings { contact_m: f64::NAN, ..Settings::default() };
+        assert_eq!(NeedleDetector::new(&settings).expect_err("no number").name, "estimator.contact_m");
+    }
 }

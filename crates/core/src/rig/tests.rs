@@ -213,3 +213,16 @@ fn a_controller_continues_from_its_stored_state() {
         assert!(other.restore(&[1, 2, 3]).is_err(), "a state of another length");
     }
 }
+
+#[test]
+fn a_missing_master_position_does_not_disturb_the_detection() {
+    let mut controller = HapticController::new(&settings()).expect("valid");
+    let commands: Vec<Command> = (0..600)
+        .map(|tick| {
+            let fallen = if tick >= 400 { 0.4 } else { 0.0 };
+            let good = Sample { force_n: sample(tick).force_n - fallen, ..sample(tick) };
+            controller.step(&Sample { master_position_m: f64::NAN, ..good })
+        })
+        .collect();
+    assert!(commands[400..405].iter().any(|command| command.alarm));
+}

@@ -355,11 +355,11 @@ mod tests {
         };
         let stiffening = StiffeningSettings { per_n: 0.5, limit: 1.0, time_s: 0.0 };
         let shift = |stretch: &StretchSettings, stiffening: &StiffeningSettings| {
-            let mut operator = ramp().tensing(stretch, stiffening, 500.0, 1e-3);
-            operator.desired_position_m(100, 0.0);
-            operator.master(0.003);
+            let mut operator: Box<dyn Operator<f64>> = Box::new(ramp().tensing(stretch, stiffening, 500.0, 1e-3));
+            Operator::<f64>::desired_position_m(&mut operator, 100, 0.0);
+            Operator::<f64>::master(&mut operator, 0.003);
             // 2 mm beyond 1 mm; the felt force is 1 N.
-            operator.desired_position_m(101, 1.0) - 1.01e-3
+            Operator::<f64>::desired_position_m(&mut operator, 101, 1.0) - 1.01e-3
         };
         let none = (StretchSettings::default(), StiffeningSettings::default());
         assert!(shift(&none.0, &none.1).abs() < 1e-15);
@@ -441,12 +441,14 @@ mod tests {
     fn a_cue_on_the_skin_is_noticed() {
         let settings = PerceptionSettings { lapse_rate: 0.0, criterion: 9.0, ..PerceptionSettings::DEFAULT };
         let perception = Perception::Psychometric(settings);
-        let mut operator = ramp().reacting(&ReflexSettings::default(), &perception, (1, 0), 1e-3);
+        // In a box, as user-defined operators are.
+        let mut operator: Box<dyn Operator<f64>> =
+            Box::new(ramp().reacting(&ReflexSettings::default(), &perception, (1, 0), 1e-3));
         let mut noticed = vec![];
         for tick in 0..600 {
-            operator.cue((200..400).contains(&tick));
-            operator.desired_position_m(tick, 2.0);
-            if operator.notices() {
+            Operator::<f64>::cue(&mut operator, (200..400).contains(&tick));
+            Operator::<f64>::desired_position_m(&mut operator, tick, 2.0);
+            if Operator::<f64>::notices(&operator) {
                 noticed.push(tick);
             }
         }

@@ -316,4 +316,20 @@ mod tests {
             assert_eq!(read.0, f64::from(read.1) + 0.25 + 0.1 * noise.draw());
         }
     }
+
+    #[test]
+    fn a_sensor_is_exact_only_without_any_imperfection() {
+        let default = SensorSettings::default();
+        assert!(default.reads_force_exactly() && default.reads_position_exactly());
+        assert!(!SensorSettings { position_resolution_m: 1e-6, ..default }.reads_position_exactly());
+        for settings in [
+            SensorSettings { force_bias_n: -0.1, ..default },
+            SensorSettings { force_bandwidth_hz: 100.0, ..default },
+            SensorSettings { force_noise_std_n: 0.1, ..default },
+            SensorSettings { force_resolution_n: 0.1, ..default },
+            SensorSettings { force_range_n: Some(9.0), ..default },
+        ] {
+            assert!(!settings.reads_force_exactly(), "{settings:?}");
+        }
+    }
 }

@@ -112,3 +112,54 @@ fn the_part_that_a_scheme_withholds_in_an_outage_stays_withheld() {
     }
     assert!(target < 0.01, "it does not go on to where the hand was: {target}");
 }
+
+#[test]
+fn the_report_contains_both_energies_the_largest_excess_and_the_distance_left_behind() {
+    let mut link = link(|_| {}, [1, 1], 0..0);
+    let (mut e_m, mut e_s, mut generated, mut held) = (0.0, 0.0, 0.0_f64, 0.0);
+    for tick in 0..60 {
+        // The needle goes in and returns by a third; the hand returns completely.
+        let turn = |tick: u64| if tick < 40 { tick as f64 } else { 80.0 - tick as f64 };
+        let (mut m, mut s) = (master(tick), slave(tick));
+        m.position_m = 1e-4 * turn(tick);
+        s.position_m = 5e-5 * turn(tick).max(30.0 - 29.0 / (1.0 + tick as f64));
+        if tick > 0 {
+            let mut last = slave(tick - 1);
+            last.position_m = 5e-5 * turn(tick - 1).max(30.0 - 29.0 / tick as f64);
+            e_m += held * (m.position_m - 1e-4 * turn(tick - 1));
+            e_s += 0.5 * (s.force_n + last.force_n) * (s.position_m - last.position_m);
+        } else {
+            e_s += 0.5 * s.force_n * s.position_m;
+        }
+        generated = generated.max(6.0 * e_s - e_m);
+        link.to_slave(&m, &s);
+        link.limit_reference(0.0, &s);
+        let (_, force) = link.to_master(Modes::splat(Mode::Teleoperation), &s, &m);
+        held = link.limit(force, &m);
+    }
+    let report = link.report(0).expect("a delayed link");
+    assert!((report.master_port_j - e_m).abs() < 1e-12 && (link.master_energy_j() - e_m).abs() < 1e-12, "{report:?}");
+    assert!((report.slave_port_j - e_s).abs() < 1e-12 && (link.slave_energy_j() - 6.0 * e_s).abs() < 1e-12);
+    assert!((report.generated_j - generated).abs() < 1e-12 && generated > 0.0, "{report:?} {generated}");
+    // At tick 59 both have moved: 21 steps of 0.1 mm, halved, against the needle.
+    let needle = 5e-5 * 21.0_f64.max(30.0 - 29.0 / 60.0);
+    assert!((report.left_behind_m - (needle - 0.5 * 1e-4 * 21.0)).abs() < 1e-12, "{report:?}");
+    assert_eq!((report.outages, report.longest_outage_ticks, report.given_up_tick), (0, 0.0, None));
+    assert_eq!((report.promised_j, report.master_dissipated_j, report.slave_refused_j), (None, 0.0, 0.0));
+}
+
+#[test]
+fn only_the_papers_link_is_the_baseline() {
+    let paper = LinkSettings {
+        controller: ControllerSettings::DEFAULT,
+        machines: MACHINES,
+        recovery: RecoverySettings::DEFAULT,
+        passivity: PassivitySettings::DEFAULT,
+    };
+    assert!(paper.is_baseline());
+    let [mut local, mut scheme, mut compliant] = [paper; 3];
+    local.controller.kind = ControllerKind::LocalForce;
+    scheme.passivity.scheme = Scheme::TimeDomain;
+    compliant.machines.compliance_m_per_n = 1e-4;
+    assert_eq!([local, scheme, compliant].map(|settings| settings.is_baseline()), [false; 3]);
+}

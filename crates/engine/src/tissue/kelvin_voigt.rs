@@ -78,6 +78,7 @@ mod tests {
         assert_eq!(tissue.react(0, 0.013, 1.0).force_n, 0.0);
         let reaction = tissue.react(0, 0.023, 0.2);
         assert!((reaction.force_n - (1.23 + 0.9)).abs() < 1e-12 && !reaction.ruptured);
+        assert!((tissue.react(0, 0.023, -0.4).force_n + 0.57).abs() < 1e-12, "a fast withdrawal pulls");
         assert_eq!(tissue.shaft_force_n(), 0.0);
     }
 }

@@ -183,4 +183,12 @@ mod tests {
         let (first, later) = (tissue.react(701, 0.01, 0.0).force_n, tissue.react(2000, 0.01, 0.0).force_n);
         assert!((first - later).abs() < 1e-12 && (first - moving).abs() > 1e-6, "{moving} {first} {later}");
     }
+
+    #[test]
+    fn either_amplitude_moves_the_tissue() {
+        let moves = |breathing_amplitude_m, heartbeat_amplitude_m| {
+            OrganMotion { breathing_amplitude_m, heartbeat_amplitude_m, ..OrganMotion::DEFAULT }.moves()
+        };
+        assert_eq!([moves(0.0, 0.0), moves(1e-3, 0.0), moves(0.0, 1e-3)], [false, true, true]);
+    }
 }

@@ -284,4 +284,9 @@ mod tests {
         assert_eq!(design(SamplingScheme::Random { points: u64::MAX, seed: 1 }, None).points(), None);
         assert_eq!(design(SamplingScheme::Grid, Some(1 << 30)).points(), None);
     }
+
+    #[test]
+    fn every_scheme_has_the_name_at_its_place() {
+        assert_eq!(SamplingScheme::all(3, 1).map(|scheme| scheme.word()), SamplingScheme::WORDS);
+    }
 }

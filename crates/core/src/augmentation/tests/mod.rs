@@ -81,15 +81,22 @@ fn an_event_freezes_while_g_is_large_and_quiet_time_has_not_passed_reengages_and
 }
 
 #[test]
-fn the_slave_is_frozen_at_the_configured_position() {
-    let at = |freeze| {
-        let commands = Timeline::new(AugmentationSettings { freeze, ..settings() }).alarm_at(100).run(400, |_| 4.0);
-        (commands[100].slave_reference_m, commands[399].slave_reference_m)
-    };
-    let (measured, reference) = (0.01 * 0.1 - 1e-4, 0.01 * 0.099);
-    assert_eq!(at(Freeze::Measured), (measured, measured));
-    let (first, last) = at(Freeze::Reference);
-    assert!((first - reference).abs() < 1e-15 && first == last);
+fn during_an_event_the_slave_moves_as_far_from_its_anchor_as_the_hold_allows() {
+    let speed = HoldSettings::SpeedLimit(SpeedLimitSettings { speed_m_per_s: 0.004 });
+    let region = HoldSettings::ForbiddenRegion(ForbiddenRegionSettings { margin_m: 0.001 });
+    let (measured, hand) = (0.01 * 0.1 - 1e-4, 0.01 * 0.1);
+    // The references at the alarm and 399 ms later. The hand is faster than the limit of the speed.
+    for (freeze, hold, first_m, last_m) in [
+        (Freeze::Measured, HoldSettings::Frozen, measured, measured),
+        (Freeze::Reference, HoldSettings::Frozen, 0.01 * 0.099, 0.01 * 0.099),
+        (Freeze::Measured, speed, measured + 4e-6, measured + 400.0 * 4e-6),
+        (Freeze::Measured, region, hand, measured + 0.001),
+    ] {
+        let settings = AugmentationSettings { freeze, hold, ..settings() };
+        let commands = Timeline::new(settings).alarm_at(100).run(500, |_| 4.0);
+        let [first, last] = [100, 499].map(|tick: usize| commands[tick].slave_reference_m);
+        assert!((first - first_m).abs() < 1e-15 && (last - last_m).abs() < 1e-12, "{hold:?}: {first} {last}");
+    }
 }
 
 #[test]

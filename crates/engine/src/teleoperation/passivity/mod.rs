@@ -271,3 +271,6 @@ impl<L: Lane> PassivityScheme<L> for AnyScheme<L> {
         each!(self, scheme => scheme.energies())
     }
 }
+
+#[cfg(test)]
+mod tests;

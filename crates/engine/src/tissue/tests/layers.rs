@@ -1,5 +1,5 @@
 use super::super::{LAYER_LIST, LayerParameters, Layers, LayersParameters, Model, ShaftParameters, Tissue};
-use super::{SHAFT, TICK_S, assert_near, forces, ruptures};
+use super::{SHAFT, TICK_S, assert_near, forces, ruptures, rupturing};
 
 /// A layer of 10 mm and 100 N/m that yields at 1 N (10 mm) and is cut at 0.5 N (5 mm), at once and without friction.
 const PLAIN: LayerParameters = LayerParameters {
@@ -65,7 +65,9 @@ fn after_the_rupture_the_force_relaxes_exponentially() {
 
 #[test]
 fn a_layer_that_is_cut_at_its_rupture_force_gives_way_without_a_rupture() {
-    let mut tissue = tissue(&[LayerParameters { rupture_force_n: 0.5, ..PLAIN }]);
+    let blunt = LayerParameters { rupture_force_n: 0.5, ..PLAIN };
+    assert_eq!(rupturing(&Layers::<f64>::layers(&parameters(&[PLAIN, blunt, PLAIN]))), ["upper", "lower"]);
+    let mut tissue = tissue(&[blunt]);
     assert_eq!(ruptures(&mut tissue, &[4e-3, 6e-3, 8e-3, 0.012]), [0_usize; 0]);
     assert_near(&forces(&mut tissue, &[0.012, 0.013]), &[0.5, 0.5]);
 }

@@ -3,7 +3,7 @@
 mod layers;
 mod tearing;
 
-use super::{ShaftParameters, Tissue};
+use super::{ShaftParameters, StatedLayer, Tissue};
 
 const TICK_S: f64 = 1e-3;
 
@@ -19,6 +19,10 @@ fn forces(tissue: &mut impl Tissue<f64>, positions_m: &[f64]) -> Vec<f64> {
 /// The indices of the positions (m) at which a layer ruptures.
 fn ruptures(tissue: &mut impl Tissue<f64>, positions_m: &[f64]) -> Vec<usize> {
     (0..positions_m.len()).filter(|&index| tissue.react(0, positions_m[index], 0.0).ruptured).collect()
+}
+
+fn rupturing<'a>(layers: &[StatedLayer<'a>]) -> Vec<&'a str> {
+    layers.iter().filter(|layer| layer.ruptures).map(|layer| layer.name).collect()
 }
 
 /// Asserts the highest slopes of layers with a shaft of 400 N/m. `layer` takes a stiffness, a friction and a grip.

@@ -270,6 +270,11 @@ mod tests {
             );
             assert!(statement.judgement == Judgement::NotCheckable || !statement.condition.is_empty(), "{statement:?}");
         }
+        for seeds in &study.noisy_seeds.0 {
+            let contrasts = seeds.iter().map(|seed| seed.derivative_contrast.to_bits());
+            let different = contrasts.collect::<std::collections::BTreeSet<u64>>();
+            assert_eq!(different.len(), NOISE_SEEDS, "the noise is compared over different seeds");
+        }
         // The damping carries the force at the puncture, and is negative between the ruptures.
         for (number, ours) in
             [("5b", "K p 0.07 N, B v 1.31 N of 1.41 N"), ("7e", "B is -100 N·s/m between the ruptures")]
