@@ -1,7 +1,6 @@
 //! `--report`: one self-contained page with the results of a command, in which all texts are escaped.
 
 use std::collections::BTreeMap;
-use std::process::Command;
 
 use crate::support::test_folder::TestFolder;
 use serde_json::Value as Json;
@@ -440,46 +439,4 @@ fn the_page_of_stability_draws_walls_and_absolute_stability_and_repeats_its_comm
     }
     let line = "--hand 10:inf --tissue 50:600 --absolute channel.delay_s=0:0.1:5 --z-width 0:50:6 --report";
     assert!(unescaped(&html).contains(line), "the command is complete");
-}
-
-/// In a browser, if available, the policy of the page admits its script, and the script draws everything without an
-/// error.
-#[test]
-fn a_browser_draws_the_pages() {
-    let browsers = ["chromium", "chromium-browser", "google-chrome"];
-    let Some(browser) = browsers.into_iter().find(|name| Command::new(name).arg("--version").output().is_ok()) else {
-        eprintln!("left out: no browser ({}) is installed", browsers.join(", "));
-        return;
-    };
-    let folder = TestFolder::new();
-    folder.good(&["compare", "--report", "--quiet"]);
-    folder.good(&["stability", "--report", "--quiet", "--z-width", "0:50:6", "--absolute", "channel.delay_s=0:0.1:5"]);
-    for page in ["out/compare/report.html", "out/depth-classical/report.html"] {
-        let html = folder.text(page);
-        let profile = tempfile::tempdir().expect("a folder");
-        let output = Command::new(browser)
-            .args([
-                "--headless=new",
-                "--no-sandbox",
-                "--disable-gpu",
-                "--virtual-time-budget=5000",
-                "--enable-logging=stderr",
-            ])
-            .arg(format!("--user-data-dir={}", profile.path().display()))
-            .args(["--dump-dom", &format!("file://{}", folder.path(page).display())])
-            .output()
-            .expect("ran");
-        let (dom, log) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-        let said: Vec<&str> = log.lines().filter(|line| line.contains("CONSOLE")).collect();
-        assert!(said.is_empty(), "{said:#?}");
-        let figures = data(&html)["figures"].as_object().expect("figures").clone();
-        let count: usize = figures.values().map(|figures| panels(figures).len()).sum();
-        assert!(count > 3, "{page}");
-        assert_eq!(dom.matches("<canvas").count(), count, "{page}");
-        assert_eq!(
-            dom.matches("The arrow keys move a cursor.").count()
-                - html.matches("The arrow keys move a cursor.").count(),
-            count
-        );
-    }
 }

@@ -435,30 +435,6 @@ fn a_limit_that_the_loop_never_reaches_is_not_reported_as_left_out() {
 }
 
 #[test]
-fn the_parts_that_a_verdict_leaves_out_are_named_by_key() {
-    let settings = [
-        "simulation.control=sampled",
-        "actuator.master_force_limit_n=5",
-        "actuator.master_force_rate_limit_n_per_s=50",
-        "actuator.slave_command_limit=5",
-        "actuator.slave_command_rate_limit_per_s=50",
-        "channel.jitter_s=0.1",
-        "channel.loss=0.1",
-        "channel.outages_s=[1.0, 1.5]",
-        "passivity.scheme=energy-tank",
-        "sensor.force_range_n=20",
-        "sensor.force_resolution_n=0.01",
-        "sensor.position_resolution_m=1e-5",
-    ];
-    let mut named: Vec<&str> =
-        left_out(&load("paper/classical", &settings), None).iter().map(|part| part.key).collect();
-    named.sort_unstable();
-    let mut given: Vec<&str> = settings[1..].iter().map(|setting| setting.split('=').next().expect("a key")).collect();
-    given.sort_unstable();
-    assert_eq!(named, given);
-}
-
-#[test]
 fn warnings_are_in_every_answer_and_can_be_errors() {
     let folder = TestFolder::new();
     let outcome = folder.trocar(&["run", "sensing/wrong-detector-settings", "--json"]);
