@@ -629,13 +629,7 @@ fn roc_writes_every_point_and_refuses_what_it_cannot_evaluate() {
 #[test]
 fn an_interrupted_roc_reports_what_it_kept() {
     let folder = TestFolder::new();
-    let child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("trocar"))
-        .current_dir(folder.path(""))
-        .args(["roc", "--seeds", "1000000", "--thresholds", "2", "--detectors", "squared-residual"])
-        .stdout(std::process::Stdio::piped())
-        .stderr(std::process::Stdio::piped())
-        .spawn()
-        .expect("started");
+    let child = folder.begin(&["roc", "--seeds", "1000000", "--thresholds", "2", "--detectors", "squared-residual"]);
     // Wait until the handler is installed and the work has started.
     std::thread::sleep(std::time::Duration::from_secs(3));
     let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("sent");

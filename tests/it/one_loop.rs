@@ -186,10 +186,8 @@ fn the_tissue_in_a_run_is_never_stiffer_than_its_parameters_state() {
 
 #[test]
 fn a_force_recorded_over_time_closes_no_loop_unless_a_tissue_is_stated() {
-    let of = |settings: &[&str]| {
-        let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
-        LoopVerdict::of(&scenario("paper/classical", &settings)).expect("analysed")
-    };
+    let of =
+        |settings: &[&str]| LoopVerdict::of(&crate::support::scenario("paper/classical", settings)).expect("analysed");
     let free = of(&["scaling.force=1000"]);
     assert_eq!((free.settings.stiffness_n_per_m, free.settings.damping_n_s_per_m), (0.0, 0.0));
     assert_eq!((free.is_stable(), free.margins.gain), (Some(true), Some(f64::INFINITY)));

@@ -1,5 +1,6 @@
 //! Eight scenarios in lanes have the metrics of separate runs, bit for bit, in every instruction set.
 
+use crate::support::scenario;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -214,9 +215,6 @@ fn lanes_of_links_and_other_estimators_are_identical_to_single_runs() {
 
 #[test]
 fn scenarios_that_cannot_share_a_pack_run_separately() {
-    let one = |name: &str, settings: &[&str]| {
-        load(name, &settings.iter().map(|&setting| setting.to_owned()).collect::<Vec<_>>())
-    };
     let replayed = ["augmented", "paper/depth-augmented"];
     let cases = [
         ("augmented", &["simulation.duration_s=2"][..]),
@@ -227,7 +225,7 @@ fn scenarios_that_cannot_share_a_pack_run_separately() {
     let ruptures = replayed.map(|name| (name, &["recording.ruptures_s=[5.52]"][..]));
     for (name, settings) in cases.into_iter().chain(recordings).chain(ruptures) {
         // Three, because fewer always run separately.
-        let scenarios = [one(name, &[]), one(name, settings), one(name, &[])];
+        let scenarios = [scenario(name, &[]), scenario(name, settings), scenario(name, &[])];
         assert!(!can_share(&scenarios), "{name} {settings:?}");
         let together = run_pack(&scenarios).into_iter().map(|metrics| format!("{:?}", metrics.expect("runs")));
         assert_eq!(

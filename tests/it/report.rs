@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::support;
 use crate::support::test_folder::TestFolder;
 use serde_json::Value as Json;
 
@@ -166,20 +167,11 @@ fn the_page_is_reproducible_anywhere_and_with_the_command_that_it_states() {
     assert!(others(here.files("out")) == others(plain.files("out")));
 }
 
-fn columns(text: &str) -> BTreeMap<String, Vec<f64>> {
-    let mut lines = text.lines();
-    let names: Vec<&str> = lines.next().expect("a heading").split(',').collect();
-    let rows: Vec<Vec<f64>> =
-        lines.map(|line| line.split(',').map(|field| field.parse().expect("a number")).collect()).collect();
-    let column = |(index, name): (usize, &&str)| ((*name).to_owned(), rows.iter().map(|row| row[index]).collect());
-    names.iter().enumerate().map(column).collect()
-}
-
 #[test]
 fn the_drawn_lines_agree_with_the_trace_to_five_digits() {
     let folder = TestFolder::new();
     folder.good(&["run", "builtin:paper/augmented.toml", "--report", "--quiet"]);
-    let trace = columns(&folder.text("out/augmented/trace.csv"));
+    let trace = support::table(folder.path("out/augmented/trace.csv").to_str().expect("a path"));
     let ticks: BTreeMap<String, usize> =
         trace["time_s"].iter().enumerate().map(|(tick, time)| (format!("{time:.6}"), tick)).collect();
     let data = data(&folder.text("out/augmented/report.html"));
@@ -267,16 +259,8 @@ fn a_page_reveals_nothing_about_the_machine() {
     folder.good(&["detect", &recording, "--report", "--quiet"]);
     folder.good(&["run", &scenario, "--report", "--quiet"]);
     folder.good(&["compare", &scenario, "--report", "--quiet"]);
-    folder.good(&[
-        "stability",
-        &scenario,
-        "--report",
-        "--quiet",
-        "--x",
-        "scaling.force=0.5:2:3",
-        "--y",
-        "tissue.stiffness_n_per_m=100:200:3",
-    ]);
+    let axes = ["--x", "scaling.force=0.5:2:3", "--y", "tissue.stiffness_n_per_m=100:200:3"];
+    folder.good(&[&["stability", &scenario, "--report", "--quiet"], &axes[..]].concat());
     let place = recording.strip_suffix("r.csv").expect("a folder");
     for page in ["out/r/report.html", "out/compare/report.html", "out/s/report.html"] {
         let html = folder.text(page);
@@ -354,16 +338,9 @@ fn a_complete_sweep_still_gets_its_page() {
 #[test]
 fn the_page_of_stability_has_the_map_the_limits_and_the_events() {
     let folder = TestFolder::new();
-    let axes = [
-        "--x",
-        "scaling.force=0.1:10:12",
-        "--y",
-        "tissue.stiffness_n_per_m=10:2000:11",
-        "--set",
-        "tissue.stiffness_n_per_m=200",
-    ];
-    let printed =
-        folder.good(&[&["stability", "builtin:paper/augmented.toml", "--report", "--simulate"], &axes[..]].concat());
+    let axes = ["--x", "scaling.force=0.1:10:12", "--y", "tissue.stiffness_n_per_m=10:2000:11"];
+    let stated = ["stability", "paper/augmented", "--report", "--simulate", "--set", "tissue.stiffness_n_per_m=200"];
+    let printed = folder.good(&[&stated[..], &axes].concat());
     assert!(printed.ends_with("report: out/augmented/report.html\n"), "{printed}");
     let html = folder.text("out/augmented/report.html");
     is_sound(&html);

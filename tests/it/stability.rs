@@ -9,8 +9,8 @@ use trocar::lti::{Complex64, eigenvalues};
 use trocar::run::run;
 use trocar::scenario::{Scenario, Source};
 use trocar::stability::{
-    AbsoluteOver, Axis, Bounded, ClosedLoop, Hybrid, LinearLoop, Parameter, Ports, SampledBound, SampledWall, Search,
-    Spacing, Terminations, ZWidth, arm_impedance, largest_stable, sensitivities,
+    AbsoluteOver, Axis, Bounded, ClosedLoop, Hybrid, Limit, LinearLoop, Parameter, Ports, SampledBound, SampledWall,
+    Search, Spacing, Terminations, ZWidth, arm_impedance, largest_stable, sensitivities,
 };
 
 /// A ramp into a tissue that begins at the start of the needle, so that contact is permanent.
@@ -29,6 +29,10 @@ const BASE: [&str; 9] = [
 fn scenario(settings: &[&str]) -> Scenario {
     let all: Vec<String> = BASE.iter().chain(settings).map(|setting| (*setting).to_owned()).collect();
     Scenario::load(&Source::parse("builtin:passivity/late-wall.toml"), &all).expect("loads")
+}
+
+fn limit(settings: &LinearLoop, parameter: Parameter) -> Limit {
+    largest_stable(settings, parameter, Search::of(parameter)).expect("found")
 }
 
 fn settings(settings: &[&str]) -> LinearLoop {
@@ -164,7 +168,7 @@ fn oracle_the_largest_stable_stiffness_agrees_with_the_reference() {
         let delay_s = 1e-3 * column("delay_ticks_each_way");
         let settings =
             settings(&[]).with(Parameter::Delay, delay_s).with(Parameter::Damping, column("tissue_damping_n_s_per_m"));
-        let limit = largest_stable(&settings, Parameter::Stiffness, Search::of(Parameter::Stiffness)).expect("found");
+        let limit = limit(&settings, Parameter::Stiffness);
         let (found, expected) = (limit.largest().expect("stable"), column("largest_stable_stiffness_n_per_m"));
         assert!((found / expected - 1.0).abs() < 1e-8, "{delay_s}: {found} {expected}");
         assert_eq!(limit.stable.len(), 1);
@@ -212,8 +216,7 @@ fn oracle_the_limits_of_ten_general_slaves_agree_with_python_control_in_every_de
             }
             let keys: Vec<&str> = description.iter().map(String::as_str).collect();
             let settings = settings(&keys).with(Parameter::Delay, 1e-3 * column("delay_ticks_each_way"));
-            let search = Search::of(Parameter::Stiffness);
-            let limit = largest_stable(&settings, Parameter::Stiffness, search).expect("found");
+            let limit = limit(&settings, Parameter::Stiffness);
             let (found, expected) = (limit.stable[0].1, column("largest_stable_stiffness_n_per_m"));
             assert!((found / expected - 1.0).abs() < 1e-6, "{row} {description:?}: {found} {expected}");
         }
@@ -222,13 +225,11 @@ fn oracle_the_limits_of_ten_general_slaves_agree_with_python_control_in_every_de
 
 #[test]
 fn a_general_master_has_the_limits_of_the_appendix_in_every_description() {
-    let limit = |keys: &[&str]| {
-        let limit = largest_stable(&settings(keys), Parameter::Stiffness, Search::of(Parameter::Stiffness));
-        limit.expect("found").stable[0].1
-    };
     // The master of eq. 28 with its controller on the tick.
     let slave = ["slave.model=mass-damper", "slave.controller=pid", "slave.mass_kg=0.3", "slave.damping_n_s_per_m=2"];
-    let with = |description: &[&str]| limit(&[slave.as_slice(), description].concat());
+    let with = |description: &[&str]| {
+        limit(&settings(&[slave.as_slice(), description].concat()), Parameter::Stiffness).stable[0].1
+    };
     let expected = with(&["simulation.control=sampled"]);
     for description in [
         &["master.model=mass-damper"][..],
@@ -301,10 +302,7 @@ fn the_mode_of_a_long_delay_agrees_with_its_matrix() {
 fn the_gain_and_delay_margins_are_the_allowed_increases_of_force_scale_and_delay() {
     let settings = settings(&[]).with(Parameter::Delay, 0.005).with(Parameter::Stiffness, 1000.0);
     let margins = ClosedLoop::new(&settings).expect("built").margins().expect("followed");
-    let largest = |parameter| {
-        let limit = largest_stable(&settings, parameter, Search::of(parameter)).expect("found");
-        limit.largest().expect("stable")
-    };
+    let largest = |parameter| limit(&settings, parameter).largest().expect("stable");
     let gain = margins.gain.expect("some");
     assert!((gain - largest(Parameter::ForceScale)).abs() < 1e-9 * gain, "{gain}");
     // A single continuous delay equals two delays that divide their ticks, to far less than a tick.
@@ -318,8 +316,7 @@ fn the_gain_and_delay_margins_are_the_allowed_increases_of_force_scale_and_delay
 #[test]
 fn without_damping_the_limits_are_inversely_proportional() {
     let settings = settings(&[]).with(Parameter::Delay, 0.0037);
-    let limits = [Parameter::Stiffness, Parameter::ForceScale]
-        .map(|parameter| largest_stable(&settings, parameter, Search::of(parameter)).expect("found"));
+    let limits = [Parameter::Stiffness, Parameter::ForceScale].map(|parameter| limit(&settings, parameter));
     let found = sensitivities(&settings, &limits).expect("found");
     let relative = |limit, parameter| {
         let entry = found.iter().find(|s| s.limit == limit && s.parameter == parameter).expect("there");
@@ -334,6 +331,11 @@ fn without_damping_the_limits_are_inversely_proportional() {
     }
     assert!(relative(Parameter::Stiffness, Parameter::ForwardDelay) < 0.0);
     assert!(found.iter().all(|s| s.parameter != Parameter::MasterForceGain));
+}
+
+/// Returns all hands with at least this damping (N·s/m), and tissues of these stiffnesses and dampings.
+fn terminations(hand_n_s_per_m: f64, stiffness_n_per_m: (f64, f64), damping_n_s_per_m: (f64, f64)) -> Terminations {
+    Terminations { hand_n_s_per_m: (hand_n_s_per_m, f64::INFINITY), stiffness_n_per_m, damping_n_s_per_m }
 }
 
 fn point(re: f64, im: f64) -> Complex64 {
@@ -521,7 +523,7 @@ fn walls_in_the_tissue_end_at_the_limits_of_the_loop_and_of_the_sampled_conditio
     let found = z_width(&settings);
     for (&b, walls) in found.damping_n_s_per_m.iter().zip(&found.tissue) {
         let here = settings.with(Parameter::Damping, b);
-        let limit = largest_stable(&here, Parameter::Stiffness, Search::of(Parameter::Stiffness)).expect("computed");
+        let limit = limit(&here, Parameter::Stiffness);
         let stable = walls.stable_n_per_m.expect("stable walls");
         assert!((stable / limit.stable[0].1 - 1.0).abs() < 1e-9, "{b}: {stable} {:?}", limit.stable);
         let Some(passive) = walls.passive_n_per_m else { continue };
@@ -606,9 +608,8 @@ fn oracle_a_hand_with_less_than_the_needed_damping_oscillates() {
         let integral = format!("master.force_integral_gain={integral}");
         let settings = settings(&[&delays[0], &delays[1], &integral, "tissue.damping_n_s_per_m=2"]);
         let (k, b) = (600.0, 2.0);
-        let terminations =
-            Terminations { hand_n_s_per_m: (0.0, f64::INFINITY), stiffness_n_per_m: (k, k), damping_n_s_per_m: (b, b) };
-        let most = Bounded::of(&settings, &terminations).expect("analysed").most().expect("a two-port");
+        let all = terminations(0.0, (k, k), (b, b));
+        let most = Bounded::of(&settings, &all).expect("analysed").most().expect("a two-port");
         assert!(most.damping_n_s_per_m > 1.0 && most.damping_n_s_per_m < 1e4, "{most:?}");
         let omega = std::f64::consts::TAU * most.frequency_hz;
         let hybrid = Ports::new(&settings).expect("built").at(omega).expect("computed").expect("a matrix");
@@ -631,12 +632,8 @@ fn oracle_a_hand_with_less_than_the_needed_damping_oscillates() {
 #[test]
 fn every_hand_with_the_needed_damping_is_stable_with_every_tissue_of_the_range() {
     let settings = settings(&["channel.forward_delay_s=0.01", "channel.backward_delay_s=0.01"]);
-    let terminations = Terminations {
-        hand_n_s_per_m: (0.0, f64::INFINITY),
-        stiffness_n_per_m: (50.0, 600.0),
-        damping_n_s_per_m: (0.0, 10.0),
-    };
-    let needed = Bounded::of(&settings, &terminations).expect("analysed").needed_damping().expect("a two-port");
+    let all = terminations(0.0, (50.0, 600.0), (0.0, 10.0));
+    let needed = Bounded::of(&settings, &all).expect("analysed").needed_damping().expect("a two-port");
     assert!(needed.is_finite());
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let (mut counts, mut softer_and_unstable) = ([0, 0], 0);
@@ -665,18 +662,15 @@ fn every_hand_with_the_needed_damping_is_stable_with_every_tissue_of_the_range()
 #[test]
 fn a_longer_delay_needs_a_hand_with_more_damping() {
     let axis = Axis { parameter: Parameter::Delay, low: 0.0, high: 0.05, count: 6, spacing: Spacing::Linear };
-    let terminations = Terminations {
-        hand_n_s_per_m: (0.0, f64::INFINITY),
-        stiffness_n_per_m: (50.0, 600.0),
-        damping_n_s_per_m: (0.0, 0.0),
+    let over = |hand: f64| {
+        AbsoluteOver::of(&settings(&[]), &axis, &terminations(hand, (50.0, 600.0), (0.0, 0.0)))
+            .expect("analysed")
+            .points
     };
-    let over = AbsoluteOver::of(&settings(&[]), &axis, &terminations).expect("analysed");
-    let needed: Vec<f64> =
-        over.points.iter().map(|point| point.bounded.most().expect("known").damping_n_s_per_m).collect();
+    let all = over(0.0);
+    let needed: Vec<f64> = all.iter().map(|point| point.bounded.most().expect("known").damping_n_s_per_m).collect();
     assert!(needed.windows(2).all(|pair| pair[1] > pair[0]), "{needed:?}");
-    assert!(over.points.iter().all(|point| point.min_llewellyn < 1.0 && !point.is_absolutely_stable));
+    assert!(all.iter().all(|point| point.min_llewellyn < 1.0 && !point.is_absolutely_stable));
     // Hands of a bounded range need no more than all hands, and exactly as much as the range's minimum allows.
-    let enough = Terminations { hand_n_s_per_m: (1.01 * needed[5], f64::INFINITY), ..terminations };
-    let over = AbsoluteOver::of(&settings(&[]), &axis, &enough).expect("analysed");
-    assert!(over.points.iter().all(|point| point.bounded.is_stable() == Some(true)));
+    assert!(over(1.01 * needed[5]).iter().all(|point| point.bounded.is_stable() == Some(true)));
 }

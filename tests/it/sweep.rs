@@ -3,7 +3,7 @@
 use crate::support;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
@@ -99,9 +99,8 @@ fn patients_are_drawn_from_correlated_distributions() {
 
 #[test]
 fn invalid_distributions_and_correlations_are_refused() {
-    let folder = TestFolder::new();
-    for (from, to, reasons) in [
-        ("spread = 1.4 }\noperator", "spread = 1.0 }\noperator", &["above 1 and at most 10"][..]),
+    let changes: [(&str, &str, &[&str]); 9] = [
+        ("spread = 1.4 }\noperator", "spread = 1.0 }\noperator", &["above 1 and at most 10"]),
         (", spread = 1.4 }\noperator", " }\noperator", &["only one of median and spread"]),
         ("spread = 1.4 }\noperator", "spread = 1.4, from = 1.0 }\noperator", &["a range and a distribution"]),
         ("coefficient = 0.8", "coefficient = 1.0", &["above -1 and below 1 for 2 axes"]),
@@ -110,12 +109,8 @@ fn invalid_distributions_and_correlations_are_refused() {
         ("[correlations.toughness]", "[correlations]", &["write [correlations.NAME]"]),
         ("kind = \"latin-hypercube\"\npoints = 64", "kind = \"grid\"", &["a grid cannot have"]),
         ("interspinous", "intraspinous", &["there is no layer intraspinous-ligament"]),
-    ] {
-        let text = PATIENTS.replace(from, to);
-        assert_ne!(text, PATIENTS, "{from}");
-        folder.file("wrong.toml", text);
-        folder.refused(&["sweep", "wrong.toml"], reasons);
-    }
+    ];
+    TestFolder::new().refused_changes("sweep", PATIENTS, &changes);
 }
 
 /// User-defined points, two of which share a value, with listed seeds.
@@ -138,7 +133,7 @@ fn given_points_run_with_listed_seeds() {
     let folder = TestFolder::new();
     folder.file("listed.toml", LISTED);
     folder.good(&["sweep", "listed.toml", "--out", "out", "--quiet"]);
-    let rows = std::fs::read_to_string(folder.path("out/listed/cases.csv")).expect("rows");
+    let rows = folder.text("out/listed/cases.csv");
     let inputs: Vec<String> =
         rows.lines().skip(1).map(|row| row.split(',').take(4).collect::<Vec<_>>().join(",")).collect();
     assert_eq!(
@@ -146,35 +141,21 @@ fn given_points_run_with_listed_seeds() {
         ["0,0.5,0.02,7", "1,0.5,0.02,3", "2,1.0,0.02,7", "3,1.0,0.02,3", "4,1.0,0.05,7", "5,1.0,0.05,3"]
     );
     assert!(!folder.path("out/listed/heat_max_slave_overshoot_m.csv").exists(), "given points fill no map");
-    for (from, to, reasons) in [
-        ("[0.02, 0.02, 0.05]", "[0.02, 0.05]", &["axes.detector.threshold must be a list of as many values"][..]),
+    let changes: [(&str, &str, &[&str]); 6] = [
+        ("[0.02, 0.02, 0.05]", "[0.02, 0.05]", &["axes.detector.threshold must be a list of as many values"]),
         ("[0.02, 0.02, 0.05]", "{ from = 0.01, to = 0.1 }", &["axes.detector.threshold must be a list"]),
         ("[0.02, 0.02, 0.05]", "[0.02, 0.02, -1.0]", &["detector.threshold", "-1"]),
         ("kind = \"list\"", "kind = \"list\"\npoints = 3", &["a design of given points has no design.points"]),
         ("seeds = [7, 3]", "seeds = [7, 7]", &["a list of different whole numbers"]),
         ("seeds = [7, 3]", "seeds = [7, 3]\nfirst_seed = 1", &["first_seed is given, and the seeds are a list"]),
-    ] {
-        let text = LISTED.replace(from, to);
-        assert_ne!(text, LISTED, "{from}");
-        folder.file("wrong.toml", text);
-        folder.refused(&["sweep", "wrong.toml"], reasons);
-    }
+    ];
+    folder.refused_changes("sweep", LISTED, &changes);
 }
 
 fn sweep_files() -> TestFolder {
     let folder = TestFolder::new();
     folder.file("small.toml", SMALL).file("long.toml", LONG).file("shared.toml", SHARED);
     folder
-}
-
-fn begin(folder: &TestFolder, arguments: &[&str]) -> Child {
-    Command::new(assert_cmd::cargo::cargo_bin("trocar"))
-        .current_dir(folder.path(""))
-        .args(arguments)
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("begun")
 }
 
 fn await_a_pack(folder: &TestFolder, below: &str, child: &mut Child) {
@@ -348,7 +329,7 @@ fn shards_join_to_the_files_of_the_whole_sweep_after_a_killed_worker() {
     let folder = sweep_files();
     folder.good(&["sweep", "long.toml", "--quiet", "--out", "whole"]);
     let shard = |index: &'static str| ["sweep", "long.toml", "--quiet", "--threads", "1", "--shard", index];
-    let (mut one, mut two) = (begin(&folder, &shard("1/2")), begin(&folder, &shard("2/2")));
+    let (mut one, mut two) = (folder.begin(&shard("1/2")), folder.begin(&shard("2/2")));
     await_a_pack(&folder, "out/long/shard-2-of-2", &mut two);
     two.kill().expect("killed");
     two.wait().expect("ended");
@@ -401,7 +382,7 @@ fn killed_ten_times(name: &str) {
     let (mut kept, mut kills) = (vec![], 0);
     while kills < 10 {
         moment = moment.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        let mut child = begin(&folder, &["sweep", &file, "--quiet"]);
+        let mut child = folder.begin(&["sweep", &file, "--quiet"]);
         std::thread::sleep(Duration::from_millis(30 + (moment >> 33) % 300));
         let _ = child.kill();
         let has_ended = child.wait().expect("ended").success();
@@ -430,7 +411,7 @@ fn killed_ten_times(name: &str) {
 fn a_folder_in_use_by_another_process_is_not_changed() {
     let folder = sweep_files();
     folder.good(&["sweep", "long.toml", "--quiet", "--out", "undisturbed"]);
-    let mut first = begin(&folder, &["sweep", "long.toml", "--quiet"]);
+    let mut first = folder.begin(&["sweep", "long.toml", "--quiet"]);
     await_a_pack(&folder, "out/long", &mut first);
     let second = folder.trocar(&["sweep", "long.toml", "--quiet"]);
     assert_eq!(second.code, 1, "{}", second.err);
@@ -466,7 +447,7 @@ fn sweeps_without_axes_or_with_unrankable_axes_have_a_summary() {
 #[test]
 fn ctrl_c_stops_a_sweep_and_keeps_its_cases() {
     let folder = sweep_files();
-    let mut child = begin(&folder, &["sweep", "long.toml", "--threads", "1"]);
+    let mut child = folder.begin(&["sweep", "long.toml", "--threads", "1"]);
     await_a_pack(&folder, "out/long", &mut child);
     let interrupt = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("ran");
     assert!(interrupt.success());
@@ -543,20 +524,15 @@ fn errors_in_a_file_are_underlined() {
         folder.file("x.toml", format!("{base}{text}\n"));
         folder.refused(&["sweep", "x.toml"], phrases);
     }
-    folder.file("x.toml", "seeds = 2\n").refused(&["sweep", "x.toml"], &["base is missing"]);
-    folder.file("x.toml", "base = \"y.toml\"\n").refused(&["sweep", "x.toml"], &["y.toml"]);
-    folder.refused(&["sweep"], &["FILE"]);
-    folder.refused(&["sweep", "x.toml", "--shard", "3/2"], &["1 <= i <= n"]);
-}
-
-#[test]
-fn values_that_exclude_each_other_are_refused_before_anything_runs() {
-    let folder = TestFolder::new();
     // Each value is allowed, but the cutting force must not exceed the rupture force.
     let sweep = "base = \"builtin:layers/direct-access.toml\"\n\
                  axes.tissue.layer.capsule.cutting_force_n = { from = 0.1, to = 1.5, points = 3 }\n\
                  axes.tissue.layer.capsule.rupture_force_n = { from = 0.5, to = 2.0, points = 3 }\n";
     folder.file("x.toml", sweep).refused(&["sweep", "x.toml"], &["x.toml:", "in the case of"]);
+    folder.file("x.toml", "seeds = 2\n").refused(&["sweep", "x.toml"], &["base is missing"]);
+    folder.file("x.toml", "base = \"y.toml\"\n").refused(&["sweep", "x.toml"], &["y.toml"]);
+    folder.refused(&["sweep"], &["FILE"]);
+    folder.refused(&["sweep", "x.toml", "--shard", "3/2"], &["1 <= i <= n"]);
 }
 
 #[test]

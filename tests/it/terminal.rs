@@ -3,6 +3,7 @@
 
 use std::fs;
 
+use crate::support::scenario;
 use crate::support::test_folder::{TestFolder, words};
 
 /// Maximum width of printed lines, in characters.
@@ -100,12 +101,7 @@ fn terminal_report_json_page_and_python_show_the_same_sentences() {
     let folder = TestFolder::new();
     let printed = folder.said(&["compare", PAIR[0], PAIR[1], "--report"]);
     let report = words(&folder.text("out/compare/report.html"));
-    let runs = PAIR.map(|name| {
-        trocar::run::run(
-            trocar::scenario::Scenario::load(&trocar::scenario::Source::parse(name), &[]).expect("shipped"),
-        )
-        .expect("a run")
-    });
+    let runs = PAIR.map(|name| trocar::run::run(scenario(name, &[])).expect("a run"));
     // The page of `trocar explore` sends this text; the report and the terminal render the document with it.
     let page = trocar::compare::verdict_of_schemes(&runs[0], &runs[1]);
     assert_eq!(page, trocar::compare::verdict(&runs.each_ref()));

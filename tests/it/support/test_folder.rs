@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
 use std::time::SystemTime;
 
 use assert_cmd::Command;
@@ -41,6 +42,13 @@ impl TestFolder {
         let mut command = Command::cargo_bin("trocar").expect("built");
         command.current_dir(self.0.path()).args(arguments);
         command
+    }
+
+    /// Starts trocar in this folder.
+    pub fn begin(&self, arguments: &[&str]) -> Child {
+        let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("trocar"));
+        command.current_dir(self.0.path()).args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command.spawn().expect("begun")
     }
 
     pub fn trocar(&self, arguments: &[&str]) -> Outcome {
@@ -92,6 +100,16 @@ impl TestFolder {
         let message = self.refusal(arguments);
         for phrase in phrases {
             assert!(message.contains(phrase), "{arguments:?}: no {phrase:?} in\n{message}");
+        }
+    }
+
+    /// Checks that a command refuses a file that differs from a good text by one of these changes. A change has the
+    /// replaced part, its replacement, and phrases of the message.
+    pub fn refused_changes(&self, command: &str, good: &str, changes: &[(&str, &str, &[&str])]) {
+        for (from, to, phrases) in changes {
+            let text = good.replacen(from, to, 1);
+            assert_ne!(text, good, "{from}");
+            self.file("wrong.toml", text).refused(&[command, "wrong.toml"], phrases);
         }
     }
 
