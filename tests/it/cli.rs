@@ -30,28 +30,6 @@ fn the_same_scenario_gives_the_same_bytes_and_so_does_its_echo() {
 }
 
 #[test]
-fn the_trace_has_the_columns_of_the_design_and_reads_back() {
-    let folder = TestFolder::new();
-    folder.file("a.toml", SHORT).good(&["run", "a.toml"]);
-    let text = fs::read_to_string(folder.path("out/short/trace.csv")).expect("there");
-    let mut lines = text.lines();
-    assert_eq!(
-        lines.next(),
-        Some(
-            "time_s,desired_position_m,master_position_m,master_velocity_m_per_s,operator_force_n,slave_reference_m,\
-             slave_position_m,slave_velocity_m_per_s,tissue_force_n,measured_force_n,feedback_force_n,stiffness_n_per_m,\
-             damping_n_s_per_m,residual_n,distance,decision,mode,hand_energy_j,master_energy_j,reference_energy_j,\
-             needle_energy_j,stiffness_std_n_per_m,damping_std_n_s_per_m,\
-             excitation,estimate_flags"
-        )
-    );
-    let rows: Vec<Vec<f64>> =
-        lines.map(|line| line.split(',').map(|field| field.parse().expect("a number")).collect()).collect();
-    assert_eq!((rows.len(), rows[69][0]), (500, 0.069));
-    assert!(rows.iter().all(|row| row.len() == 25 && row.iter().all(|value| value.is_finite())));
-}
-
-#[test]
 fn a_bad_key_is_underlined_and_named() {
     let folder = TestFolder::new();
     let cases = [
@@ -207,6 +185,7 @@ fn a_missing_column_is_named_with_its_flag() {
     let rig = ["detect", "builtin:own_ctrl_pop.csv", "--time", "t_s", "--position", "xs_rad:0.075"];
     let refused = |force: &str, phrases: &[&str]| folder.refused(&[&rig[..], &["--force", force]].concat(), phrases);
     refused("nope", &["no column 'nope' (--force or recording.columns.force_n)", "env_out_Nm_derived"]);
+    refused("env_out_Nm", &["t_s, xm_rad, xs_rad, vs_rad_s, env_out_Nm_derived; did you mean 'env_out_Nm_derived'?"]);
     refused(
         "env_out_Nm_derived:lbf",
         &["'lbf' is not a known unit of force; give N, kN, cN, mN, uN, gf or kgf, or a factor into N"],

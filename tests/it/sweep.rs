@@ -280,15 +280,6 @@ fn cases_that_share_a_run_have_the_results_of_separate_runs() {
 }
 
 #[test]
-fn sharing_runs_changes_no_byte() {
-    let folder = sweep_files();
-    folder.file("shared.toml", SHARED.replace("points = 120", "points = 3"));
-    folder.good(&["sweep", "shared.toml", "--quiet", "--out", "with"]);
-    folder.good(&["sweep", "shared.toml", "--quiet", "--no-sharing", "--out", "without"]);
-    same(&folder, "with", "without");
-}
-
-#[test]
 fn parquet_and_csv_have_the_same_content() {
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::Field;
@@ -499,11 +490,12 @@ fn a_changed_sweep_is_refused_with_the_difference() {
 fn errors_in_a_file_are_underlined() {
     let folder = TestFolder::new();
     let base = "base = \"builtin:paper/classical.toml\"\n";
-    let cases: [(&str, &[&str]); 19] = [
+    let cases: [(&str, &[&str]); 20] = [
         ("sedes = 3", &["x.toml:2:1", "did you mean seeds?"]),
         ("scaling.force = 2.0", &["write axes.scaling.force to vary it, set.scaling.force to fix it"]),
         ("seeds = 0", &["seeds is 0, must be a whole number from 1", "^"]),
         ("metrics = [\"false_alarm\"]", &["no metric false_alarm", "did you mean false_alarms?"]),
+        ("metrics = [\"events\", \"events\"]", &["events", "twice"]),
         ("metrics = [\"events\"]\nfocus = [\"ruptures\"]", &["not among the kept metrics", "add \"ruptures\""]),
         ("axes.scaling.froce = [1.0]", &["no key scaling.froce", "did you mean scaling.force?"]),
         ("axes.scaling.froce = { from = 1, to = 2, points = 3 }", &["did you mean scaling.force?"]),
