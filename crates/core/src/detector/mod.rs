@@ -227,15 +227,7 @@ mod tests {
     use super::*;
 
     fn input(residual: f64, velocity: f64) -> DetectorInput<f64> {
-        DetectorInput {
-            force_n: 5.0 + residual,
-            predicted_force_n: 5.0,
-            residual_n: residual,
-            correction: [0.0; 2],
-            depth_m: 0.02,
-            velocity_m_per_s: velocity,
-            in_contact: true,
-        }
+        DetectorInput { velocity_m_per_s: velocity, ..fixtures::with_residual(residual) }
     }
 
     /// The indices of the residuals that raise an alarm, after one quiet second.

@@ -374,29 +374,6 @@ mod tests {
         ramp().reacting(&settings, &Perception::None, (1, 0), 1e-3)
     }
 
-    /// The desired positions of an operator who feels a drop from 2 N to 1 N at tick 500.
-    fn after_a_drop(mut operator: HumanOperator<f64>) -> Vec<f64> {
-        (0..1500).map(|tick| operator.desired_position_m(tick, if tick < 501 { 2.0 } else { 1.0 })).collect()
-    }
-
-    #[test]
-    fn an_operator_who_stops_pauses_a_reaction_time_after_the_drop_and_continues() {
-        let positions = after_a_drop(reacting(Reflex::Stop));
-        assert!((positions[601] - 6.01e-3).abs() < 1e-12, "{}", positions[601]);
-        assert!((602..=1101).all(|tick| positions[tick] == positions[601]), "0.5 s");
-        assert!((positions[1200] - 7e-3).abs() < 2e-5, "{}", positions[1200]);
-        let unmoved = after_a_drop(reacting(Reflex::None));
-        assert!((unmoved[1499] - 0.01499).abs() < 1e-12);
-    }
-
-    #[test]
-    fn an_operator_who_withdraws_moves_back() {
-        let positions = after_a_drop(reacting(Reflex::Withdraw { distance_m: 0.002, speed_m_per_s: 0.02 }));
-        let deepest = positions[601];
-        assert!((positions[651] - (deepest - 1e-3)).abs() < 1e-12, "20 mm/s for 50 ms: {}", positions[651]);
-        assert!((positions[1101] - (deepest - 2e-3)).abs() < 1e-12, "2 mm in all");
-    }
-
     #[test]
     fn an_operator_reports_that_a_drop_is_noticed() {
         let mut operator = reacting(Reflex::Stop);

@@ -153,26 +153,17 @@ fn received(ticks: impl IntoIterator<Item = usize>) -> Vec<f64> {
 }
 
 #[test]
-fn if_the_end_of_a_freeze_is_lost_the_force_still_returns_through_the_cross_fade() {
-    // The modes of the re-engaging are lost from the last frozen tick on.
-    let forces = received((90..150).chain(200..280));
-    let frozen = forces[59];
-    assert!(frozen < 1e-9, "{frozen}");
-    for step in 1..=20 {
-        let weight = cross_fade(f64::from(step) / 20.0);
-        assert!((forces[59 + step as usize] - 4.0 * weight).abs() < 1e-9, "{step}");
+fn if_the_end_of_a_freeze_or_of_the_re_engaging_is_lost_the_force_returns_through_the_cross_fade() {
+    // The modes are lost from the last frozen tick on, or from the fifth tick of the re-engaging on.
+    for lost_from in [150, 155] {
+        let forces = received((90..lost_from).chain(200..280));
+        assert!(forces[59] < 1e-9, "{}", forces[59]);
+        for step in 1..=20 {
+            let weight = cross_fade(f64::from(step) / 20.0);
+            assert!((forces[59 + step as usize] - 4.0 * weight).abs() < 1e-9, "{lost_from} {step}");
+        }
+        assert!(forces[79..].iter().all(|&force| force == 4.0), "{lost_from}");
     }
-    assert!(forces[79..].iter().all(|&force| force == 4.0));
-}
-
-#[test]
-fn if_the_re_engaging_is_cut_short_the_cross_fade_continues() {
-    let forces = received((90..155).chain(200..280));
-    for step in 1..=20 {
-        let weight = cross_fade(f64::from(step) / 20.0);
-        assert!((forces[59 + step as usize] - 4.0 * weight).abs() < 1e-9, "{step}");
-    }
-    assert!(forces[79..].iter().all(|&force| force == 4.0));
 }
 
 #[test]

@@ -217,18 +217,11 @@ fn square(x: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::fixtures::QUIET;
     use super::*;
 
     fn input(residual_n: f64, predicted_force_n: f64) -> DetectorInput<f64> {
-        DetectorInput {
-            force_n: predicted_force_n + residual_n,
-            predicted_force_n,
-            residual_n,
-            correction: [0.0; 2],
-            depth_m: 0.01,
-            velocity_m_per_s: 0.0,
-            in_contact: true,
-        }
+        DetectorInput { force_n: predicted_force_n + residual_n, predicted_force_n, residual_n, ..QUIET }
     }
 
     fn log_density(e: f64, mean: f64, std: f64) -> f64 {

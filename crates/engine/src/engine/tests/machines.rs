@@ -132,30 +132,3 @@ fn samples_that_arrive_within_a_tick_act_from_their_arrival() {
         assert_alike(found, &format!("{force_share} {reference_share}"));
     }
 }
-
-#[test]
-fn motors_with_limits_and_lags_are_stepped_exactly() {
-    let (master, arm, slave) = (MasterParameters::default(), ArmParameters::default(), SlaveParameters::default());
-    let none = ActuatorLimits::NONE;
-    let cases = [
-        none,
-        ActuatorLimits { master_force_n: Some(1.2), slave_command: Some(0.8), ..none },
-        ActuatorLimits { master_force_rate_n_per_s: Some(20.0), slave_command_rate_per_s: Some(900.0), ..none },
-        ActuatorLimits { master_lag_s: 5e-3, ..none },
-        ActuatorLimits { slave_lag_s: 2e-3, ..none },
-        ActuatorLimits {
-            master_force_n: Some(1.5),
-            master_force_rate_n_per_s: Some(50.0),
-            slave_command_rate_per_s: Some(2000.0),
-            slave_command: Some(1.2),
-            master_lag_s: 3e-3,
-            slave_lag_s: 1e-3,
-        },
-    ];
-    for limits in cases {
-        let machines = (&master, &arm, &slave);
-        let limited = LimitedPlants::<f64>::new(machines, &limits, TICK_S, START_M, REFERENCE_M).expect("valid");
-        let integrated = IntegratedPlants::new(machines, ControlTiming::Sampled, TICK_S, START_M, REFERENCE_M);
-        assert_alike(differences(limited, integrated.limited(&limits), 250), &format!("{limits:?}"));
-    }
-}
