@@ -241,22 +241,9 @@ mod tests {
     }
 
     #[test]
-    fn one_large_drop_raises_one_alarm() {
-        let mut residuals = vec![-15.0];
-        residuals.extend([0.0; 400]);
-        assert_eq!(alarms(&residuals, 0.01), [0]);
-    }
-
-    #[test]
     fn a_small_drop_takes_as_many_samples_as_the_drift_predicts() {
         // e² - ν = 0.0289 - 0.0202 = 0.0087 per sample, which exceeds γ = 0.0198 at the third.
         assert_eq!(alarms(&[-0.17; 10], 0.01), [2]);
-    }
-
-    #[test]
-    fn a_rise_and_a_withdrawal_are_not_ruptures() {
-        assert!(alarms(&[0.5; 50], 0.01).is_empty());
-        assert!(alarms(&[-0.5; 50], -0.03).is_empty());
     }
 
     /// True if a drop of 15 N raises an alarm at a depth (m) and a velocity (m/s).
@@ -378,19 +365,6 @@ mod tests {
         assert!(run(100, 0.01));
         assert!(!run(30, 0.01), "within 50 ms the noise is not known");
         assert!(!run(100, -0.03), "the motion is required of every distance");
-    }
-
-    #[test]
-    fn thresholds_of_lanes_replace_the_configured_ones() {
-        let alarm_at = |threshold: f64, residual: f64| {
-            let detector = CusumDetector::<f64>::new(&DetectorSettings::default(), 1e-3);
-            let mut detector = detector.with_thresholds(threshold, 10.0 * threshold);
-            for _ in 0..200 {
-                detector.update(&input(0.0, 0.01));
-            }
-            detector.update(&input(residual, 0.01)).alarm
-        };
-        assert_eq!([alarm_at(0.1, -0.4), alarm_at(0.2, -0.4)], [true, false]);
     }
 
     fn drop_in_noise(samples: u64, seed: u64) -> Vec<DetectorInput<f64>> {

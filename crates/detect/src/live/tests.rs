@@ -74,16 +74,6 @@ fn an_even_stream_is_identical_to_its_file_bit_for_bit() {
 }
 
 #[test]
-fn the_first_two_samples_give_the_interval_and_are_evaluated() {
-    let spec = insertion(&[MEASURED]);
-    let (ticks, _, summary) = stream(&spec, None, VelocitySource::Measured, &samples(&spec));
-    assert_eq!(summary.interval_s, Some(0.001));
-    let file = detect(&spec).expect("valid");
-    assert_eq!(ticks.len(), file.time_s.len());
-    assert_eq!(alarms_s(&ticks), file.alarms.iter().map(|&k| file.time_s[k]).collect::<Vec<_>>());
-}
-
-#[test]
 fn samples_that_are_not_later_are_omitted_until_the_clock_counts_as_set_back() {
     let spec = insertion(&[MEASURED]);
     let all = samples(&spec);

@@ -18,12 +18,6 @@ fn freeze(automaton: AutomatonSettings, timeline: impl Fn(Timeline) -> Timeline)
 }
 
 #[test]
-fn a_freeze_lasts_for_its_minimum_while_g_is_quiet() {
-    let automaton = AutomatonSettings { min_hold_s: 0.3, max_hold_s: 0.7, ..Default::default() };
-    assert_eq!(freeze(automaton, |timeline| timeline.alarm_at(100)), (100, 399));
-}
-
-#[test]
 fn a_freeze_without_a_minimum_waits_for_the_quiet_time_after_the_alarm() {
     // Quiet samples before the alarm do not count.
     let automaton = AutomatonSettings { min_hold_s: 0.0, exit_quiet_s: 0.08, ..Default::default() };
@@ -84,12 +78,6 @@ fn an_alarm_is_taken_only_if_it_begins_an_event() {
 fn the_maximum_of_a_freeze_is_at_least_its_minimum() {
     let automaton = AutomatonSettings { min_hold_s: 0.6, max_hold_s: 0.5, ..Default::default() };
     assert_eq!(automaton.validate().expect_err("too short").name, "augmentation.max_hold_s");
-}
-
-#[test]
-fn the_weight_of_a_cross_fade_rises_smoothly_from_0_to_1() {
-    let weights = [0.0, 0.25, 0.5, 0.75, 1.0].map(cross_fade::<f64>);
-    assert_eq!(weights, [0.0, 0.15625, 0.5, 0.84375, 1.0]);
 }
 
 /// A measured force that falls from 4 N by 1 N per second.

@@ -119,13 +119,6 @@ fn a_ramp_until_load_stops_where_the_force_rises_and_keeps_the_remaining_gap() {
     assert_eq!(modes(&loaded)[3].1, 0);
 }
 
-#[test]
-fn without_augmentation_the_scheme_is_the_classical_one() {
-    let settings = AugmentationSettings { enabled: false, ..settings() };
-    let commands = Timeline::new(settings).alarm_at(100).run(400, |tick| tick as f64);
-    assert!(commands.iter().enumerate().all(|(k, c)| c.mode.is_teleoperation() && c.feedback_force_n == k as f64));
-}
-
 proptest! {
     #[test]
     fn the_fed_back_force_never_steps_by_more_than_its_law_allows(
