@@ -83,13 +83,11 @@ fn the_files_do_not_depend_on_the_threads_and_the_designs_run() {
 fn a_design_killed_five_times_continues_to_the_same_bytes() {
     let folder = designs();
     folder.good(&["design", "small.toml", "--no-figures", "--quiet", "--out", "undisturbed"]);
-    let mut moment =
-        std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(1, |now| now.as_nanos() as u64);
+    let mut moments = crate::output::Moments::new();
     let mut kept = vec![];
     for _ in 0..5 {
-        moment = moment.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         let mut child = folder.begin(&["design", "small.toml", "--no-figures", "--quiet"]);
-        std::thread::sleep(Duration::from_millis(50 + (moment >> 33) % 600));
+        std::thread::sleep(Duration::from_secs_f64(1e-3 * (50.0 + 600.0 * moments.next())));
         let _ = child.kill();
         child.wait().expect("ended");
         let state = std::fs::read_to_string(folder.path("out/small/search.json")).unwrap_or_default();

@@ -39,81 +39,46 @@ fn settings(settings: &[&str]) -> LinearLoop {
     support::linear_loop(&scenario(settings))
 }
 
-/// The loops of the tests: architecture, timing, delays and lags.
-const LOOPS: [&[&str]; 17] = [
-    &["channel.forward_delay_s=0", "channel.backward_delay_s=0"],
-    &["channel.forward_delay_s=0.005", "channel.backward_delay_s=0.002", "tissue.damping_n_s_per_m=5"],
-    &["channel.forward_delay_s=0.0037", "channel.backward_delay_s=0.0021"],
-    &["channel.forward_delay_s=0.0007", "channel.backward_delay_s=0.002", "scaling.force=0.6", "scaling.position=0.5"],
-    &["channel.forward_delay_s=0.05", "channel.backward_delay_s=0.0505"],
-    &["simulation.control=sampled", "channel.forward_delay_s=0.0031", "channel.backward_delay_s=0"],
-    &["simulation.control=sampled", "actuator.master_lag_s=0.003", "actuator.slave_lag_s=0.002"],
-    &["sensor.force_bandwidth_hz=40", "simulation.tick_s=0.002"],
-    &["slave.compliance_m_per_n=0.0002", "channel.forward_delay_s=0.001", "channel.backward_delay_s=0.001"],
-    &[
-        "controller.kind=local-force",
-        "controller.slave_force_gain=1",
-        "channel.forward_delay_s=0",
-        "channel.backward_delay_s=0.001",
-    ],
-    &["controller.kind=position-position", "channel.forward_delay_s=0.003", "channel.backward_delay_s=0.002"],
-    &["controller.kind=four-channel", "channel.forward_delay_s=0", "channel.backward_delay_s=0", "arm.grip=firm"],
-    &[
-        "controller.kind=four-channel",
-        "simulation.control=sampled",
-        "channel.forward_delay_s=0.002",
-        "scaling.force=0.5",
-    ],
-    &["slave.compliance_m_per_n=0.0002", "channel.forward_delay_s=0.0037", "channel.backward_delay_s=0.0021"],
-    &[
-        "slave.model=mass-damper",
-        "slave.mass_kg=0.4",
-        "slave.damping_n_s_per_m=3",
-        "slave.controller=pid",
-        "slave.derivative_gain=6",
-        "slave.integral_gain=300",
-        "slave.force_feed_forward=0.3",
-        "sensor.force_bandwidth_hz=60",
-        "channel.forward_delay_s=0.0013",
-        "channel.backward_delay_s=0.002",
-    ],
-    &[
-        "slave.model=state-space",
-        "slave.a=[0.0, 1.0, 0.0, 0.0, -5.0, 2.5, 0.0, 0.0, -400.0]",
-        "slave.b=[0.0, 0.0, 0.0, 2.5, 400.0, 0.0]",
-        "slave.c=[1.0, 0.0, 0.0]",
-        "simulation.control=sampled",
-        "actuator.master_lag_s=0.002",
-        "controller.kind=local-force",
-        "controller.slave_force_gain=0.5",
-        "slave.compliance_m_per_n=0.0002",
-    ],
-    &[
-        "slave.model=transfer-function",
-        "slave.load=false",
-        "slave.controller=pid",
-        "slave.derivative_gain=2",
-        "controller.kind=position-position",
-        "channel.forward_delay_s=0.003",
-    ],
+/// The loops of the tests: architecture, timing, delays and lags, as settings.
+const LOOPS: [&str; 17] = [
+    "channel.forward_delay_s=0 channel.backward_delay_s=0",
+    "channel.forward_delay_s=0.005 channel.backward_delay_s=0.002 tissue.damping_n_s_per_m=5",
+    "channel.forward_delay_s=0.0037 channel.backward_delay_s=0.0021",
+    "channel.forward_delay_s=0.0007 channel.backward_delay_s=0.002 scaling.force=0.6 scaling.position=0.5",
+    "channel.forward_delay_s=0.05 channel.backward_delay_s=0.0505",
+    "simulation.control=sampled channel.forward_delay_s=0.0031 channel.backward_delay_s=0",
+    "simulation.control=sampled actuator.master_lag_s=0.003 actuator.slave_lag_s=0.002",
+    "sensor.force_bandwidth_hz=40 simulation.tick_s=0.002",
+    "slave.compliance_m_per_n=0.0002 channel.forward_delay_s=0.001 channel.backward_delay_s=0.001",
+    "controller.kind=local-force controller.slave_force_gain=1 channel.forward_delay_s=0 channel.backward_delay_s=0.001",
+    "controller.kind=position-position channel.forward_delay_s=0.003 channel.backward_delay_s=0.002",
+    "controller.kind=four-channel channel.forward_delay_s=0 channel.backward_delay_s=0 arm.grip=firm",
+    "controller.kind=four-channel simulation.control=sampled channel.forward_delay_s=0.002 scaling.force=0.5",
+    "slave.compliance_m_per_n=0.0002 channel.forward_delay_s=0.0037 channel.backward_delay_s=0.0021",
+    "slave.model=mass-damper slave.mass_kg=0.4 slave.damping_n_s_per_m=3 slave.controller=pid slave.derivative_gain=6 \
+     slave.integral_gain=300 slave.force_feed_forward=0.3 sensor.force_bandwidth_hz=60 channel.forward_delay_s=0.0013 \
+     channel.backward_delay_s=0.002",
+    "slave.model=state-space slave.a=[0.0,1.0,0.0,0.0,-5.0,2.5,0.0,0.0,-400.0] slave.b=[0.0,0.0,0.0,2.5,400.0,0.0] \
+     slave.c=[1.0,0.0,0.0] simulation.control=sampled actuator.master_lag_s=0.002 controller.kind=local-force \
+     controller.slave_force_gain=0.5 slave.compliance_m_per_n=0.0002",
+    "slave.model=transfer-function slave.load=false slave.controller=pid slave.derivative_gain=2 \
+     controller.kind=position-position channel.forward_delay_s=0.003",
 ];
 
 /// The readings of the appendix as it is printed.
-const AS_PRINTED: [&[&str]; 2] = [
-    &["slave.damping=as-printed", "channel.forward_delay_s=0", "channel.backward_delay_s=0.003"],
-    &["master.coupling=as-printed", "channel.forward_delay_s=0", "channel.backward_delay_s=0.003"],
+const AS_PRINTED: [&str; 2] = [
+    "slave.damping=as-printed channel.forward_delay_s=0 channel.backward_delay_s=0.003",
+    "master.coupling=as-printed channel.forward_delay_s=0 channel.backward_delay_s=0.003",
 ];
 
-fn softly(settings: &[&'static str]) -> Vec<&'static str> {
-    let mut all = settings.to_vec();
-    all.push("tissue.stiffness_n_per_m=100");
-    all
+fn split(settings: &str) -> Vec<&str> {
+    settings.split(' ').collect()
 }
 
 #[test]
 fn powers_of_the_matrix_agree_with_the_trajectory_of_the_engine() {
     for case in LOOPS {
-        let scenario = scenario(&softly(case));
+        let scenario = scenario(&split(&format!("{case} tissue.stiffness_n_per_m=100")));
         let closed = ClosedLoop::new(&support::linear_loop(&scenario)).expect("built");
         let (matrix, [now, next], slave) = closed.matrix().expect("not too long");
         let trace: Trace = run(scenario).expect("runs").trace;
@@ -265,7 +230,8 @@ fn the_winding_number_equals_the_number_of_unstable_eigenvalues() {
     for case in LOOPS.into_iter().chain(AS_PRINTED) {
         for (k, stiffness) in [3.0, 60.0, 300.0, 900.0, 1600.0, 4000.0, 30_000.0].into_iter().enumerate() {
             for force in [0.3, 1.0, 2.5] {
-                let settings = settings(case).with(Parameter::Stiffness, stiffness).with(Parameter::ForceScale, force);
+                let settings =
+                    settings(&split(case)).with(Parameter::Stiffness, stiffness).with(Parameter::ForceScale, force);
                 let closed = ClosedLoop::new(&settings).expect("built");
                 let poles = eigenvalues(&closed.matrix().expect("not too long").0).expect("found");
                 for radius in [1.0, 0.99, 1.02] {
@@ -544,7 +510,7 @@ fn every_segment_of_the_boundary_of_a_map_lies_on_a_change_of_the_verdict() {
     let x = axis(Parameter::ForceScale, 0.1, 10.0);
     let y = axis(Parameter::Stiffness, 30.0, 5000.0);
     for case in [LOOPS[0], LOOPS[3], LOOPS[6]] {
-        let settings = settings(case);
+        let settings = settings(&split(case));
         let map = trocar::stability::map(&settings, x, y).expect("mapped");
         let share = map.stable_share();
         assert!(share > 0.2 && share < 0.95 && !map.boundary.is_empty(), "{case:?}: {share}");

@@ -280,6 +280,15 @@ fn cases_that_share_a_run_have_the_results_of_separate_runs() {
 }
 
 #[test]
+fn sharing_runs_changes_no_byte() {
+    let folder = sweep_files();
+    folder.file("shared.toml", SHARED.replace("points = 120", "points = 3"));
+    folder.good(&["sweep", "shared.toml", "--quiet", "--out", "with"]);
+    folder.good(&["sweep", "shared.toml", "--quiet", "--no-sharing", "--out", "without"]);
+    same(&folder, "with", "without");
+}
+
+#[test]
 fn parquet_and_csv_have_the_same_content() {
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::Field;
@@ -368,13 +377,11 @@ fn killed_ten_times(name: &str) {
     let file = format!("{name}.toml");
     folder.good(&["sweep", &file, "--quiet", "--out", "undisturbed"]);
     let (undisturbed, out) = (format!("undisturbed/{name}"), format!("out/{name}"));
-    let mut moment =
-        std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(1, |now| now.as_nanos() as u64);
+    let mut moments = crate::output::Moments::new();
     let (mut kept, mut kills) = (vec![], 0);
     while kills < 10 {
-        moment = moment.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         let mut child = folder.begin(&["sweep", &file, "--quiet"]);
-        std::thread::sleep(Duration::from_millis(30 + (moment >> 33) % 300));
+        std::thread::sleep(Duration::from_secs_f64(1e-3 * (30.0 + 300.0 * moments.next())));
         let _ = child.kill();
         let has_ended = child.wait().expect("ended").success();
         // A sweep killed between its last step and its end is also complete.

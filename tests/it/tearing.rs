@@ -173,14 +173,6 @@ fn the_trace_shows_when_the_estimate_can_be_trusted() {
     assert!((0..run.trace.len()).all(|k| (trust.estimate_flags[k] & 4 > 0) == negative(k)));
     assert!(trust.excitation.iter().all(|share| (0.0..=1.0).contains(share)));
     assert!(trust.stiffness_std_n_per_m.iter().all(|std| *std > 0.0 && *std < 2e3));
-    let folder = crate::support::test_folder::TestFolder::new();
-    folder.file("named.toml", NAMED).good(&["run", "named.toml", "--out", "out", "--quiet"]);
-    let csv = folder.text("out/named/trace.csv");
-    assert!(
-        csv.lines().next().is_some_and(|names| names.ends_with("excitation,estimate_flags")),
-        "{:?}",
-        csv.lines().next()
-    );
 }
 
 #[test]

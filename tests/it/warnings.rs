@@ -45,51 +45,28 @@ fn an_oscillation_that_does_not_decay_is_an_outcome() {
 
 #[test]
 fn an_oscillation_in_noise_is_distinguished_from_the_effect_of_the_noise() {
-    let outcome = |settings: &[&str]| {
-        let always = ["simulation.duration_s=60", "augmentation.enabled=true"];
-        run(scenario("hand/reflex", &[&always, settings].concat())).expect("runs").metrics.outcome
+    let outcome = |settings: &str| {
+        let all = format!("simulation.duration_s=60 augmentation.enabled=true {settings}");
+        run(scenario("hand/reflex", &all.split(' ').collect::<Vec<_>>())).expect("runs").metrics.outcome
     };
     // The noise and its false alarms synchronise this limit cycle, so a displaced hand is forgotten.
-    let late = [
-        "simulation.tick_s=0.002",
-        "simulation.seed=647",
-        "scaling.force=1.9",
-        "scaling.position=1.96",
-        "channel.forward_delay_s=0.0536",
-        "channel.backward_delay_s=0.1617",
-        "operator.kind=minimum-jerk",
-        "operator.end_m=0.0077",
-        "operator.movement_s=0.53",
-        "perception.reflex=none",
-        "tissue.kind=kelvin-voigt",
-        "tissue.stiffness_n_per_m=1337",
-        "tissue.damping_n_s_per_m=3.489",
-        "detector.threshold=2.5e-2",
-    ];
-    let swing_m = match outcome(&late) {
+    let late = "simulation.tick_s=0.002 simulation.seed=647 scaling.force=1.9 scaling.position=1.96 \
+                channel.forward_delay_s=0.0536 channel.backward_delay_s=0.1617 operator.kind=minimum-jerk \
+                operator.end_m=0.0077 operator.movement_s=0.53 perception.reflex=none tissue.kind=kelvin-voigt \
+                tissue.stiffness_n_per_m=1337 tissue.damping_n_s_per_m=3.489 detector.threshold=2.5e-2";
+    let swing_m = match outcome(late) {
         Outcome::Oscillating { swing_m, .. } => swing_m,
         other => panic!("{other:?}"),
     };
     assert!(swing_m > 0.05, "{swing_m}");
     // Here the same noise moves the needle by two thirds as much without augmentation, and a displaced hand shifts
     // the alarms.
-    let noisy = [
-        "simulation.seed=540",
-        "scaling.force=1.7855",
-        "scaling.position=0.4796",
-        "channel.forward_delay_s=0.005",
-        "channel.backward_delay_s=0.0015",
-        "operator.kind=ramp",
-        "operator.end_m=0.0078",
-        "operator.speed_m_per_s=0.0402",
-        "perception.reflex=withdraw",
-        "tissue.kind=hunt-crossley",
-        "sensor.force_noise_std_n=0.0083",
-        "arm.grip=relaxed",
-        "augmentation.reengage=clutch",
-        "detector.threshold=3.3611512958631232e-3",
-    ];
-    assert_eq!(outcome(&noisy), Outcome::Completed);
+    let noisy = "simulation.seed=540 scaling.force=1.7855 scaling.position=0.4796 channel.forward_delay_s=0.005 \
+                 channel.backward_delay_s=0.0015 operator.kind=ramp operator.end_m=0.0078 \
+                 operator.speed_m_per_s=0.0402 perception.reflex=withdraw tissue.kind=hunt-crossley \
+                 sensor.force_noise_std_n=0.0083 arm.grip=relaxed augmentation.reengage=clutch \
+                 detector.threshold=3.3611512958631232e-3";
+    assert_eq!(outcome(noisy), Outcome::Completed);
 }
 
 /// Returns the outcome of a scenario in a spring and damper, from its text.
