@@ -291,6 +291,7 @@ impl trocar_core::lane::Gather for Motion<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::ops::Range;
 
     #[test]
     fn a_ramp_reaches_its_end_in_either_direction() {
@@ -374,18 +375,22 @@ mod tests {
         ramp().reacting(&settings, &Perception::None, (1, 0), 1e-3)
     }
 
+    /// The ticks at which an operator notices a change. In a box, as user-defined operators are.
+    fn noticed(operator: HumanOperator<f64>, cue: Range<u64>, felt_n: fn(u64) -> f64) -> Vec<u64> {
+        let mut operator: Box<dyn Operator<f64>> = Box::new(operator);
+        let mut notices = |tick: &u64| {
+            Operator::<f64>::cue(&mut operator, cue.contains(tick));
+            Operator::<f64>::desired_position_m(&mut operator, *tick, felt_n(*tick));
+            Operator::<f64>::notices(&operator)
+        };
+        (0..1500).filter(&mut notices).collect()
+    }
+
     #[test]
     fn an_operator_reports_that_a_drop_is_noticed() {
-        let mut operator = reacting(Reflex::Stop);
-        let mut noticed = vec![];
-        for tick in 0..1500 {
-            operator.desired_position_m(tick, if tick < 501 { 2.0 } else { 1.0 });
-            if operator.notices() {
-                noticed.push(tick);
-            }
-        }
-        assert_eq!(noticed, [501]);
-        assert!(!ramp().notices(), "without a reaction nothing is noticed");
+        let dropped = |tick: u64| if tick < 501 { 2.0 } else { 1.0 };
+        assert_eq!(noticed(reacting(Reflex::Stop), 0..0, dropped), [501]);
+        assert_eq!(noticed(ramp(), 0..0, dropped), [0_u64; 0], "without a reaction nothing is noticed");
     }
 
     #[test]
@@ -418,18 +423,8 @@ mod tests {
     fn a_cue_on_the_skin_is_noticed() {
         let settings = PerceptionSettings { lapse_rate: 0.0, criterion: 9.0, ..PerceptionSettings::DEFAULT };
         let perception = Perception::Psychometric(settings);
-        // In a box, as user-defined operators are.
-        let mut operator: Box<dyn Operator<f64>> =
-            Box::new(ramp().reacting(&ReflexSettings::default(), &perception, (1, 0), 1e-3));
-        let mut noticed = vec![];
-        for tick in 0..600 {
-            Operator::<f64>::cue(&mut operator, (200..400).contains(&tick));
-            Operator::<f64>::desired_position_m(&mut operator, tick, 2.0);
-            if Operator::<f64>::notices(&operator) {
-                noticed.push(tick);
-            }
-        }
+        let operator = ramp().reacting(&ReflexSettings::default(), &perception, (1, 0), 1e-3);
         // Half of the cue is integrated after ln 2 of the 50 ms.
-        assert_eq!(noticed, [234]);
+        assert_eq!(noticed(operator, 200..400, |_| 2.0), [234]);
     }
 }
