@@ -41,6 +41,16 @@ mod tests {
     use crate::Place;
 
     #[test]
+    fn the_line_is_underlined_and_the_remedy_is_given() {
+        let place = Place { file: "a.toml".into(), text: "[slave]\nvelocity_gain = -2\n".into(), span: 24..26 };
+        let error = ScenarioError::new("slave.velocity_gain is -2").at(Some(place)).remedy("use 15");
+        let shown = anstream::adapter::strip_str(&underlined(&error)).to_string();
+        assert!(shown.contains("a.toml:2:17"), "{shown}");
+        assert!(shown.contains("^^"), "{shown}");
+        assert!(shown.contains("help: use 15"), "{shown}");
+    }
+
+    #[test]
     fn a_span_beyond_the_text_is_clamped() {
         let place = Place { file: "a.toml".into(), text: "µ".into(), span: 1..90 };
         assert!(underlined(&ScenarioError::new("no").at(Some(place))).contains("no"));
