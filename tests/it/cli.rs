@@ -524,6 +524,7 @@ fn limits_of_motors_need_sampled_control() {
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn a_study_over_seeds_is_the_same_on_any_number_of_threads() {
     let folder = TestFolder::new();
     let noisy = ["compare", "--seeds", "5", "--set", "sensor.force_noise_std_n=0.02", "--out"];

@@ -60,6 +60,7 @@ fn same(folder: &TestFolder, a: &str, b: &str) {
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn the_files_do_not_depend_on_the_threads_and_the_designs_run() {
     let folder = designs();
     let text = folder.good(&["design", "small.toml", "--no-figures", "--threads", "1", "--out", "one"]);
@@ -80,6 +81,7 @@ fn the_files_do_not_depend_on_the_threads_and_the_designs_run() {
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn a_design_killed_five_times_continues_to_the_same_bytes() {
     let folder = designs();
     folder.good(&["design", "small.toml", "--no-figures", "--quiet", "--out", "undisturbed"]);
@@ -129,6 +131,7 @@ fn the_shipped_designs_are_valid() {
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn the_search_of_another_design_is_kept() {
     let folder = designs();
     let short = SMALL.replace("generations = 6", "generations = 1");

@@ -67,6 +67,7 @@ impl Said {
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn sweep_and_page_agree_with_stability_on_every_shipped_scenario() {
     let folder = TestFolder::new();
     let (_server, address) = explore(&[]);
@@ -105,6 +106,7 @@ fn sweep_and_page_agree_with_stability_on_every_shipped_scenario() {
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn the_command_stability_prints_and_writes_the_verdict_of_the_loop() {
     let folder = TestFolder::new();
     for name in ["layers/skin-augmented", "paper/classical"] {

@@ -1,6 +1,6 @@
 //! Folders of results: commands that are killed, run at once, or are interrupted.
 //!
-//! `TROCAR_KILLS=75 cargo test --test it output::` kills each of the four commands 75 times, instead of 4.
+//! `TROCAR_KILLS=75 cargo test --test it output::` kills each of the four commands 75 times, instead of 2.
 
 use std::process::{Child, Command};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -35,7 +35,7 @@ pub(crate) fn insertion() -> String {
 }
 
 fn kills() -> usize {
-    std::env::var("TROCAR_KILLS").ok().and_then(|kills| kills.parse().ok()).unwrap_or(4)
+    std::env::var("TROCAR_KILLS").ok().and_then(|kills| kills.parse().ok()).unwrap_or(2)
 }
 
 /// Random numbers below 1, different in each run.

@@ -249,6 +249,7 @@ fn names_with_scripts_are_shown_and_not_executed() {
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn a_page_reveals_nothing_about_the_machine() {
     let folder = TestFolder::new();
     let row = |k: u32| format!("{},{},0.5\n", f64::from(k) * 1e-3, f64::from(k) * 1e-5);
@@ -336,6 +337,7 @@ fn a_complete_sweep_still_gets_its_page() {
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn the_page_of_stability_has_the_map_the_limits_and_the_events() {
     let folder = TestFolder::new();
     let axes = ["--x", "scaling.force=0.1:10:12", "--y", "tissue.stiffness_n_per_m=10:2000:11"];
@@ -378,6 +380,7 @@ fn the_page_of_stability_has_the_map_the_limits_and_the_events() {
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn the_page_of_stability_draws_walls_and_absolute_stability_and_repeats_its_command() {
     let folder = TestFolder::new();
     let further =

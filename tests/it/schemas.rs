@@ -159,6 +159,7 @@ fn words(command: &str) -> Vec<&str> {
 }
 
 #[test]
+#[ignore = "two minutes of processor time"]
 fn a_file_has_the_keys_of_its_schema_and_json_prints_the_same_bytes() {
     for case @ (kind, command, file) in PRINTED {
         let folder = folder();
@@ -169,6 +170,7 @@ fn a_file_has_the_keys_of_its_schema_and_json_prints_the_same_bytes() {
 }
 
 #[test]
+#[ignore = "two minutes of processor time"]
 fn other_files_and_outputs_have_the_keys_of_their_schema() {
     for case @ (kind, command, file) in OTHERS {
         let folder = folder();

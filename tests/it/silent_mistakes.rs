@@ -97,6 +97,7 @@ fn an_offset_of_the_force_gives_a_warning_and_can_be_tared() {
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn a_run_that_is_too_short_gives_a_warning() {
     let folder = folder();
     let skin = "layers/through-the-skin";
@@ -200,6 +201,7 @@ fn a_stray_alarm_does_not_count_as_a_detection() {
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn a_key_without_effect_gives_a_warning() {
     let folder = folder();
     let unread = "key-without-effect";
@@ -288,6 +290,7 @@ fn explain_knows_labels_and_sections() {
 
 /// The shipped scenarios give only the warnings that they demonstrate.
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn correct_inputs_give_no_warning() {
     let folder = TestFolder::new();
     let new = [

@@ -18,6 +18,7 @@ fn assert_fits(printed: &str, what: &str) {
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn every_command_prints_lines_of_at_most_80_characters() {
     let folder = TestFolder::new();
     let recording = folder.good(&["record", "--out", "-"]);
@@ -72,6 +73,7 @@ fn every_command_prints_lines_of_at_most_80_characters() {
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn a_comparison_is_short_and_states_its_conclusion() {
     let folder = TestFolder::new();
     let table = |printed: &str| printed.split("\n\n").nth(1).unwrap_or_default().lines().count();

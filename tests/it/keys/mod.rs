@@ -163,6 +163,7 @@ fn effects(key: &KeyAt, scenarios: &Scenarios) -> Vec<(Chosen, bool, Effect)> {
 }
 
 #[test]
+#[ignore = "minutes of processor time: about 20,000 scenarios"]
 fn every_key_has_an_effect_for_every_kind_or_is_declared_without_effect() {
     let scenarios = Scenarios::new();
     let of_layer = LAYER_KEYS.iter().filter_map(|key| find_key(&key.path.replace('*', "skin")));
@@ -197,6 +198,7 @@ fn every_key_has_an_effect_for_every_kind_or_is_declared_without_effect() {
 }
 
 #[test]
+#[ignore = "minutes of processor time: about 20,000 scenarios"]
 fn the_echo_of_every_kind_can_be_loaded() {
     let scenarios = Scenarios::new();
     let name = find_key("name").expect("a key");
