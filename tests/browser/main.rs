@@ -2,7 +2,7 @@
 //!
 //! They take minutes and run with `cargo test --test browser -- --ignored`. Without a browser they are skipped with a
 //! message; with `TROCAR_BROWSER=required` they fail.
-//! `TROCAR_SCREENSHOTS=docs cargo test --test browser screenshots` writes the pictures of the README.
+//! `TROCAR_SCREENSHOTS=docs cargo test --test browser screenshots -- --ignored` writes the pictures of the README.
 
 mod charts;
 mod page;
