@@ -1,5 +1,3 @@
-//! The `trocar` command.
-
 use std::process::ExitCode;
 
 fn main() -> ExitCode {

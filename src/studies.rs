@@ -1,5 +1,3 @@
-//! What the feature `studies` adds to the library.
-
 pub use trocar_detect as detect;
 pub use trocar_document as document;
 pub use trocar_figures as figures;

@@ -1,5 +1,3 @@
-//! `trocar calibrate`.
-
 use clap::Args;
 
 use super::error::CliError;
@@ -82,7 +80,7 @@ Examples:
   trocar detect others/ --settings out/force/calibrated.toml --time t_s \\
       --position x_mm:1e-3 --force f_n";
 
-/// The simulated mean run lengths, in samples, each with its number of runs.
+/// Mean run lengths in samples, each with its number of runs.
 const RUN_LENGTHS: [(f64, u64); 5] = [(1e3, 4096), (1e4, 4096), (1e5, 4096), (1e6, 2048), (1e7, 1024)];
 
 fn segment(text: &str) -> Result<(f64, f64), String> {

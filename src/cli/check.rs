@@ -1,5 +1,3 @@
-//! `trocar check`.
-
 use std::io::Write as _;
 
 use clap::Args;

@@ -1,5 +1,3 @@
-//! `trocar compare`.
-
 use clap::Args;
 
 use super::error::CliError;

@@ -1,5 +1,3 @@
-//! `trocar completions`.
-
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, Args, Command, CommandFactory, ValueHint};
 use clap_complete::Shell;
@@ -37,12 +35,12 @@ fn scenarios() -> Vec<&'static str> {
     shipped_questions().map(|(path, _)| path.trim_end_matches(".toml")).collect()
 }
 
-/// The keys for `--set`, each with the `=` that follows it.
+/// With the `=` that follows each key.
 fn settings() -> Vec<String> {
     KEYS.iter().map(|key| format!("{}=", key.path)).collect()
 }
 
-/// Adds scenario names and keys as values, for the scripts only: the parser would refuse others.
+/// For the scripts only: the parser would refuse others.
 fn with_values(command: Command) -> Command {
     let add = |arg: Arg| {
         if expects_scenario(&arg) {
@@ -62,7 +60,7 @@ fn expects_scenario(arg: &Arg) -> bool {
     arg.is_positional() && names.iter().any(|name| name.split('|').any(|word| word == "SCENARIO"))
 }
 
-/// Replaces the lists of scenarios and keys by zsh functions: a list would exclude files and add a space after the `=`.
+/// A list of scenarios or keys would exclude files and add a space after the `=`.
 fn with_zsh_functions(script: &str) -> String {
     let (scenarios, settings) = (scenarios().join(" "), settings().join(" "));
     let functions = format!(

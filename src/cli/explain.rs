@@ -1,5 +1,3 @@
-//! `trocar explain`.
-
 use clap::Args;
 
 use super::error::CliError;
@@ -74,8 +72,7 @@ fn number_one(word: &str) -> String {
     }
 }
 
-/// Explains the metrics with a table label, with or without the prefix of its scope, as in `rupture 2: detection
-/// delay`.
+/// With or without the prefix of the scope, as in `rupture 2: detection delay`.
 fn of_label(word: &str) -> Option<String> {
     let word = word.trim().to_lowercase();
     let (scope, label) = word.split_once(": ").unwrap_or(("", &word));
@@ -97,7 +94,7 @@ fn of_section(word: &str) -> Option<String> {
     Some(format!("[{name}]\n{}{}", paragraph(about), keys.collect::<String>()))
 }
 
-/// Lists the metrics of a scope such as `stability` or `link`.
+/// Such as `stability` or `link`.
 fn of_scope(word: &str) -> Option<String> {
     let of_metric = |metric: &Declaration| format!("\n{}\n{}", metric.key(1), paragraph(metric.meaning));
     let scope = word.trim();

@@ -1,5 +1,3 @@
-//! `trocar explore`.
-
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 
 use clap::Args;

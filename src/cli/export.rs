@@ -1,5 +1,3 @@
-//! `trocar export`.
-
 use std::io::{Cursor, Write as _};
 use std::path::{Path, PathBuf};
 
@@ -24,7 +22,7 @@ Examples:
 
 The unit contains a library, which `cargo build --release` builds next to trocar.";
 
-/// The licences, one of which a user may choose.
+/// A user may choose one of them.
 const LICENCES: [(&str, &str); 2] =
     [("LICENSE-MIT", include_str!("../../LICENSE-MIT")), ("LICENSE-APACHE", include_str!("../../LICENSE-APACHE"))];
 

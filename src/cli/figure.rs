@@ -1,5 +1,3 @@
-//! The options of figures.
-
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
@@ -23,7 +21,7 @@ fn parser() -> impl TypedValueParser<Value = FigureFormat> {
         .try_map(move |word| of(word).ok_or("no format"))
 }
 
-/// File name of a figure in the format that is easiest to view; `None` without figures.
+/// In the format that is easiest to view; `None` without figures.
 pub(super) fn file_name(style: &FigureStyle, name: &str) -> Option<String> {
     let format = FigureFormat::ALL.into_iter().find(|format| style.formats.contains(format))?;
     Some(format!("{name}.{format}"))

@@ -1,4 +1,4 @@
-//! The end of a command: the files, the report and the text of a document.
+//! The end of a command: files, report and text.
 
 use super::error::CliError;
 use super::{OutputArgs, figure, report, terminal};
@@ -10,7 +10,7 @@ pub(super) struct Finish<'a> {
     pub(super) output: &'a OutputArgs,
     pub(super) folder: Folder,
     pub(super) all: bool,
-    /// The instructions to repeat the work, for the report; `None` if no report is requested.
+    /// `None` if no report is requested.
     pub(super) report: Option<Again>,
 }
 

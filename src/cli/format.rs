@@ -1,5 +1,3 @@
-//! The formats of files with one row per sample.
-
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
@@ -13,7 +11,7 @@ pub(super) struct FormatArgs {
     format: Vec<ColumnFormat>,
 }
 
-/// Number of rows above which a detection is written as Parquet, unless a format is given: CSV is several times as large.
+/// Rows above which a detection is written as Parquet by default: CSV is several times as large.
 pub(super) const LONG_ROWS: usize = 1_000_000;
 
 fn parser() -> impl TypedValueParser<Value = ColumnFormat> {

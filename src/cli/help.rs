@@ -1,4 +1,4 @@
-//! The help of `trocar`, with the commands in two groups, because clap has no headings for commands.
+//! The commands in two groups, because clap has no headings for commands.
 
 use clap::Command;
 

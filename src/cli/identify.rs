@@ -1,5 +1,3 @@
-//! `trocar identify`.
-
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -155,7 +153,7 @@ enum UsedColumns {
     Part(Part, PartColumns),
 }
 
-/// Checks that each column is given that is needed, and none that is not used.
+/// Requires each needed column, and no unused one.
 fn used_columns(args: &IdentifyArgs) -> Result<UsedColumns, CliError> {
     use MachineKind::{Arm, Master, Slave, Tissue};
     let IdentifyArgs { machine, master, slave, actuator, desired, .. } = args;

@@ -1,5 +1,3 @@
-//! `trocar init`.
-
 use std::path::PathBuf;
 
 use clap::Args;

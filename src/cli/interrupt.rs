@@ -1,7 +1,7 @@
-//! Handles Ctrl-C, SIGTERM and SIGHUP.
+//! Ctrl-C, SIGTERM and SIGHUP.
 //!
-//! The first one asks a command that can stop early ([`on_first`]) to stop and keep its results. Any other command
-//! ends at once, and so does every command at the second one: unfinished files are removed, former results stay.
+//! The first one asks a command that can stop early ([`on_first`]) to stop and keep its results. Any other command ends
+//! at once, and so does every command at the second one: unfinished files are removed, former results stay.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, Once, PoisonError};
@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use trocar_report::discard_all;
 
-/// Exit code of an interrupted command: 128 plus the number of the signal.
+/// 128 plus the number of the signal.
 pub(super) const EXIT_CODE: u8 = 130;
 
 static STOP: AtomicBool = AtomicBool::new(false);
@@ -21,22 +21,21 @@ type Stop = Box<dyn Fn() + Send>;
 
 static ON_FIRST: Mutex<Option<Stop>> = Mutex::new(None);
 
-/// Handles signals from the start of a command. Not under `nohup`, whose SIGHUP the handler would not ignore.
+/// Not under `nohup`, whose SIGHUP the handler would not ignore.
 pub(super) fn begin() {
     if !ignores_hangup() {
         install();
     }
 }
 
-/// True if the parent process, such as `nohup`, has set SIGHUP to be ignored. Known on Linux only.
+/// True if the parent process, such as `nohup`, ignores SIGHUP. Known on Linux only.
 fn ignores_hangup() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask & 1 == 1)
 }
 
-/// Installs the handler once. Without it, which happens only if the system refuses it, a signal ends the process
-/// without a message.
+/// Without the handler a signal ends the process without a message.
 fn install() {
     static INSTALLED: Once = Once::new();
     INSTALLED.call_once(|| {
@@ -58,7 +57,7 @@ fn end() -> ! {
     std::process::exit(i32::from(EXIT_CODE));
 }
 
-/// Waits for the end of the process if a signal has ended it. The failures that this causes are not reported.
+/// Waits if a signal has ended the process. The failures that this causes are not reported.
 pub(super) fn wait_for_end() {
     while ENDS.load(Ordering::SeqCst) {
         std::thread::sleep(Duration::from_millis(10));
@@ -71,7 +70,7 @@ pub(super) fn on_first(stop: impl Fn() + Send + 'static) {
     install();
 }
 
-/// A flag that the first signal sets, instead of ending the process.
+/// Set by the first signal, instead of ending the process.
 pub(super) fn stop_flag() -> &'static AtomicBool {
     on_first(|| STOP.store(true, Ordering::Relaxed));
     &STOP

@@ -1,5 +1,3 @@
-//! `trocar man`.
-
 use std::path::Path;
 
 use clap::{Args, CommandFactory};

@@ -1,5 +1,3 @@
-//! The command line.
-
 mod calibrate;
 mod check;
 mod compare;
@@ -280,7 +278,7 @@ impl ScenarioArgs {
     }
 }
 
-/// Parses the command line, runs the command, and returns the exit code.
+/// Returns the exit code of the command.
 pub fn main() -> ExitCode {
     let matches = help::grouped(Cli::command()).get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());

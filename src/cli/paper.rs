@@ -1,5 +1,3 @@
-//! `trocar paper`.
-
 use std::path::PathBuf;
 
 use clap::Args;

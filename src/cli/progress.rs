@@ -1,5 +1,3 @@
-//! Progress bars on standard error, if it is a terminal.
-
 use indicatif::{ProgressBar, ProgressStyle};
 use std::time::Duration;
 
@@ -22,7 +20,7 @@ pub(super) fn counter(quiet: bool) -> ProgressBar {
     bar
 }
 
-/// Shows what is computed and for how long, for work whose length is unknown.
+/// For work whose length is unknown.
 pub(super) fn elapsed(work: &'static str, quiet: bool) -> ProgressBar {
     if quiet {
         return ProgressBar::hidden();

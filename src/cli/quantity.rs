@@ -1,14 +1,12 @@
-//! Numbers and columns on the command line, with or without a unit.
-
 use trocar_recording::Column;
 use trocar_scenario::{parse_column, parse_number};
 
-/// Parses a number in `unit`. The text may name another unit, as in `30ms` for `s`.
+/// The text may name another unit than `unit`, as in `30ms` for `s`.
 pub(super) fn quantity(unit: &'static str) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
     move |text| parse_number(text, unit)
 }
 
-/// Parses a column of a quantity in `unit`; see [`parse_column`].
+/// See [`parse_column`].
 pub(super) fn column(unit: &'static str) -> impl Fn(&str) -> Result<Column, String> + Clone + Send + Sync + 'static {
     move |text| parse_column(text, unit)
 }

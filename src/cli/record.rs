@@ -1,5 +1,3 @@
-//! `trocar record`.
-
 use std::path::PathBuf;
 
 use clap::Args;

@@ -53,8 +53,7 @@ impl RecordedFlags<'_> {
         keys_without_effect(values, &self.changes.settings, reader)
     }
 
-    /// The flags as settings, with the path of the recording if given. Flags override `tuning`, and `--set` overrides
-    /// both.
+    /// With the path of the recording if given. Flags override `tuning`, and `--set` overrides both.
     pub(super) fn settings(&self, recording: Option<&str>, tuning: &[String]) -> Vec<String> {
         let mut settings: Vec<String> = recording.and_then(file_setting).into_iter().collect();
         settings.extend(tuning.iter().cloned());
@@ -140,7 +139,7 @@ pub(super) fn is_scenario(given: &str) -> bool {
     Source::parse(given).display().ends_with(".toml")
 }
 
-/// The setting `recording.file`, or `None` for a scenario, which names its own recording.
+/// `None` for a scenario, which names its recording.
 pub(super) fn file_setting(given: &str) -> Option<String> {
     (!is_scenario(given)).then(|| format!("recording.file={}", quoted(given)))
 }
@@ -164,7 +163,7 @@ pub(super) fn load_guessed(
     let settings = flags.settings(Some(given), tuning);
     let values = load(given, &settings)?;
     let Some((columns, warning)) = guess(given, &values) else { return Ok((values, None)) };
-    // The guess comes before --set, which may also name a column.
+    // --set may also name a column.
     let guessed: Vec<String> = columns.settings().into_iter().chain(settings).collect();
     Ok((load(given, &guessed)?, Some(warning)))
 }

@@ -1,5 +1,3 @@
-//! Common code of commands with `--report`.
-
 use super::error::CliError;
 use super::terminal;
 use trocar_document::command_line;
@@ -9,7 +7,7 @@ use trocar_studies::run::Run;
 
 pub(super) const FILE: &str = "report.html";
 
-/// The path that a report shows: an absolute path becomes its file name, which reveals no path of this machine.
+/// An absolute path becomes its file name, which reveals no path of this machine.
 pub(super) fn shown(path: &str) -> String {
     let parsed = std::path::Path::new(path);
     match parsed.file_name() {

@@ -1,5 +1,3 @@
-//! `trocar roc`.
-
 use clap::Args;
 
 use super::error::{CliError, DetectError};
@@ -17,7 +15,7 @@ use trocar_report::html::Again;
 use trocar_scenario::{DetectionSpec, Reader, Scenario, Source, Values};
 use trocar_studies::roc::{Signal, Study};
 
-/// The default scenario, whose recording is evaluated.
+/// Default scenario, whose recording is evaluated.
 const SHIPPED: &str = "paper/classical";
 
 const EXAMPLES: &str = "\

@@ -1,5 +1,3 @@
-//! `trocar run`.
-
 use clap::Args;
 use rayon::prelude::*;
 

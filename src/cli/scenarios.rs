@@ -1,5 +1,3 @@
-//! `trocar scenarios`.
-
 use clap::{Args, Subcommand};
 use schemars::JsonSchema;
 use serde::Serialize;

@@ -1,5 +1,3 @@
-//! `trocar schema`.
-
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use schemars::JsonSchema;
@@ -28,10 +26,10 @@ Examples:
   trocar schema > trocar.schema.json
   trocar schema stability";
 
-/// A kind of file: its name, a description of its files, and its schema.
+/// Name, description and schema.
 type FileKind = (&'static str, &'static str, fn() -> Json);
 
-/// The kinds of files. The default is scenario files.
+/// The first one is the default.
 const KINDS: &[FileKind] = &[
     (SCENARIO, "Scenario files", json_schema),
     ("sweep-file", "Sweep files", sweep_schema),

@@ -1,5 +1,3 @@
-//! `trocar stability`.
-
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,3 @@
-//! `trocar strategies`.
-
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 

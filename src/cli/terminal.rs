@@ -1,12 +1,10 @@
-//! Prints to standard output.
-
 use std::io::{ErrorKind, IsTerminal, Write};
 
 use super::error::CliError;
 use trocar_document::Figure;
 use trocar_report::sketch;
 
-/// Prints text. A closed reader such as `head` is not an error.
+/// A closed reader such as `head` is not an error.
 pub(super) fn print(text: &str) -> Result<(), CliError> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {

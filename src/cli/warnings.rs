@@ -1,5 +1,3 @@
-//! Warnings on standard error.
-
 use std::cell::Cell;
 use std::io::Write;
 

@@ -1,4 +1,4 @@
-//! The option `--within-s` of the commands that compare alarms with labels.
+//! For the commands that compare alarms with labels.
 
 use clap::Args;
 

@@ -1,4 +1,4 @@
-//! The data of a page's controls: the meaning, range and value of every key that a page can set.
+//! The meaning, range and value of every key that a page can set.
 
 use serde_json::{Value as Json, json};
 
@@ -23,7 +23,7 @@ pub(super) fn greeting(catalogue: &Catalogue, first: &str) -> ServerMessage {
 }
 
 fn is_for_pages(key: &KeyAt) -> bool {
-    // A page shows runs, which do not depend on a population.
+    // Runs do not depend on a population.
     let is_of_runs = key.path != "simulation.engine" && !key.path.starts_with("population.");
     !matches!(key.kind, Kind::File | Kind::Text) && key.path != SCHEME && is_of_runs
 }

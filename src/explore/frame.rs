@@ -28,7 +28,7 @@ use trocar_studies::run::{Run, RunReport};
 const BEFORE_S: f64 = 0.3;
 const AFTER_S: f64 = 1.5;
 
-/// The JSON part of a frame, serialised directly: a JSON tree in between would copy everything.
+/// Serialised directly: a JSON tree in between would copy everything.
 #[derive(Serialize)]
 struct Shown {
     #[serde(rename = "type")]
@@ -43,7 +43,7 @@ struct Shown {
     server_ms: f64,
 }
 
-/// The frame of a pair, with the noise checks if they are available. `server_s` returns the time since the request.
+/// With the noise checks if available. `server_s` returns the time since the request.
 pub(super) fn frame(
     pair: &Pair,
     noise: &[NoiseCheck],
@@ -84,7 +84,7 @@ pub(super) fn signals<'a>(runs: &'a [Run; 2], ticks: &Range<usize>) -> Result<Fi
     figures::signals(&views, window)
 }
 
-/// The displayed time in s, limited to the run: the requested time, or that around the first rupture.
+/// The requested time in s, or that around the first rupture, within the run.
 fn window_s(window: ShownTime, animation: Option<&Animation>, whole_s: (f64, f64)) -> (f64, f64) {
     match (window, animation) {
         (ShownTime::Between(from_s, to_s), _) => (from_s, to_s),

@@ -23,7 +23,7 @@ impl Guard {
         Self { bound, token: None }
     }
 
-    /// The same guard with a random token of 128 bits.
+    /// 128 random bits.
     pub fn with_token(self) -> std::io::Result<Self> {
         let mut bytes = [0_u8; 16];
         getrandom::fill(&mut bytes).map_err(std::io::Error::other)?;
@@ -31,19 +31,19 @@ impl Guard {
         Ok(Self { token: Some(token), ..self })
     }
 
-    /// The query with the token, `?token=…`; empty without a token.
+    /// `?token=…`; empty without a token.
     pub fn query(&self) -> String {
         self.token.as_ref().map_or(String::new(), |token| format!("?token={token}"))
     }
 
-    /// True if no token is required, or if the query of a request contains it.
+    /// Without a token, every query is admitted.
     pub fn admits_query(&self, query: Option<&str>) -> bool {
         let Some(token) = &self.token else { return true };
         let given = |part: &str| part.strip_prefix("token=").is_some_and(|given| given == token);
         query.is_some_and(|query| query.split('&').any(given))
     }
 
-    /// True if the `Host` of a request is this server.
+    /// True for the `Host` of this server.
     pub fn admits_host(&self, host: &str) -> bool {
         let (name, port) = match host.rsplit_once(':') {
             // Colons inside brackets belong to an IPv6 address.
@@ -68,15 +68,15 @@ impl Guard {
         }
     }
 
-    /// True if a page of this server opens the WebSocket: its `Origin` equals its `Host`.
+    /// True if the `Origin` equals the `Host`.
     pub fn admits_origin(&self, origin: Option<&str>, host: &str) -> bool {
         let site = origin.and_then(|origin| origin.strip_prefix("http://"));
         self.admits_host(host) && site.is_some_and(|site| site.eq_ignore_ascii_case(host))
     }
 }
 
-/// True if the request has one `Host`, and its address, if that names a host, names the same one. HTTP refuses others,
-/// because programs between browser and server can take either.
+/// True for one `Host`, which the address of the request also names, if any. HTTP refuses others, because programs
+/// between browser and server can take either.
 pub(super) fn has_one_host<T>(request: &Request<T>) -> bool {
     let is_same = |authority: &Authority| authority.as_str().eq_ignore_ascii_case(host(request));
     request.headers().get_all("host").iter().count() < 2 && request.uri().authority().is_none_or(is_same)

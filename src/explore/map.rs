@@ -1,4 +1,4 @@
-//! The stability map of a page: the loop in permanent contact over two parameters, around the values of the page.
+//! The loop in permanent contact over two parameters, around the values of the page.
 
 use serde_json::{Value, json};
 
@@ -59,7 +59,7 @@ pub(super) fn mapped(request: &MapRequest, maker: &mut PairMaker) -> Result<Serv
     Ok(ServerMessage::json(&message))
 }
 
-/// The caption of a parameter in the displayed unit, and displayed units per SI unit (delays are in ms).
+/// The caption, and displayed units per SI unit (delays are in ms).
 fn shown_unit(parameter: Parameter) -> (String, f64) {
     let caption = parameter.caption();
     match parameter {
@@ -74,7 +74,7 @@ fn with_range(axis: Axis, range: Option<(f64, f64)>) -> Axis {
     if !is_valid {
         return axis;
     }
-    // The range comes from a map of this parameter, which was linear if it began at 0.
+    // A map of this parameter was linear if it began at 0.
     let spacing = if low > 0.0 { Spacing::Logarithmic } else { Spacing::Linear };
     Axis { low, high: high.min(max_of(axis.parameter)), spacing, ..axis }
 }

@@ -1,8 +1,7 @@
 //! The page of `trocar explore`: classical and augmented teleoperation, simulated again at every change of a slider.
 //!
 //! The command serves the page and its files on the loopback interface. A page has one WebSocket: it sends a state (a
-//! scenario and the changed keys) and receives both runs. [`page`] answers its requests, [`state`] validates them,
-//! [`guard`] checks their origin, and [`limits`] contains the limits.
+//! scenario and the changed keys) and receives both runs.
 
 mod assets;
 mod controls;

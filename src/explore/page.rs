@@ -1,5 +1,3 @@
-//! The answers to the requests of a page.
-
 use std::panic::AssertUnwindSafe;
 
 use super::controls;
@@ -14,11 +12,10 @@ use trocar_report::draw::FigureWidth;
 use trocar_studies::compare::NoiseCheck;
 use trocar_studies::run::{run, trace_table};
 
-/// A page and its last results.
 pub(super) struct Page {
     maker: PairMaker,
     shown: Option<(Show, Pair)>,
-    /// The noise checks of that pair, when they are complete.
+    /// `None` before they are complete.
     noise: Option<Vec<NoiseCheck>>,
     push: Option<Push>,
 }
@@ -28,7 +25,7 @@ impl Page {
         Self { maker: PairMaker::new(catalogue), shown: None, noise: None, push: None }
     }
 
-    /// Returns the answer to a request; `None` if there is nothing to answer. `clock` returns the time in s.
+    /// `None` if there is nothing to answer. `clock` returns the time in s.
     pub(super) fn answer(&mut self, request: Request, clock: &dyn Fn() -> f64) -> Option<ServerMessage> {
         let id = request.id();
         or_panicked(id, || self.answer_or_panic(request, clock).map(|answer| or_refused(id, answer)))
@@ -86,10 +83,10 @@ impl Page {
         Ok(ServerMessage::Frame(frame?))
     }
 
-    /// Completes the table of the shown pair by the detection in noise.
+    /// Completes the table of the last pair.
     fn noise(&mut self, id: u32) -> Option<Result<ServerMessage, StateError>> {
         let (_, pair) = self.shown.as_ref().filter(|(show, _)| show.id == id && self.noise.is_none())?;
-        // Set first, so that the noise checks are not repeated after a failure.
+        // Not repeated after a failure.
         let noise = self.noise.insert(vec![]);
         Some(pair.in_noise().map_err(StateError::from).map(|checks| {
             *noise = checks;
@@ -101,7 +98,7 @@ impl Page {
     fn export(&mut self, export: &Export) -> Result<ServerMessage, StateError> {
         let scenario = self.maker.written(&export.state, export.augmented)?;
         let which = usize::from(export.augmented);
-        // Different names let all files of a scenario be saved into one folder.
+        // All files of a scenario can be saved into one folder.
         let name = &scenario.name;
         let name = if name.ends_with(SCHEMES[which]) { name.clone() } else { format!("{name}_{}", SCHEMES[which]) };
         let (extension, content) = match export.file {
@@ -109,7 +106,7 @@ impl Page {
             File::Csv => {
                 let run = run(scenario)?;
                 let mut bytes = vec![];
-                // Writing to memory does not fail, and the CSV text is ASCII.
+                // Writing to memory does not fail; the CSV is ASCII.
                 let _ = ColumnFormat::Csv.write(&trace_table(&run.trace, |_| true), &mut bytes);
                 ("csv", String::from_utf8(bytes).unwrap_or_default())
             }
@@ -134,7 +131,7 @@ fn or_refused(id: u32, answer: Result<ServerMessage, StateError>) -> ServerMessa
     answer.unwrap_or_else(|reason| ServerMessage::refused_for(id, &reason, &reason.reasons()))
 }
 
-/// The answer to a request. A panic becomes a refusal, and the next request computes everything anew.
+/// A panic becomes a refusal, and the next request computes everything anew.
 fn or_panicked(id: u32, answer: impl FnOnce() -> Option<ServerMessage>) -> Option<ServerMessage> {
     // A panic leaves the state of the last complete answer, or a state that is computed again.
     std::panic::catch_unwind(AssertUnwindSafe(answer)).unwrap_or_else(|panic| {

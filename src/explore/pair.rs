@@ -1,5 +1,3 @@
-//! The two runs of a page: the same scenario, classical and augmented.
-
 use std::borrow::Cow;
 
 use super::state::{Catalogue, SCHEME, State, StateError, bounded};
@@ -11,7 +9,7 @@ pub const SCHEMES: [&str; 2] = ["classical", "augmented"];
 
 #[derive(Debug, Clone)]
 pub struct Pair {
-    /// The classical run, then the augmented run.
+    /// Classical, augmented.
     pub runs: [Run; 2],
 }
 
@@ -22,7 +20,7 @@ impl Pair {
     }
 }
 
-/// Runs pairs of a catalogue's scenarios. Caches the last scenario with its recording, so a slider reads no file.
+/// Caches the last scenario with its recording, so a slider reads no file.
 #[derive(Debug)]
 pub struct PairMaker {
     catalogue: Catalogue,
@@ -43,7 +41,7 @@ impl PairMaker {
         Self { catalogue, cached: None }
     }
 
-    /// The two scenarios of a state. Their [`Scenario::values`] are those of the first cached state.
+    /// Their [`Scenario::values`] are those of the first cached state.
     pub fn scenarios(&mut self, state: &State) -> Result<[Scenario; 2], StateError> {
         let (template, values, seed) = self.template(state)?;
         let mut factory = template.factory();
@@ -68,7 +66,6 @@ impl PairMaker {
         self.written(state, is_augmented)
     }
 
-    /// Runs both scenarios of a state.
     pub fn run(&mut self, state: &State) -> Result<Pair, StateError> {
         let [classical, augmented] = self.scenarios(state)?;
         let (classical, augmented) = std::thread::scope(|scope| {

@@ -1,10 +1,8 @@
-//! The messages between a page and its server.
-
 use serde::Deserialize;
 
 use super::state::State;
 
-/// A request of a page. The answer has the same `id`.
+/// The answer has the same `id`.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
 pub(super) enum Request {
@@ -18,7 +16,6 @@ pub(super) enum Request {
     Push {
         id: u32,
         state: State,
-        /// True if the run is augmented.
         augmented: bool,
     },
     /// Runs an insertion by hand up to now.
@@ -78,7 +75,7 @@ pub(super) struct MapRequest {
     pub state: State,
     pub x: String,
     pub y: String,
-    /// The ranges of the axes; without them, the axes lie around the values of the state.
+    /// By default around the values of the state.
     #[serde(default)]
     pub x_range: Option<(f64, f64)>,
     #[serde(default)]
@@ -103,7 +100,7 @@ pub(super) struct Export {
     pub file: File,
     #[serde(default)]
     pub window: ShownTime,
-    /// Width of a figure, with its unit.
+    /// With its unit.
     #[serde(default)]
     pub width: Option<String>,
 }

@@ -1,7 +1,6 @@
 //! An insertion by hand: the pointer sets the desired position of the master.
 //!
-//! The page tells the position of the pointer at each frame of its screen. The run then continues up to the present
-//! time, and its signals are the answer.
+//! The page sends the pointer at each frame of its screen, and the run continues up to the present time.
 
 use serde_json::{Value as Json, json};
 
@@ -20,25 +19,24 @@ use trocar_studies::animation::{DrawnTissue, LiveDrawing, LiveMoment, animation}
 use trocar_studies::compare::verdict_of_schemes;
 use trocar_studies::run::{Run, RunError, SteppedRun, event_shade, run};
 
-/// Maximum lag of the run behind real time in s. The run does not catch up on a larger lag.
+/// Lag behind real time in s. The run does not catch up on a larger lag.
 const MAX_LAG_S: f64 = 0.1;
 
-/// Additional range of the hand, as a fraction of the travel of the scenario's operator.
+/// As a fraction of the travel of the scenario's operator.
 const EXTRA_TRAVEL: f64 = 0.15;
 
 /// Maximum duration of an insertion by hand, in s.
 const MAX_DURATION_S: f64 = 60.0;
 
-/// Time for which the hand rests at the end of a repeated insertion, in s: the horizon of the reported advances.
+/// In s, after a repeated insertion: the horizon of the reported advances.
 const REST_S: f64 = HORIZON_S + 0.1;
 
 const RESULT_INTERVALS: usize = 1000;
 
-/// Rate at which the hand approaches its aim, in 1/s. Aims are set 60 times a second; the hand must not jump between
-/// them.
+/// In 1/s. Aims are set 60 times a second; the hand must not jump between them.
 const APPROACH_PER_S: f64 = 60.0;
 
-/// Maximum speed of the hand in m/s, that of a stab. Prevents an impact when the pointer jumps.
+/// That of a stab. Prevents an impact when the pointer jumps.
 const MAX_SPEED_M_PER_S: f64 = 0.5;
 
 #[derive(Debug)]
@@ -59,7 +57,7 @@ impl Hand {
 #[derive(Debug)]
 pub(super) struct Push {
     pub(super) id: u32,
-    /// The classical and the augmented scenario.
+    /// Classical, augmented.
     both: [Scenario; 2],
     run: SteppedRun,
     hand: Hand,
@@ -68,7 +66,7 @@ pub(super) struct Push {
     began_s: f64,
     tissue: DrawnTissue,
     drawing: LiveDrawing,
-    /// Numbers of ticks, ruptures and alarms that the page has received.
+    /// Ticks, ruptures and alarms that the page has received.
     sent: [usize; 3],
 }
 
@@ -110,8 +108,8 @@ impl Push {
         Ok(())
     }
 
-    /// Runs the ticks up to a time in s. Returns the message with their signals and events and the drawing of the last
-    /// tick; `None` if the run has ended before.
+    /// Runs up to a time in s. Returns signals, events and the drawing of the last tick; `None` if the run has ended
+    /// before.
     pub(super) fn moved(&mut self, now_s: f64) -> Result<Option<ServerMessage>, StateError> {
         if self.run.has_ended() {
             return Ok(None);
@@ -162,7 +160,7 @@ impl Push {
         }))))
     }
 
-    /// Ends the insertion and repeats its motion with both schemes.
+    /// Repeats the motion with both schemes.
     pub(super) fn result(self) -> Result<ServerMessage, StateError> {
         Ok(result(self.id, &replayed(self.both, &self.run.trace().desired_position_m)?)?)
     }
@@ -190,7 +188,7 @@ fn opening(
     }))
 }
 
-/// Repeats an insertion by hand with both schemes. `desired_m` has one position per tick, after which the hand rests.
+/// `desired_m` has one position per tick, after which the hand rests.
 fn replayed(both: [Scenario; 2], desired_m: &[f64]) -> Result<[Run; 2], RunError> {
     let again = |mut scenario: Scenario, enabled: bool| {
         let tick_s = scenario.grid.tick_s();
@@ -224,8 +222,7 @@ fn result(id: u32, runs: &[Run; 2]) -> Result<ServerMessage, FigureError> {
     })))
 }
 
-/// The scenario of a state for an insertion by hand. A recorded force becomes a function of depth, because the hand
-/// does not follow the recording.
+/// A recorded force becomes a function of depth, because the hand does not follow the recording.
 fn by_hand(state: &State, augmented: bool, maker: &mut PairMaker) -> Result<Scenario, StateError> {
     let mut state = state.clone();
     let plain = maker.written(&state, augmented)?;
@@ -234,7 +231,7 @@ fn by_hand(state: &State, augmented: bool, maker: &mut PairMaker) -> Result<Scen
         set("tissue.index", "depth".into());
     }
     let duration_s = plain.grid.time_s(plain.grid.ticks());
-    // The limit on ticks applies here too, so a shorter tick shortens the insertion.
+    // The limit on ticks shortens the insertion.
     let longest_s = MAX_DURATION_S.min((MAX_TICKS - 1) as f64 * plain.grid.tick_s());
     if duration_s < longest_s && plain.values().get("recording.file").is_none() {
         set("simulation.duration_s", longest_s.into());
@@ -242,7 +239,7 @@ fn by_hand(state: &State, augmented: bool, maker: &mut PairMaker) -> Result<Scen
     bounded(maker.written(&state, augmented)?)
 }
 
-/// Range of the hand in m: from the first position of the scenario's operator to a little beyond the deepest.
+/// Reaches from the operator's first position to a little beyond the deepest, in m.
 fn range_m(scenario: &Scenario) -> (f64, f64) {
     let (from_m, to_m) = match &scenario.operator {
         OperatorSpec::Recording(positions) => {
@@ -254,7 +251,7 @@ fn range_m(scenario: &Scenario) -> (f64, f64) {
     (from_m, to_m + EXTRA_TRAVEL * (to_m - from_m))
 }
 
-/// A row of a message; see [`COLUMNS`].
+/// See [`COLUMNS`].
 type Row = [f32; COLUMNS.len()];
 
 const COLUMNS: [&str; 8] = [
@@ -268,7 +265,7 @@ const COLUMNS: [&str; 8] = [
     "operator_force_n",
 ];
 
-/// The columns of the figure's lines by panel: tissue, feedback and felt force; slave and master position.
+/// By panel: tissue, feedback and felt force; slave and master position.
 const LINES: [&[usize]; 2] = [&[4, 5, 7], &[3, 2]];
 
 fn teleoperation_axes(is_augmented: bool) -> Result<Json, FigureError> {

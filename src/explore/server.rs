@@ -1,5 +1,3 @@
-//! The server of the page.
-
 use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
 
@@ -22,9 +20,8 @@ use super::state::Catalogue;
 #[derive(Debug, Clone)]
 pub struct Options {
     pub address: IpAddr,
-    /// Port of the server; 0 for any free port.
+    /// 0 for any free port.
     pub port: u16,
-    /// The available scenarios.
     pub catalogue: Catalogue,
     pub first: String,
 }
@@ -33,12 +30,12 @@ pub struct Options {
 pub enum ExploreError {
     #[error("cannot serve on {address}: {source}; give another --port, or --port 0 for any free port")]
     Bind { address: SocketAddr, source: std::io::Error },
-    /// The system has no threads or events for a server.
+    /// No threads or events for a server.
     #[error("cannot serve the page: {0}")]
     System(std::io::Error),
 }
 
-/// Headers of every response: only the page's own files, no frames, no caching, and the connection closes.
+/// Only the page's own files, no frames, no caching, and the connection closes.
 const HEADERS: &[(&str, &str)] = &[
     (
         "content-security-policy",

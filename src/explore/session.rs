@@ -1,4 +1,4 @@
-//! The WebSocket of a page: one request after the other.
+//! One request after the other.
 
 use std::time::Instant;
 

@@ -1,5 +1,3 @@
-//! The state of a page: a scenario and the changed keys.
-
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
@@ -12,10 +10,10 @@ use trocar_scenario::{KeyAt, Kind, Scenario, ScenarioError, Source, Value, find_
 use trocar_studies::run::RunError;
 use trocar_studies::stability_check::CheckError;
 
-/// The key that differs between the two runs of a page.
+/// Differs between the two runs of a page.
 pub(super) const SCHEME: &str = "augmentation.enabled";
 
-/// A scenario of the catalogue, with changed keys and their values as JSON.
+/// With changed keys and their values as JSON.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct State {
@@ -24,7 +22,6 @@ pub struct State {
     pub set: BTreeMap<String, serde_json::Value>,
 }
 
-/// The reason for refusing a request.
 #[derive(Debug, Error)]
 pub enum StateError {
     #[error("this page has no scenario {0:?}")]
@@ -129,14 +126,14 @@ pub(super) fn bounded(scenario: Scenario) -> Result<Scenario, StateError> {
 #[derive(Debug, Clone, Serialize)]
 pub struct Entry {
     pub name: String,
-    /// Title: the beginning of the question.
+    /// The beginning of the question.
     pub title: String,
     pub question: String,
     /// The question of the scenario's group.
     pub group: &'static str,
 }
 
-/// The folders of the shipped scenarios, each with its question.
+/// The shipped folders, each with its question.
 const GROUPS: [(&str, &str); 8] = [
     ("paper", "Does augmentation hold the needle? The paper's recordings"),
     ("layers", "What happens in layers of tissue?"),
@@ -153,20 +150,20 @@ fn group(name: &str) -> &'static str {
     GROUPS.iter().find(|(known, _)| *known == folder).map_or("Other scenarios", |(_, question)| question)
 }
 
-/// The scenarios of a page: the user's scenario, if any, and the shipped scenarios.
+/// The user's scenario, if any, and the shipped scenarios.
 #[derive(Debug, Clone)]
 pub struct Catalogue {
     given: Option<(String, Source)>,
 }
 
 impl Catalogue {
-    /// The catalogue. The scenario of the command line, if any, is the first.
+    /// The scenario of the command line, if any, is the first.
     pub fn new(given: Option<&str>) -> Self {
         let source = given.map(Source::parse).filter(|source| !matches!(source, Source::Builtin(_)));
         Self { given: source.map(|source| (source.display(), source)) }
     }
 
-    /// Returns all entries, with the user's scenario first.
+    /// The user's scenario first.
     pub fn entries(&self) -> impl Iterator<Item = Entry> {
         let given = self.given.iter().map(|(name, _)| Entry {
             name: name.clone(),
@@ -182,7 +179,7 @@ impl Catalogue {
         }))
     }
 
-    /// The source of a scenario in the catalogue. A page cannot read any other file.
+    /// A page cannot read any other file.
     pub fn source(&self, name: &str) -> Result<Source, StateError> {
         let given = self.given.iter().find(|(given, _)| given == name).map(|(_, source)| source.clone());
         let shipped = || {

@@ -29,7 +29,7 @@ pub struct Step {
     pub conditions: AlarmConditions<f64>,
 }
 
-/// Memory and time per sample are constant; only the construction allocates.
+/// Memory and time per sample are constant.
 #[derive(Debug, Clone)]
 pub struct DetectionChain {
     filter: Option<VelocityFilter<f64>>,
@@ -52,7 +52,7 @@ impl DetectionChain {
         Ok(Self { filter, chain: Chain { contact_m: settings.contact_m, estimator, detector } })
     }
 
-    /// Starts anew after a gap. Only the detector's offset of the sensor remains.
+    /// After a gap. Only the detector's offset of the sensor remains.
     pub(super) fn restarted(
         self,
         settings: &DetectionSettings,
@@ -65,7 +65,7 @@ impl DetectionChain {
         Ok(Self { filter, chain: Chain { detector, ..chain } })
     }
 
-    /// The numbers must be finite, because a NaN stays in the estimate.
+    /// A NaN stays in the estimate.
     #[inline]
     pub fn step(&mut self, measurement: &Measurement<f64>) -> Step {
         let measurement = with_velocity(self.filter.as_mut(), measurement);

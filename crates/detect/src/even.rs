@@ -10,8 +10,7 @@ const DENSE_INTERVALS: usize = 8;
 /// Maximum ratio to the median interval.
 const DENSE_SHARE: f64 = 0.5;
 
-/// Ratio to the median rate. Beyond it most samples are interpolated, and their noise is too small for a detector that
-/// adapts to it.
+/// Ratio to the median rate. Beyond it most samples are interpolated, and their noise is too small.
 const MAX_FACTOR: f64 = 10.0;
 
 const MAX_SAMPLES: f64 = 5e6;
@@ -24,16 +23,16 @@ pub(super) struct Samples {
     pub(super) force_n: Vec<f64>,
     pub(super) is_resampled: bool,
     pub(super) notes: Vec<String>,
-    /// Warnings about units that the columns ignore.
+    /// About units that the columns ignore.
     pub(super) warnings: Vec<Warning>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Rate {
     Median(f64),
-    /// Interval of the densest stretch, because the median interval would lose samples.
+    /// The median interval would lose samples.
     Dense(f64),
-    /// Longer than the densest interval, to limit the number of samples.
+    /// Limits the number of samples.
     Limited(f64),
 }
 
@@ -113,7 +112,7 @@ pub(super) fn samples(recording: Recording) -> Samples {
     let interval_s = rate.interval_s();
     let resample = |recording: &Recording| {
         let covered = recording.ticks_covered(interval_s)?;
-        // One more tick has the values of the last sample, so that none is lost.
+        // One more tick keeps the last sample.
         let rest_s = recording.duration_s() - (covered - 1) as f64 * interval_s;
         let ticks = covered + usize::from(rest_s > EVEN_SHARE * interval_s);
         Ok::<_, ResampleError>((recording.resample(interval_s, ticks)?, ticks))

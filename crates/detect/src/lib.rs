@@ -57,7 +57,7 @@ pub struct Detection {
     pub extra_parameter: Option<(&'static str, Vec<f64>)>,
     pub alarms: Vec<usize>,
     pub contact_m: f64,
-    /// True if the needle was ever below the contact.
+    /// Below the contact at any time.
     pub touched: bool,
     pub conditions: Vec<SampleConditions>,
     pub detector: DetectorSettings,
@@ -81,7 +81,7 @@ impl Detection {
 /// Smaller changes of the position are rounding.
 const MIN_STEP_M: f64 = 1e-9;
 
-/// Resamples an uneven recording. Without a recorded velocity, a Kalman filter estimates it from the positions.
+/// Resamples an uneven recording. A Kalman filter replaces missing velocities.
 pub fn detect(spec: &DetectionSpec) -> Result<Detection, InvalidValue> {
     detect_recording(spec.recording.recording.clone(), &spec.settings)
 }
@@ -100,7 +100,7 @@ pub fn detect_recording(recording: Recording, settings: &DetectionSettings) -> R
         let phases = PhaseRule::default().split(signals.position_m, interval_s, settings.contact_m);
         (phases, Plausibility::of(&signals))
     };
-    // In parallel: for a long recording the second closure takes a third of the chain's time.
+    // In parallel: the second closure takes a third of the chain's time.
     let ((estimates, decisions), (phases, recorded)) = rayon::join(|| evaluate(&mut chain, &signals), of_samples);
     let Samples { time_s, position_m, velocity_m_per_s: measured, force_n, is_resampled, notes, warnings, .. } =
         samples;
@@ -133,7 +133,7 @@ pub fn detect_recording(recording: Recording, settings: &DetectionSettings) -> R
     })
 }
 
-/// The given step if above 0, else the smallest change between two samples.
+/// The given step, else the smallest change between two samples.
 fn position_step_m(position_m: &[f64], given_m: f64) -> f64 {
     if given_m > 0.0 {
         return given_m;

@@ -15,9 +15,9 @@ fn delay_s(alarm_s: f64, label_s: f64) -> f64 {
 /// Matches alarms to labels one to one (both in s, ascending). An alarm matches a label at most `within_s` before it.
 /// The result has the maximum number of matches and, among such matchings, the minimum sum of delays.
 ///
-/// A pass from the last label to the first finds the latest matchable labels, and a pass from the first alarm to the
-/// last the earliest matchable alarms. Some matching joins both sets (Mendelsohn and Dulmage 1958). As all windows have
-/// the same length, crossing pairs can exchange partners, so the k-th alarm matches the k-th label.
+/// Two passes find the latest matchable labels and the earliest matchable alarms. Some matching joins both sets
+/// (Mendelsohn and Dulmage 1958). As all windows have the same length, crossing pairs can exchange partners, so the
+/// k-th alarm matches the k-th label.
 pub fn match_alarms(alarms_s: &[f64], labels_s: &[f64], within_s: f64) -> Vec<Match> {
     let is_late = |alarm: usize, label: usize| delay_s(alarms_s[alarm], labels_s[label]) > within_s;
     let is_early = |alarm: usize, label: usize| delay_s(alarms_s[alarm], labels_s[label]) < 0.0;
@@ -52,14 +52,14 @@ pub fn match_alarms(alarms_s: &[f64], labels_s: &[f64], within_s: f64) -> Vec<Ma
     alarms.into_iter().zip(labels).map(pair).collect()
 }
 
-/// An alarm may precede the end of the fall, so the fall may end after it.
+/// The fall may end after an alarm.
 const FALL_BEFORE_S: f64 = 0.1;
 const FALL_AFTER_S: f64 = 0.03;
 
 /// Share of the residual.
 const FALLEN_SHARE: f64 = 0.5;
 
-/// False if the prediction changed instead of the force, so that the alarm indicates no rupture.
+/// False if the prediction changed instead of the force.
 pub(super) fn follows_fall(force_n: &[f64], interval_s: f64, sample: usize, residual_n: f64) -> bool {
     let samples_in = |time_s: f64| (time_s / interval_s).round() as usize;
     let from = sample.saturating_sub(samples_in(FALL_BEFORE_S));

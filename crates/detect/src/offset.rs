@@ -4,7 +4,7 @@ use trocar_base::warning::{Code, Warning};
 
 const MIN_SAMPLES: usize = 100;
 
-/// Samples per block, whose mean force is compared with the initial force.
+/// Their mean force is compared with the initial force.
 const BLOCK: usize = 20;
 
 /// A free needle moves at least so far at constant force.
@@ -30,7 +30,7 @@ fn free_motion(signals: &Signals<'_>) -> Option<Warning> {
     let tolerance_n = (CONSTANT_STDS * noise_std(force)).max(CONSTANT_N);
     let blocks = force.chunks_exact(BLOCK).take_while(|block| (mean(block) - first_n).abs() <= tolerance_n).count();
     let end = blocks * BLOCK;
-    // Constant to the end: no information about the contact.
+    // Constant to the end: no information.
     if end + BLOCK > force.len() {
         return None;
     }
@@ -54,7 +54,7 @@ fn free_motion(signals: &Signals<'_>) -> Option<Warning> {
     })
 }
 
-/// Warns of a first force that exceeds all later changes, or that pulls at the needle.
+/// A first force that exceeds all later changes, or that pulls at the needle.
 fn beginning(signals: &Signals<'_>) -> Option<Warning> {
     let force = signals.force_n;
     let first_n = force[..BLOCK].iter().sum::<f64>() / BLOCK as f64;

@@ -50,12 +50,12 @@ pub struct PhaseInterval {
 
 /// Determines the phases from positions alone.
 ///
-/// The mean velocity at a sample is `v̄ = (p(t + w/2) - p(t - w/2)) / w`. In contact the phase is insertion if `v̄ >
-/// moving_m_per_s`, withdrawal if `v̄ < -moving_m_per_s`, and hold otherwise. An interval shorter than `shortest_s`
-/// joins the previous one.
+/// The mean velocity at a sample is `v̄ = (p(t + w/2) - p(t - w/2)) / w`. In contact the phase is insertion if
+/// `v̄ > moving_m_per_s`, withdrawal if `v̄ < -moving_m_per_s`, and hold otherwise. An interval shorter than
+/// `shortest_s` joins the previous one.
 ///
-/// The defaults are chosen here: 0.1 s is a period of a tremor of 10 Hz, which then does not count as motion; 1 mm/s
-/// lies between a resting hand's creep and the shipped insertion.
+/// The defaults are chosen here: 0.1 s is a period of a tremor of 10 Hz; 1 mm/s lies between a resting hand's creep and
+/// the shipped insertion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhaseRule {
     /// `w`, above 0.
@@ -73,7 +73,7 @@ impl Default for PhaseRule {
 }
 
 impl PhaseRule {
-    /// The intervals have no gaps; neighbours differ in phase.
+    /// Without gaps; neighbours differ in phase.
     pub fn split(&self, position_m: &[f64], interval_s: f64, contact_m: f64) -> Vec<PhaseInterval> {
         let samples = |duration_s: f64| (duration_s / interval_s).round().max(0.0) as usize;
         let half = samples(0.5 * self.window_s).max(1);
@@ -113,7 +113,7 @@ fn extend(intervals: &mut Vec<PhaseInterval>, phase: Phase, samples: Range<usize
     }
 }
 
-/// If all intervals are shorter than `shortest`, one interval has the phase of the longest.
+/// If all intervals are shorter than `shortest`, the longest gives the phase.
 fn merge(intervals: &[PhaseInterval], shortest: usize) -> Vec<PhaseInterval> {
     let mut merged: Vec<PhaseInterval> = vec![];
     for interval in intervals {

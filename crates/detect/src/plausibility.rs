@@ -1,4 +1,4 @@
-//! Checks whether the numbers of a recording are plausible for a needle insertion.
+//! Plausible numbers of a needle insertion.
 
 use super::offset::offset;
 use super::{Detection, LabelMiss, Samples};
@@ -6,27 +6,25 @@ use trocar_base::interrupt;
 use trocar_base::warning::{Code, Warning};
 use trocar_scenario::DetectionSettings;
 
-/// Range of the sampling rate without a warning, in Hz.
+/// Sampling rates without a warning.
 ///
 /// With the defaults of `trocar calibrate`, the slowest rupture's force falls by half in 30 ms, three samples at the
 /// minimum rate. No force sensor samples faster than the maximum.
 const RATE_HZ: (f64, f64) = (100.0, 1e5);
 
-/// Upper bound of an insertion's force in N. The largest rupture force of a layer is 19.2 N; handles and phantoms take
-/// more.
+/// The largest rupture force of a layer is 19.2 N; handles and phantoms take more.
 const MAX_FORCE_N: f64 = 60.0;
 
-/// Lower bound of an insertion's largest force in N: above a thousandth of [`MAX_FORCE_N`], and below that of a needle
-/// in any tissue of the literature.
+/// Above a thousandth of [`MAX_FORCE_N`], and below the largest force of a needle in any tissue of the literature.
 const MIN_FORCE_N: f64 = 0.1;
 
 const TRAVEL_M: (f64, f64) = (3e-4, 0.5);
 
-/// Largest stiffness during an insertion in N/m: ten times the stiffness of a rig's stiffest layer.
+/// Ten times the stiffness of a rig's stiffest layer.
 const MAX_STIFFNESS_N_PER_M: f64 = 2e4;
 
-/// The force does not resist if its correlation with the position, while the needle advances, is below this value. The
-/// check needs at least the force in N.
+/// Correlation of force and position, while the needle advances, below which the force does not resist. The check needs
+/// at least the force in N.
 const FALLING: f64 = -0.5;
 const MIN_RESISTING_N: f64 = 1.0;
 
@@ -35,14 +33,10 @@ const RATIO: (f64, f64) = (0.5, 2.0);
 
 const SLOPE_SAMPLES: usize = 20;
 
-/// Number of windows of [`SLOPE_SAMPLES`] summed together, for vectorisation.
+/// Windows of [`SLOPE_SAMPLES`] summed together, for vectorisation.
 const WINDOWS_AT_ONCE: usize = 256;
 
-/// Minimum share of the time in contact for which the detector is armed, and minimum time in contact in s.
-const MIN_ARMED: f64 = 0.1;
-const MIN_CONTACT_S: f64 = 0.5;
-
-/// Motion in contact in m over which a force of at least [`MIN_RESISTING_N`] must change.
+/// Motion in contact over which a force of at least [`MIN_RESISTING_N`] must change.
 const MIN_MOTION_M: f64 = 5e-4;
 
 /// Warns if samples `interval_s` (s) apart are too far apart for a rupture, or closer than sensors sample.
@@ -111,8 +105,8 @@ impl Plausibility {
     }
 }
 
-/// Warnings about a recording that a run replays at `interval_s` (s): implausible position (m) or force (N). The
-/// remedies name flags, whose keys have the same names.
+/// About a recording replayed at `interval_s` (s): implausible position (m) or force (N). The remedies name flags,
+/// whose keys have the same names.
 pub fn recorded_warnings(interval_s: f64, position_m: &[f64], force_n: &[f64]) -> Vec<Warning> {
     let count = position_m.len().min(force_n.len());
     let time_s: Vec<f64> = (0..count).map(|sample| sample as f64 * interval_s).collect();
@@ -197,7 +191,7 @@ fn force(signals: &Signals<'_>, peak: usize) -> Option<Warning> {
     None
 }
 
-/// The regression of force on position while the needle advances, up to the largest force.
+/// While the needle advances, up to the largest force.
 struct Slope {
     n_per_m: f64,
     correlation: f64,
@@ -274,7 +268,7 @@ fn velocity(signals: &Signals<'_>) -> Option<Warning> {
     if vv == 0.0 || ss == 0.0 {
         return None;
     }
-    // Both signals are noisy, and neither biases the ratio of their magnitudes.
+    // Noise does not bias the ratio of the magnitudes.
     let ratio = (ss / vv).sqrt() * vs.signum();
     let is_related = vs.abs() > 0.5 * (vv * ss).sqrt();
     (is_related && !(RATIO.0..=RATIO.1).contains(&ratio)).then(|| {
@@ -306,39 +300,18 @@ fn contact(detection: &Detection, peak: usize) -> Option<Warning> {
         let remedy = "give a smaller --contact-m, or change the sign of --position, as in --position COLUMN:-mm";
         return Some(Warning::new(Code::ForceOutOfContact, message).at("--contact-m or --position").remedy(remedy));
     }
-    if let Some(alarm) = detection.alarms.iter().position(|&sample| detection.position_m[sample] <= contact_m) {
-        let sample = detection.alarms[alarm];
-        let message = format!(
-            "alarm {} at {:.3} s is raised out of contact, at a force of {:.3} N: the needle is at {:.3} mm, the contact at {:.3} mm",
-            alarm + 1,
-            detection.time_s[sample],
-            force[sample],
-            1e3 * detection.position_m[sample],
-            1e3 * contact_m
-        );
-        let remedy = "give a smaller --contact-m, or change the sign of --position or --force, as in --force COLUMN:-N";
-        let place = "--contact-m, --position or --force";
-        return Some(Warning::new(Code::ForceOutOfContact, message).at(place).remedy(remedy));
-    }
-    let in_contact = detection.position_m.iter().filter(|&&position| position > contact_m).count();
-    let armed = detection.conditions.iter().filter(|conditions| conditions.in_contact() && conditions.armed()).count();
-    let share = armed as f64 / in_contact as f64;
-    (in_contact as f64 * detection.interval_s >= MIN_CONTACT_S && share < MIN_ARMED).then(|| {
-        let (why, key, remedy) = match detection.detector.distance.kind.waits_for() {
-            Some(waits_for) => (
-                format!("it waits for {waits_for}"),
-                "detector.distance",
-                "begin the recording earlier, or choose another detector",
-            ),
-            None => (
-                "g keeps exceeding the threshold".to_owned(),
-                "detector.drift",
-                "the noise or the model's error is too large for the settings: `trocar calibrate` computes others",
-            ),
-        };
-        let message = format!("the detector was armed in only {:.0} % of the time in contact: {why}", 100.0 * share);
-        Warning::new(Code::RarelyArmed, message).at(key).remedy(remedy)
-    })
+    let alarm = detection.alarms.iter().position(|&sample| detection.position_m[sample] <= contact_m)?;
+    let sample = detection.alarms[alarm];
+    let message = format!(
+        "alarm {} at {:.3} s is raised out of contact, at a force of {:.3} N: the needle is at {:.3} mm, the contact at {:.3} mm",
+        alarm + 1,
+        detection.time_s[sample],
+        force[sample],
+        1e3 * detection.position_m[sample],
+        1e3 * contact_m
+    );
+    let remedy = "give a smaller --contact-m, or change the sign of --position or --force, as in --force COLUMN:-N";
+    Some(Warning::new(Code::ForceOutOfContact, message).at("--contact-m, --position or --force").remedy(remedy))
 }
 
 fn constant_force(signals: &Signals<'_>, peak: usize) -> Option<Warning> {
@@ -349,7 +322,7 @@ fn constant_force(signals: &Signals<'_>, peak: usize) -> Option<Warning> {
         if sample < force.len() && force[sample] == force[start] {
             continue;
         }
-        // A value that occurs once has not stayed constant.
+        // A value that occurs once is not constant.
         if sample - start > 1 && force[start].abs() >= MIN_RESISTING_N {
             let (low_m, high_m) = range(&position[start..sample])?;
             let travel_m = high_m - low_m.max(signals.contact_m);

@@ -1,4 +1,4 @@
-//! Two parallel stages: the estimator is a block ahead of the detector.
+//! The estimator is a block ahead of the detector, in parallel.
 
 use super::chain::{DetectionChain, Estimation};
 use super::conditions::SampleConditions;
@@ -10,7 +10,7 @@ use trocar_core::chain::Measurement;
 use trocar_core::detector::{CusumDetector, Decision, Detector, DetectorInput};
 use trocar_core::estimation::Estimate;
 
-/// Half a millisecond of work, much longer than a thread's wake-up.
+/// Half a millisecond of work, longer than a thread's wake-up.
 const BLOCK: usize = 16384;
 
 /// Residual, stiffness, damping, velocity, extra parameter and decisions; the last two are empty unless requested.

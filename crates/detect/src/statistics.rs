@@ -119,7 +119,7 @@ fn robust_stds(detection: &Detection) -> (Option<f64>, [Option<f64>; Phase::ALL.
 }
 
 pub(super) fn statistics(detection: &Detection) -> (ResidualStatistics, Vec<PhaseStatistics>) {
-    // In parallel: each takes a large part of the detection's time.
+    // Each takes a large part of the detection's time.
     let totals = || rayon::join(|| Totals::of(detection), || standard_errors(detection));
     let ((totals, errors), (robust, robust_phases)) = rayon::join(totals, || robust_stds(detection));
     let (sums, squares_n2) = totals.all;
@@ -210,7 +210,7 @@ impl PhaseStatistics {
         }
     }
 
-    /// Every sample has equal weight. The standard deviation is about each recording's mean.
+    /// Samples have equal weight. The standard deviation is about each recording's mean.
     pub fn pooled<'a>(phase: Phase, of: impl IntoIterator<Item = &'a Self>) -> Self {
         let of_phase: Vec<&Self> = of.into_iter().filter(|statistics| statistics.phase == phase).collect();
         let samples = of_phase.iter().map(|s| s.samples).sum();

@@ -1,5 +1,3 @@
-//! Absolute stability over a parameter: Llewellyn's parameter and the needed damping of the hand.
-
 use super::FigureError;
 use trocar_document::figure::{
     Axis, Figure, GREY, Panel, Row, SKY, Sample, Series, Stroke, VERMILION, X_TICKS, Y_TICKS, extent,
@@ -10,7 +8,7 @@ use trocar_document::figure::{
 pub struct AbsoluteView {
     pub name: String,
     pub caption: String,
-    /// The values of the parameter, increasing.
+    /// Increasing.
     pub values: Vec<f64>,
     pub llewellyn: Vec<f64>,
     /// The needed damping of the hand in N·s/m.
@@ -19,7 +17,6 @@ pub struct AbsoluteView {
     pub of_arm: Vec<f64>,
 }
 
-/// Draws the absolute stability over a parameter.
 pub fn absolute(view: &AbsoluteView) -> Result<Figure<'static>, FigureError> {
     let Some((low, high)) = extent(view.values.iter().copied()) else {
         return Err(FigureError::Empty { figure: "absolute" });

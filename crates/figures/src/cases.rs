@@ -1,5 +1,3 @@
-//! A metric of a sweep's cases over one axis.
-
 use trocar_document::figure::{
     Axis, COMPUTED, Figure, Panel, Row, SKY, Sample, Series, Stroke, X_TICKS, Y_TICKS, extent,
 };

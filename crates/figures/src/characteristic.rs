@@ -1,4 +1,4 @@
-//! Detection probability and delay over the false-alarm rate, one line per detector.
+//! Detection probability and delay over the false-alarm rate.
 
 use super::FigureError;
 use trocar_document::counted;

@@ -10,7 +10,6 @@ pub fn delay_histogram(delays_s: &[f64]) -> Result<Figure<'static>, FigureError>
     let Some(&max_ms) = delays_ms.last() else { return Err(FigureError::Empty { figure: "delays" }) };
     let (counts, bin) = bins(&delays_ms, max_ms);
     let max_count = counts.iter().copied().max().unwrap_or(1);
-    // The ticks are integers.
     let count_axis = Axis::from_zero(max_count as f64, Y_TICKS.min(max_count));
     let shade = GREY.pale(0.45);
     let mut outline = vec![(0.0, 0.0)];

@@ -1,4 +1,4 @@
-//! Diagrams without data: the phases of an insertion, the principle of the detection, and the augmented controller.
+//! Diagrams without data.
 
 use trocar_document::figure::{
     AUGMENTED, Axis, COMPUTED, Color, Figure, GREY, GUIDE, Panel, Point, RUPTURE, Row, SKY, Stroke,
@@ -106,7 +106,6 @@ pub fn augmented_controller() -> Figure<'static> {
         (&[(11.0, 26.0), (11.0, 40.0)], COMPUTED),
     ];
     arrows.into_iter().for_each(|(arrow, line)| diagram.arrow(arrow, line));
-    // The measured force passes the detection before the force law.
     diagram.arrow(&[(76.0, 10.0), (76.0, 26.0), (43.0, 26.0), (43.0, 18.0)], COMPUTED);
     for (at, text) in [
         ((11.0, 22.0), "X_h^d"),

@@ -1,5 +1,3 @@
-//! The marked instants and intervals of a figure, and their legend.
-
 use super::{EstimationView, RunView};
 use trocar_document::figure::{Entry, Events, Sample, Shade, extent, union};
 

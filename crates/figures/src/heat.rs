@@ -1,5 +1,3 @@
-//! Heat maps: a quantity over two axes as colours.
-
 use super::FigureError;
 use trocar_document::figure::{Axis, Color, Entry, Figure, Panel, Row, Sample, X_TICKS, Y_TICKS, extent};
 use trocar_document::{decimals, significant};
@@ -23,7 +21,7 @@ pub struct AxisView<'a> {
 #[derive(Clone, Debug)]
 pub struct HeatView<'a> {
     pub name: &'a str,
-    /// Quantity and unit of the colours.
+    /// Quantity and unit.
     pub caption: &'a str,
     pub axes: [AxisView<'a>; 2],
     /// Horizontal centres, ascending.

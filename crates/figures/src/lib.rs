@@ -124,7 +124,6 @@ pub const ESTIMATION_FIGURES: [(&str, DrawEstimation); 4] = [
     ("residual", |view| residual_histogram(view)),
 ];
 
-/// Draws a figure of runs, optionally in a window of time in s.
 pub type DrawRuns = for<'a> fn(&[RunView<'a>], Option<(f64, f64)>) -> Result<Figure<'a>, FigureError>;
 
 pub const RUN_FIGURES: [(&str, DrawRuns); 2] = [("comparison", comparison), ("overlay", overlay)];

@@ -1,4 +1,4 @@
-//! Common axis limits of several runs. Diverged runs do not affect the limits.
+//! Diverged runs do not affect the limits.
 
 use trocar_document::figure::{Axis, Y_TICKS, quantile_extent, union};
 

@@ -65,7 +65,7 @@ pub fn loop_response(name: &str, response: &LoopResponse) -> Result<Figure<'stat
         ..Panel::new(x_axis, "Frequency (Hz)", Axis::padded(phase, Y_TICKS), "Phase of L (°)")
     };
     let square = || Axis::exact((-NYQUIST, NYQUIST), Y_TICKS);
-    // The gain is not monotonic in its real part, so it is a curve.
+    // The gain is not monotonic in its real part.
     let nyquist = response.gain.iter().map(|(_, gain)| (gain.re, gain.im)).collect();
     let critical = Stroke::solid(PURPLE, 8.0);
     let nyquist = Panel {

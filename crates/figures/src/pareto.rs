@@ -1,5 +1,3 @@
-//! Designs on a Pareto front, in the search and on other patients, beside shipped strategies.
-
 use super::FigureError;
 use trocar_document::figure::{
     Axis, BLACK, Entry, Figure, GREY, Panel, Point, Row, Sample, Stroke, VERMILION, WHITE, X_TICKS, Y_TICKS, extent,

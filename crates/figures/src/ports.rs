@@ -1,5 +1,3 @@
-//! The two-port of the teleoperator over frequency.
-
 use super::FigureError;
 use trocar_document::figure::{
     Axis, BLACK, COMPUTED, Figure, GREY, LIMIT, Panel, Row, Sample, Series, Stroke, TISSUE, Y_TICKS, extent,

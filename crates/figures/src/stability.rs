@@ -1,5 +1,3 @@
-//! The stability map over two parameters.
-
 use super::FigureError;
 use trocar_document::figure::{
     Axis, BLACK, Color, Figure, GREY, ORANGE, PURPLE, Panel, Point, Row, Sample, Stroke, WHITE, X_TICKS, Y_TICKS,

@@ -1,5 +1,3 @@
-//! Comparison of a study's strategies: benefits and costs.
-
 use super::FigureError;
 use trocar_document::figure::{
     Axis, BLACK, Entry, Figure, GREY, GUIDE, Panel, Point, Row, Sample, Stroke, VERMILION, extent,

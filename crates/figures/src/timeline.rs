@@ -1,4 +1,4 @@
-//! Many recordings over one time axis: phases of the needle, ruptures and alarms.
+//! Many recordings over one time axis.
 
 use super::FigureError;
 use super::events::entries;

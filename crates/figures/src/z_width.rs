@@ -1,4 +1,4 @@
-//! The Z-width: the maximum stiffness of stable and passive walls over their damping.
+//! The maximum stiffness of stable and passive walls over their damping.
 
 use super::FigureError;
 use trocar_document::figure::{Axis, Figure, GREEN, Panel, Row, SKY, Sample, Series, Stroke, X_TICKS, extent};

@@ -13,7 +13,7 @@ const REPEATED: usize = 3;
 
 const LONGEST_DELAY_S: f64 = 0.05;
 
-/// A controller that explains less of the actuator's force is rejected.
+/// Minimum explained share of the actuator's force.
 const LEAST_SHARE: f64 = 0.5;
 
 /// With a 95 % interval.
@@ -35,8 +35,8 @@ pub(crate) struct Controller {
 impl Controller {
     /// The regression `u(t + δ_0) = c_0 e + c_1 ė + c_2 ë` gives `K_p = c_0`; for a controller that acts δ later,
     /// `c_1 = K_d - K_p δ` and `c_2 = K_p δ²/2 - K_d δ`. Repeating it with δ_0 increased by δ removes the error of the
-    /// expansion. The interval adds the changes at half and at twice the smoothing to the sampling error. `None`
-    /// without an actuator force.
+    /// expansion. The interval includes the changes at half and at twice the smoothing. `None` without an actuator
+    /// force.
     pub(crate) fn of(recordings: &[Measured]) -> Result<Option<Self>, IdentifyError> {
         let with_actuator: Vec<&Measured> = recordings.iter().filter(|one| one.actuator_n.is_some()).collect();
         if with_actuator.is_empty() {
@@ -180,7 +180,7 @@ impl Smoothed {
     }
 }
 
-/// Scales the rows, because their units differ; `None` if singular.
+/// Scaled, because the units differ; `None` if singular.
 fn scaled_inverse(matrix: &Matrix3<f64>) -> Option<Matrix3<f64>> {
     let scale = matrix.diagonal().map(|value| 1.0 / value.sqrt());
     let scaling = Matrix3::from_diagonal(&scale);

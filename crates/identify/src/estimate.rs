@@ -18,10 +18,10 @@ use crate::zero::FreeMotion;
 /// A slow, a usual and a fast slave.
 const STARTS_RAD_PER_S: [f64; 3] = [30.0, 120.0, 500.0];
 
-/// The rest of each training recording is held out to compare the structures.
+/// The rest is held out to compare the structures.
 pub(crate) const FITTED_SHARE: f64 = 2.0 / 3.0;
 
-/// The simplest structure within this distance of the best held-out fit is chosen.
+/// The simplest structure within this distance of the best fit is chosen.
 const TOLERANCE_PERCENT: f64 = 0.05;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -53,7 +53,7 @@ impl Role {
 pub struct Fit {
     pub measured: Measured,
     pub role: Role,
-    /// Reading without a load, in N; 0 without a training recording in free motion.
+    /// In N; 0 without a training recording in free motion.
     pub sensor_zero_n: f64,
     /// `None` if the simulation diverges.
     pub simulated_m: Option<Vec<f64>>,
@@ -88,10 +88,9 @@ impl Identification {
     }
 }
 
-/// Steps that [`identify`] reports.
 pub const STEPS: usize = STARTS_RAD_PER_S.len() + Structure::ALL.len() + 1;
 
-/// Deterministic. Calls `progress` after each of [`STEPS`] steps.
+/// Calls `progress` after each of [`STEPS`] steps.
 pub fn identify(request: Request, progress: impl Fn()) -> Result<Identification, IdentifyError> {
     let Request { training, predictions } = request;
     if training.is_empty() {
@@ -172,8 +171,8 @@ fn zeros(training: &[Measured], free_motion: Option<FreeMotion>, coulomb_n: f64)
     training.iter().enumerate().map(zero_n).collect()
 }
 
-/// With a recording in free motion and a known controller, that recording alone determines mass and viscous friction:
-/// contact effects, such as the hysteresis of a foam, are not part of the machine.
+/// A recording in free motion with a known controller alone determines mass and viscous friction: contact effects, such
+/// as the hysteresis of a foam, are not part of the machine.
 struct Stages {
     base: Vec<Parameter>,
     free_motion: Option<FreeMotion>,
@@ -282,7 +281,7 @@ fn per_mass(machine: &Machine) -> Machine {
     }
 }
 
-/// Raises the free parameters to at least a hundredth of a start of the same size.
+/// To at least a hundredth of a start of the same size.
 fn lifted(mut machine: Machine, start: &Machine, free: &[Parameter]) -> Machine {
     let size = machine.position_gain_n_per_m / start.position_gain_n_per_m;
     for parameter in free {
@@ -292,7 +291,7 @@ fn lifted(mut machine: Machine, start: &Machine, free: &[Parameter]) -> Machine 
     machine
 }
 
-/// Zeroes parameters that the optimiser drove to their bound, below a millionth of their start.
+/// Zeroes parameters below a millionth of their start.
 fn without_traces(mut machine: Machine, start: &Machine, free: &[Parameter]) -> Machine {
     for parameter in free.iter().filter(|parameter| parameter.is_positive() && **parameter != Parameter::Mass) {
         if parameter.of(&machine) < 1e-6 * parameter.of(start) {
@@ -302,14 +301,14 @@ fn without_traces(mut machine: Machine, start: &Machine, free: &[Parameter]) -> 
     machine
 }
 
-/// Mean fit in % on the last third of each recording, estimated on the rest.
+/// On the last third of each recording, estimated on the rest.
 fn held_out(training: &[Measured], stages: &Stages, structure: Structure, start: &Model) -> Option<f64> {
     let cut = |one: &Measured| (FITTED_SHARE * one.len() as f64) as usize;
     let fitted: Vec<Measured> = training.iter().map(|one| one.before(cut(one))).collect();
     let Model { machine, zeros_n } = stages.solve(&fitted, structure, start.clone()).model;
     let fits = training.iter().zip(&zeros_n).map(|(one, zero_n)| {
         let (simulated, from) = (machine.simulate(one, *zero_n)?, cut(one));
-        // Relative to the motion of a third of the recording, because the end may be at rest.
+        // The end may be at rest.
         let motion_m = one.motion_m() * (1.0 - FITTED_SHARE).sqrt();
         Some(fit_percent(&simulated[from..], &one.slave_m[from..], motion_m))
     });

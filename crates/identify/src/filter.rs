@@ -2,7 +2,7 @@ pub(crate) fn half(half_s: f64, interval_s: f64) -> usize {
     ((half_s / interval_s).round() as usize).max(1)
 }
 
-/// The value a delay before a sample, linear between samples and constant beyond the ends.
+/// Linear between samples and constant beyond the ends.
 pub(crate) fn delayed(values: &[f64], sample: usize, delay_s: f64, interval_s: f64) -> f64 {
     let last = values.len() - 1;
     let place = (sample as f64 - delay_s / interval_s).clamp(0.0, last as f64);
@@ -25,7 +25,7 @@ pub(crate) fn slope(values: &[f64], half: usize, interval_s: f64) -> Vec<f64> {
 }
 
 /// Slope per s of the least-squares cubic: `Σ k (S₆ - S₄ k²) x_{i+k} / (h (S₂ S₆ - S₄²))` with `S_n = Σ kⁿ`. It
-/// attenuates fast motions less than a line. Near the ends the window shrinks to a difference.
+/// attenuates fast motions less than a line.
 pub(crate) fn cubic_slope(values: &[f64], half: usize, interval_s: f64) -> Vec<f64> {
     let weights: Vec<Vec<f64>> = (0..=half).map(|half| cubic_weights(half, interval_s)).collect();
     let last = values.len().saturating_sub(1);
@@ -50,7 +50,7 @@ fn cubic_weights(half: usize, interval_s: f64) -> Vec<f64> {
     (1..=half).map(|k| weight(k as f64)).collect()
 }
 
-/// Applies a moving mean twice. Ends, within `2 half` samples, are means over fewer samples.
+/// A moving mean, twice. Ends, within `2 half` samples, are means over fewer samples.
 pub(crate) fn smooth(values: &[f64], half: usize) -> Vec<f64> {
     moving_mean(&moving_mean(values, half), half)
 }

@@ -10,7 +10,7 @@ pub(crate) const MIN_DURATION_S: f64 = 0.2;
 
 const HUGE: f64 = 1e9;
 
-/// Columns in SI units, evenly spaced.
+/// In SI units, evenly spaced.
 pub(crate) struct Grid {
     pub(crate) name: String,
     pub(crate) interval_s: f64,

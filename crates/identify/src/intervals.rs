@@ -8,7 +8,7 @@ use crate::actuator::Bounded;
 use crate::problem::Problem;
 use crate::system::System;
 
-/// Per recording. Residuals are correlated within a block; blocks count as independent.
+/// Residuals are correlated within a block; blocks count as independent.
 pub(crate) const BLOCKS: usize = 12;
 
 /// Relative to the value or its start.
@@ -21,7 +21,7 @@ pub(crate) fn student(freedom: f64) -> f64 {
     z + (z.powi(3) + z) / (4.0 * n) + (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / (96.0 * n * n)
 }
 
-/// A solved problem that fixes unknowns of a later one; `recording` is the index of its recording there.
+/// `recording` is the index of its recording in the later problem.
 pub(crate) struct Earlier<S: System> {
     pub(crate) problem: Problem<S>,
     pub(crate) recording: usize,
@@ -45,7 +45,7 @@ impl Linearised {
         Self { errors, columns }
     }
 
-    /// Gradients `Σ J_i r_i` of the blocks, enlarged for the fitted unknowns.
+    /// `Σ J_i r_i`, enlarged for the fitted unknowns.
     fn scores<S: System>(&self, problem: &Problem<S>) -> Vec<DVector<f64>> {
         let blocks = blocks(problem);
         let share = (blocks.len() as f64 / freedom(problem)).sqrt();
@@ -129,7 +129,7 @@ pub(crate) fn intervals<S: System>(
     }
     let deviations = deviations(&slopes, &meat);
     let effective = EffectiveBlocks::of(&slopes, &informations);
-    // An unknown in both problems changes by effects of the contact that the structure does not explain.
+    // Effects of the contact change an unknown in both problems.
     let change = |unknown: S::Unknown, value: f64| {
         let earlier = earlier.filter(|one| one.problem.free().contains(&unknown));
         earlier.map_or(0.0, |one| (S::value(unknown, &one.problem.model()) - value).abs())
@@ -193,7 +193,6 @@ impl EffectiveBlocks {
     }
 }
 
-/// Ranges among the errors of all recordings.
 fn blocks<S: System>(problem: &Problem<S>) -> Vec<Range<usize>> {
     let mut start = 0;
     let mut blocks = vec![];

@@ -1,9 +1,8 @@
 //! Parameters of a machine, with 95 % intervals, from recordings of it.
 //!
-//! [`identify`] estimates the controller's gains, the moving mass, friction, and the errors of the force sensor. It
-//! simulates the slave with the measured master position and force, and minimises the error of the slave position
-//! (output error), so that position noise does not bias the parameters. [`identify_part`] does the same for a tissue,
-//! an arm or a master.
+//! [`identify`] simulates the slave with the measured master position and force, and minimises the error of the slave
+//! position (output error), so that position noise does not bias the parameters. [`identify_part`] does the same for a
+//! tissue, an arm or a master.
 
 mod actuator;
 mod document;

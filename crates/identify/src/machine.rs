@@ -40,9 +40,9 @@ pub struct Machine {
 pub struct Load {
     /// True force per measured force.
     pub scale: f64,
-    /// F, the largest reading to which the scale applies.
+    /// F.
     pub scaled_up_to_n: f64,
-    /// Constant force against the motion: an offset of the sensor, or gravity.
+    /// Against the motion: an offset of the sensor, or gravity.
     pub offset_n: f64,
     /// The sensor lags behind the force.
     pub lag_s: f64,
@@ -62,7 +62,7 @@ impl Machine {
         let (gain, delay_s) = (self.position_gain_n_per_m, self.delay_s);
         let damping = self.velocity_gain_n_s_per_m - gain * delay_s;
         let virtual_mass = self.velocity_gain_n_s_per_m * delay_s - 0.5 * gain * delay_s * delay_s;
-        // The expansion subtracts a part of the mass; it is invalid if the mass is mostly delay.
+        // The expansion is invalid if the mass is mostly delay.
         let mass = (self.mass_kg - virtual_mass).max(0.1 * self.mass_kg);
         let inertia = 2.0 * mass / step_s;
         let denominator = inertia + self.viscous_n_s_per_m + damping + 0.5 * gain * step_s;
@@ -92,7 +92,7 @@ impl Machine {
                 let mean_velocity = friction.remainder_n(force_n) / denominator;
                 position_m += step_s * mean_velocity;
                 let after = 2.0 * mean_velocity - velocity;
-                // If the velocity changes its sign within the step, friction can hold the slave at rest.
+                // Friction can hold the slave at rest within the step.
                 let rests = after * mean_velocity < 0.0 && friction.holds(drive);
                 velocity = if rests { 0.0 } else { after };
             }
@@ -113,7 +113,7 @@ impl Load {
         (0..measured.len()).map(|sample| load_n(self.reading_n(measured, sample) - zero_n)).collect()
     }
 
-    /// In N, a lag after a sample; held beyond the ends.
+    /// A lag after a sample; held beyond the ends.
     pub(crate) fn reading_n(&self, measured: &Measured, sample: usize) -> f64 {
         delayed(&measured.force_n, sample, -self.lag_s, measured.interval_s)
     }

@@ -100,7 +100,7 @@ impl Measured {
         self.slave_m.len()
     }
 
-    /// The 2-norm of the slave's deviation from its mean; above 0.
+    /// 2-norm of the deviation from the mean; above 0.
     pub(crate) fn motion_m(&self) -> f64 {
         deviation(&self.slave_m)
     }

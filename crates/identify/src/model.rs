@@ -11,7 +11,7 @@ const OFFSET_SD_PER_RANGE: f64 = 0.05;
 
 const LAG_SD_S: f64 = 5e-3;
 
-/// `zeros_n`: readings without a load, for each training recording.
+/// `zeros_n`: readings without a load, by training recording.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Model {
     pub(crate) machine: Machine,
@@ -21,7 +21,7 @@ pub(crate) struct Model {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Unknown {
     Of(Parameter),
-    /// Zero of the force sensor in the training recording with this index.
+    /// By index of the training recording.
     Zero(usize),
 }
 

@@ -4,7 +4,7 @@ use crate::measured::{Measured, span};
 
 const MOTION_M: (f64, f64) = (3e-4, 2.0);
 
-/// A larger ratio of the motions of master and slave suggests different units.
+/// A larger ratio of the motions suggests different units.
 pub(crate) const LARGEST_RATIO: f64 = 30.0;
 
 const LARGEST_FORCE_N: f64 = 2e3;

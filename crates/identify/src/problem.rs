@@ -3,7 +3,7 @@ use nalgebra::{DMatrix, DVector, Dyn, storage::Owned};
 
 use crate::system::System;
 
-/// One standard deviation of a prior counts as much as an error of 1 % of the motion.
+/// As an error relative to the motion, per standard deviation.
 const FIRST_WEIGHT: f64 = 0.01;
 
 /// Each time, the remaining errors determine the weight of the priors.
@@ -15,8 +15,8 @@ const STEP: f64 = 1e-4;
 /// A factor of e^25 from the start.
 const LARGEST: f64 = 25.0;
 
-/// Coordinates of magnitude 1: the logarithm of the ratio to the start for positive unknowns, otherwise the deviation
-/// from the expected value per standard deviation.
+/// Coordinates of magnitude 1: `ln` of the ratio to the start for positive unknowns, otherwise the deviation from the
+/// expected value per standard deviation.
 #[derive(Clone)]
 pub(crate) struct Problem<S: System> {
     system: S,
@@ -43,7 +43,7 @@ impl<S: System> Problem<S> {
         &self.system
     }
 
-    /// The error, relative to the motion, that counts as one standard deviation.
+    /// Relative to the motion, per standard deviation.
     pub(crate) fn prior_weight(&self) -> f64 {
         self.prior_weight
     }
@@ -73,10 +73,9 @@ impl<S: System> Problem<S> {
         DVector::from_vec(residuals)
     }
 
-    /// Returns the minimum sum of squares and the problem there.
+    /// Returns the minimum sum of squares.
     ///
-    /// Unexplained errors are similar throughout a recording, so the errors of a recording count as one observation,
-    /// and so does each prior. The priors matter where the structure does not explain the recordings.
+    /// The errors of a recording are similar, so they count as one observation, and so does each prior.
     pub(crate) fn solve(self) -> (f64, Self) {
         let has_priors = self.free.iter().any(|unknown| self.system.prior_sd(*unknown).is_some());
         let mut solved = self.minimised();

@@ -1,4 +1,3 @@
-/// A model with unknowns that recordings determine by least squares.
 pub(crate) trait System: Clone {
     type Model: Clone;
     type Unknown: Copy + PartialEq;

@@ -1,5 +1,5 @@
-//! The reading of the force sensor without a load, which drifts from recording to recording and acts as a constant
-//! load. Only the inputs of a recording determine it, so predicted recordings can be corrected too.
+//! The reading of the force sensor without a load, which drifts from recording to recording. Only the inputs of a
+//! recording determine it, so predicted recordings can be corrected too.
 
 use trocar_base::quantiles;
 
@@ -9,10 +9,10 @@ use crate::measured::{Measured, span};
 /// Maximum range of the forces in free motion, relative to the largest one.
 const FREE_SHARE: f64 = 1.0 / 3.0;
 
-/// Maximum rise of the lowest forces with the master's motion, relative to the whole recording, without contact.
+/// Maximum rise of the lowest forces with the master's motion, without contact.
 const FLAT_SHARE: f64 = 1.0 / 3.0;
 
-/// Distance from the zero in free motion, in units of the Coulomb friction; a preload is farther.
+/// In units of the Coulomb friction; a preload is farther.
 const LARGEST_DRIFT: f64 = 2.0;
 
 /// Below it the slave may rest with any friction up to the limit.
@@ -39,8 +39,8 @@ impl FreeMotion {
         })
     }
 
-    /// Median of the lowest forces, within the range of free motion. `None` if these rise with the motion (permanent
-    /// contact) or are far from those in free motion (preload).
+    /// Median of the lowest forces. `None` if these rise with the motion (permanent contact) or are far from those in
+    /// free motion (preload).
     pub(crate) fn tare(&self, measured: &Measured, coulomb_n: f64) -> Option<f64> {
         let highest_n = quantile(&sorted(&measured.force_n), 0.005) + self.width_n;
         let lowest = measured.force_n.iter().zip(&measured.master_m).filter(|(force_n, _)| **force_n <= highest_n);
@@ -61,8 +61,8 @@ impl FreeMotion {
     }
 }
 
-/// The zero at which the load at the first sample balances controller, friction and inertia of the master's
-/// acceleration. Friction at rest allows an interval of zeros; the one nearest to `expected_n` is returned.
+/// The zero at which the load at the first sample balances the other forces. Friction at rest allows an interval; the
+/// zero nearest to `expected_n` is returned.
 fn balanced(measured: &Measured, machine: &Machine, expected_n: f64) -> f64 {
     let velocity = measured.start_velocity_m_per_s;
     let acceleration = measured.master_acceleration_m_per_s2[0];

@@ -1,5 +1,3 @@
-//! Recordings from samples in memory.
-
 use thiserror::Error;
 
 use super::samples::intervals;
@@ -28,8 +26,8 @@ pub enum ArrayError {
 }
 
 impl Recording {
-    /// Creates a recording of samples in SI units. Forces are positive when they resist insertion. `max_gap_s` is by default
-    /// [`Limits::GAP_IN_MEDIANS`] times the median interval.
+    /// Forces are positive when they resist insertion. `max_gap_s` is by default [`Limits::GAP_IN_MEDIANS`] times the
+    /// median interval.
     pub fn new(
         time_s: Vec<f64>,
         position_m: Vec<f64>,
@@ -42,7 +40,7 @@ impl Recording {
             ("velocity_m_per_s", velocity_m_per_s.as_deref()),
             ("force_n", Some(&*force_n)),
         ];
-        // In parallel, because for a long recording either closure takes a tenth as long as the detection.
+        // In parallel, because either closure takes a tenth as long as the detection.
         let (checked, interval_s) = join_in_pool(|| check(&time_s, quantities), || intervals(&time_s));
         checked?;
         let recording = Self::with_intervals(time_s, position_m, velocity_m_per_s, force_n, interval_s);

@@ -1,8 +1,7 @@
 //! Finds the table in a text: the longest block of lines of numbers, and the names above it.
 //!
-//! Instruments write a preamble of any length above their table. A line of numbers has at least two fields that are
-//! numbers or dates, or a single field that is one. Consecutive lines of numbers with equally many fields are a block;
-//! blank lines and comments do not end it.
+//! A line of numbers has at least two fields that are numbers or dates, or a single field that is one. Consecutive
+//! lines of numbers with equally many fields are a block; blank lines and comments do not end it.
 
 use std::io::{self, BufRead};
 
@@ -13,8 +12,8 @@ const ENOUGH_LINES: usize = 1000;
 
 const MAX_BYTES: usize = 16 << 20;
 
-/// The separators in the order of preference. `None` stands for runs of spaces, which are tried last, because other
-/// separators may be followed by spaces.
+/// In the order of preference. `None` stands for runs of spaces, which are last, because other separators may be
+/// followed by spaces.
 const SEPARATORS: [Option<u8>; 5] = [Some(b';'), Some(b'\t'), Some(b'|'), Some(b','), None];
 
 #[derive(Debug, Clone, PartialEq)]
@@ -23,7 +22,7 @@ pub(super) struct Table {
     /// Number of lines above the names, or above the first row of a table without names.
     pub(super) lines_before: usize,
     pub(super) from: usize,
-    /// Number of columns, of a table without names.
+    /// `None` for a table with names.
     pub(super) unnamed: Option<usize>,
 }
 
@@ -62,7 +61,7 @@ pub(super) fn table(text: &[u8]) -> Option<Table> {
     for (index, (_, _, line)) in lines.iter().enumerate() {
         runs.iter_mut().for_each(|run| run.push(index, line));
     }
-    // `max_by` returns the last of equal elements, so the order of preference is reversed.
+    // `max_by` returns the last of equal elements.
     let best = runs.iter().rev().max_by(|a, b| {
         let (a, b) = (&a.best, &b.best);
         a.lines.cmp(&b.lines).then(a.share().total_cmp(&b.share())).then(a.width.cmp(&b.width))
@@ -94,7 +93,7 @@ pub(super) fn table(text: &[u8]) -> Option<Table> {
     match names {
         Some(0) => None,
         Some(names) => place(names, None),
-        // Names on the first line belong to the block, even if a damaged row or one of another width is between them.
+        // Names on the first line belong to the block, even if a damaged row is between them.
         None if first > 0 && may_be_names(lines[0].2, best.separator, width) => None,
         // A name can be a number, as in `t,1,2`. A row below then has fewer texts.
         None if first == 0 && lines.get(1).is_some_and(|row| texts(lines[0].2) > texts(row.2)) => None,

@@ -6,7 +6,7 @@ use std::str::FromStr;
 ///
 /// Written as `name` (factor 1), `name:factor`, as in `xs_rad:0.075`, or `name:factor+offset`, as in `z_m:-1+0.1`. The
 /// text after the last `:` is the factor only if it is a number, so `force: raw` is a plain name. A column named `a:1`
-/// is written `a:1:1`. Spaces around the name are ignored, here and in the file.
+/// is written `a:1:1`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
     name: String,
@@ -43,7 +43,7 @@ impl Column {
         &self.name
     }
 
-    /// SI units per unit of the file: finite, never zero, and negative if the file has the opposite sign.
+    /// Finite, never zero, and negative if the file has the opposite sign.
     pub fn scale(&self) -> f64 {
         self.scale
     }
@@ -62,8 +62,7 @@ impl Column {
     }
 }
 
-/// The parts of a text before and after the sign of an offset: `-1+0.1` is `-1` and `+0.1`. The signs of the factor and
-/// of an exponent are not those of an offset.
+/// Splits at the sign of an offset: `-1+0.1` is `-1` and `+0.1`. Signs of the factor and of an exponent do not count.
 pub fn offset_splits(text: &str) -> impl Iterator<Item = (&str, &str)> {
     let is_split = |(at, sign): &(usize, char)| *at > 0 && matches!(sign, '+' | '-');
     text.char_indices().filter(is_split).map(|(at, _)| text.split_at(at))
@@ -103,10 +102,10 @@ impl fmt::Display for Column {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Columns {
     pub time: Column,
-    /// Position of the needle, scaled to m, growing into the tissue.
+    /// Scaled to m, growing into the tissue.
     pub position: Column,
     pub velocity: Option<Column>,
-    /// Force on the needle, scaled to N, positive when it resists insertion.
+    /// Scaled to N, positive when it resists insertion.
     pub force: Column,
 }
 

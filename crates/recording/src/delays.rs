@@ -5,10 +5,10 @@ use super::header::find;
 use super::table::Rows;
 use super::{Column, Limits, RecordingError};
 
-/// The word for a lost sample, equivalent to an empty field.
+/// Equivalent to an empty field.
 const LOST: &str = "lost";
 
-/// A row of a delay trace, which is valid from its time onwards.
+/// Valid from its time onwards.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DelayRow {
     pub time_s: f64,
@@ -18,8 +18,8 @@ pub struct DelayRow {
     pub backward_s: Option<f64>,
 }
 
-/// Reads a delay trace from CSV text with the columns `time_s`, `forward_delay_s` and `backward_delay_s`, and passes
-/// its rows to `take`. An empty delay or the word `lost` means a lost sample.
+/// Passes the rows of CSV text with the columns `time_s`, `forward_delay_s` and `backward_delay_s` to `take`. An empty
+/// delay or the word `lost` means a lost sample.
 pub fn read_delays<R: Read>(
     source: &str,
     reader: R,

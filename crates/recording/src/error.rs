@@ -16,16 +16,16 @@ pub struct RecordingError {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Row {
-    /// The line number as in an editor, from 1.
+    /// From 1.
     Line(u64),
-    /// The sample of a signal, from 0.
+    /// From 0.
     Sample(u64),
     /// The row of a spreadsheet, from 1.
     Sheet(u64),
 }
 
 impl Row {
-    /// The row with a preposition: "on line 3".
+    /// With a preposition: "on line 3".
     fn on(self) -> String {
         match self {
             Self::Line(_) => format!("on {self}"),
@@ -90,7 +90,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// A problem of a recording, with its remedy. Times are in s.
+/// Times are in s.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Problem {
@@ -321,7 +321,7 @@ fn mebibytes(bytes: u64) -> String {
     format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
 }
 
-/// Rounds to six significant digits, so that differences of decimals are shown as decimals.
+/// Shows differences of decimals as decimals.
 fn six_digits(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
 }

@@ -17,8 +17,8 @@ pub fn open_response(path: &Path, limits: &Limits) -> Result<Vec<ResponseRow>, R
     read_response(&name, file, limits)
 }
 
-/// Reads a recording from a file of any [`Format`], which the first bytes determine. In other formats than text the columns
-/// are signals, named as by [`list_signals`]: a name, or `name[:,1]` for one of several signals in an array.
+/// The first bytes determine the [`Format`]. In other formats than text the columns are signals, named as by
+/// [`list_signals`].
 pub fn open_recording(path: &Path, columns: &Columns, limits: &Limits) -> Result<Recording, RecordingError> {
     let room = Room::new(limits);
     match opened(path, &room)? {
@@ -107,8 +107,7 @@ fn open(path: &Path, limits: &Limits) -> Result<(String, File), RecordingError> 
     let name = path.display().to_string();
     let refuse = |problem| Place::file(&name).error(problem);
     let unreadable = |error| refuse(Problem::Unreadable(error));
-    // Checked before opening, because opening a pipe blocks until it has a writer, and again after, because the path
-    // may have changed.
+    // Opening a pipe blocks until it has a writer. Checked again after opening, because the path may have changed.
     check(&path.metadata().map_err(unreadable)?, limits).map_err(refuse)?;
     let file = File::open(path).map_err(unreadable)?;
     check(&file.metadata().map_err(unreadable)?, limits).map_err(refuse)?;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::utf16;
 
-/// Declares the formats: variant, description, suffixes in lower case, and the alternative format to export.
+/// Variant, description, suffixes in lower case, and the alternative format to export.
 macro_rules! formats {
     ($($(#[doc = $doc:literal])* $Format:ident: $phrase:literal, [$($suffix:literal),*], $instead:literal;)*) => {
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -78,8 +78,7 @@ impl Format {
         }
     }
 
-    /// Determines the format of a file by its first bytes. Unknown files count as text. A MATLAB file of version 4 has
-    /// no signature: it is binary and has the suffix.
+    /// Unknown files count as text. A MATLAB file of version 4 has no signature: it is binary and has the suffix.
     pub(super) fn of(path: &Path, file: &mut (impl Read + Seek)) -> io::Result<Self> {
         const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
         let mut head = vec![];
@@ -112,7 +111,7 @@ impl Format {
     }
 }
 
-/// The name of the first file is at byte 30, its length at byte 26.
+/// The first file's name is at byte 30, its length at byte 26.
 fn is_npz(head: &[u8]) -> bool {
     let name = |length: &[u8]| head.get(30..)?.get(..usize::from(u16::from_le_bytes(*length.first_chunk()?)));
     head.starts_with(b"PK\x03\x04") && head.get(26..).and_then(name).is_some_and(|name| name.ends_with(b".npy"))

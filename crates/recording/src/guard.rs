@@ -7,20 +7,19 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use super::error::{Place, Problem};
 use super::{Limits, RecordingError};
 
-/// Passes bytes on with every line end (`\r\n`, `\r`, `\n`) as `\n`, and one after the last line, so that the number of
-/// `\n` is the line number of an editor. Too many bytes, an overlong line and binary data cause an error that contains
-/// a [`RecordingError`]; [`recover`] extracts it.
+/// Passes on every line end (`\r\n`, `\r`, `\n`) as `\n`, and one after the last line, so that the number of `\n` is
+/// the line number of an editor. Too many bytes, an overlong line and binary data cause a [`RecordingError`], which
+/// [`recover`] extracts.
 pub(super) struct Guard<R> {
     inner: R,
     file: Box<str>,
     max_bytes: u64,
     bytes: u64,
-    /// The present line, from 1, and the number of its bytes passed on.
+    /// From 1, and the number of its bytes.
     line: u64,
     line_bytes: u64,
     after_return: bool,
     ended: bool,
-    /// Set if the last line has no line end.
     is_open: Arc<AtomicBool>,
 }
 

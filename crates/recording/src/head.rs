@@ -1,10 +1,9 @@
 //! The beginning of a text table: comments, a preamble, LabVIEW's header, the names of the columns, and the separator.
 //!
-//! The names are the first line that is neither blank nor a comment, which begins with `#` or `%`, unless
-//! [`block::table`] finds them below a preamble. If that line contains only numbers, the names are the last comment,
-//! provided that it has as many fields; without such a comment the columns are numbered. The separator is the most
-//! frequent of `,`, `;` and tab in the names. Without any of them it is `|`, or spaces if the line below the names has
-//! as many numbers.
+//! The names are the first line that is neither blank nor a comment (`#` or `%`), unless [`block::table`] finds them
+//! below a preamble. If that line contains only numbers, the names are the last comment with as many fields; without
+//! one the columns are numbered. The separator is the most frequent of `,`, `;` and tab in the names, otherwise `|`, or
+//! spaces if the line below the names has as many numbers.
 
 use std::io::{self, BufRead};
 
@@ -82,7 +81,7 @@ fn with_names(text: &mut impl BufRead, table: Option<&Table>) -> io::Result<Head
         return from_labview(text, lines_before);
     }
     let has_percent = comments.iter().any(|comment| comment.starts_with(b"%"));
-    // A line of numbers that a preamble precedes is not the first one.
+    // Not the first line if a preamble precedes it.
     let is_first = table.is_none_or(|table| table.lines_before as u64 == lines_before);
     if is_first && let Some(head) = from_comments(&line, &comments, lines_before) {
         return Ok(Head { has_percent, has_comment_names: true, ..head });
@@ -122,8 +121,7 @@ fn from_labview(text: &mut impl BufRead, lines_before: u64) -> io::Result<Head> 
 
 fn from_comments(line: &[u8], comments: &[Vec<u8>], lines_before: u64) -> Option<Head> {
     let last = comments.last()?;
-    // A line that begins with % may be the names itself, as in earlier versions. The line below must then contain a
-    // number.
+    // A line that begins with % may be the names itself, if the line below contains a number.
     let has_percent = last.starts_with(b"%");
     // The comma is tried last, because it can be the decimal mark between other separators.
     let (separator, values) =
@@ -149,13 +147,12 @@ fn from_comments(line: &[u8], comments: &[Vec<u8>], lines_before: u64) -> Option
     let mut text = quoted.collect::<Vec<_>>().join(&char::from(separator).to_string()).into_bytes();
     text.push(b'\n');
     text.extend_from_slice(line);
-    // The names count as the line directly above the numbers, wherever the comment is.
+    // As if directly above the numbers.
     let lines_before = lines_before.saturating_sub(1);
     Some(Head { text, lines_before, separator, in_spaces, units, ..Head::default() })
 }
 
-/// The fields of a comment if there are `count`: split at the separator of the rows, at its most frequent separator, or
-/// at spaces.
+/// Splits at the separator of the rows, at the most frequent separator, or at spaces.
 fn split(comment: &[u8], separator: Option<u8>, count: usize) -> Option<Vec<String>> {
     let marks = comment.iter().take_while(|byte| b"#%".contains(byte)).count();
     let text = comment[marks..].trim_ascii();

@@ -3,7 +3,7 @@ use super::number::trimmed;
 use super::{Column, Columns, Quantity};
 use trocar_base::names::similarity;
 
-/// The most frequent of `,`, `;` and tab outside quotes in a header line; `,` if there is none.
+/// The most frequent of `,`, `;` and tab outside quotes; `,` without any.
 pub(super) fn separator(header: &[u8]) -> u8 {
     let mut counts = [(b',', 0), (b';', 0), (b'\t', 0)];
     let mut quoted = false;
@@ -13,7 +13,7 @@ pub(super) fn separator(header: &[u8]) -> u8 {
             *count += 1;
         }
     }
-    // `max_by_key` returns the last of equal elements; after `rev` it is the first.
+    // `max_by_key` returns the last of equal elements.
     let most = counts.iter().rev().max_by_key(|(_, count)| *count);
     most.map_or(b',', |&(separator, _)| separator)
 }
@@ -41,8 +41,7 @@ impl Layout {
     }
 }
 
-/// Adds the quantity of the missing column to a problem. If the file contains the name before the last `:`, the text
-/// after it was meant as a unit.
+/// If the file contains the name before the last `:`, the text after it was meant as a unit.
 fn of_quantity(problem: Problem, quantity: Quantity) -> Problem {
     let Problem::MissingColumn { name, available, nearest, .. } = problem else { return problem };
     let with_unit = name.rsplit_once(':').filter(|(column, _)| available.iter().any(|known| known == column.trim()));
@@ -71,7 +70,7 @@ pub(super) fn numbered(width: usize) -> Vec<String> {
 
 pub(super) fn find(names: &[String], column: &Column) -> Result<usize, Problem> {
     let wanted = column.name();
-    // A name from a line that begins with % can be given with the %.
+    // The % can be given with the name.
     let plain = wanted.strip_prefix('%').map(str::trim).filter(|_| names.iter().all(|name| name != wanted));
     let plain = plain.unwrap_or(wanted);
     let mut found = (0..names.len()).filter(|&index| names[index] == plain);

@@ -1,9 +1,8 @@
 //! A synthetic recording with the properties of the paper's insertion into a liver through the skin.
 //!
-//! The original is not published. A small mechanical model generates this recording from a seed. Its numbers reproduce
-//! the facts stated in the paper: two layers that rupture at 5.52 s and 8.85 s, the second less suddenly; forces
-//! between about -5.7 and 2.5 N in the paper's sign; a shaft friction that pulls during extraction, near 14.5 s,
-//! without a rupture; 1 kHz; measurement noise.
+//! The original is not published. A small mechanical model reproduces the facts stated in the paper: two layers that
+//! rupture at 5.52 s and 8.85 s, the second less suddenly; forces between about -5.7 and 2.5 N in the paper's sign; a
+//! shaft friction that pulls during extraction, near 14.5 s, without a rupture; 1 kHz; measurement noise.
 
 use std::fmt::Write as _;
 
@@ -19,7 +18,7 @@ pub const RUPTURES_S: [f64; 2] = [5.52, 8.85];
 
 const NOISE_STD_N: f64 = 0.010;
 
-/// The hand's trajectory in (s, mm): approach, insertion through two layers, hold, and extraction.
+/// Points (s, mm): approach, insertion through two layers, hold, and extraction.
 const TRAJECTORY: [(f64, f64); 15] = [
     (0.0, -6.0),
     (0.9, 0.0),
@@ -40,8 +39,7 @@ const TRAJECTORY: [(f64, f64); 15] = [
 
 const RUPTURE_DEPTH_M: f64 = 27.05e-3;
 
-/// A layer. Its force is a power of its compression. At the rupture most of the force drops fast, and the rest relaxes
-/// slowly.
+/// The force is a power of the compression. At the rupture most of the force drops fast, and the rest relaxes slowly.
 struct Layer {
     from_m: f64,
     power: f64,
@@ -74,15 +72,15 @@ const LAYERS: [Layer; 2] = [
     },
 ];
 
-/// Shaft friction in N per m of needle beyond [`FRICTION_FROM_M`].
+/// Per m of needle beyond [`FRICTION_FROM_M`].
 const FRICTION_N_PER_M: f64 = 232.0;
 const FRICTION_FROM_M: f64 = 29e-3;
 /// Travel over which the friction reverses (Dahl), in m.
 const PRESLIDING_M: f64 = 2.6e-3;
-/// Time constant of the friction's relaxation, in s. After a rest of two seconds most of the friction has relaxed.
+/// After a rest of two seconds most of the friction has relaxed.
 const FRICTION_RELAXATION_S: f64 = 1.2;
 
-/// Differences of a synthetic insertion from the shipped one; `None` keeps the shipped value.
+/// `None` keeps the shipped value.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct InVivoLikeVariant {
     /// Force that each rupture releases at once, in N, above 0 (shipped: 5.32 and 3.2; the rest relaxes slowly).
@@ -126,12 +124,12 @@ impl Layer {
     }
 }
 
-/// The recording as CSV. The same seed gives the same bytes.
+/// The same seed gives the same bytes.
 pub fn in_vivo_like_csv(seed: u64) -> String {
     in_vivo_like_variant_csv(seed, &InVivoLikeVariant::default())
 }
 
-/// The recording of a variant, in the format of [`in_vivo_like_csv`]. It ruptures at [`RUPTURES_S`].
+/// In the format of [`in_vivo_like_csv`], with ruptures at [`RUPTURES_S`].
 pub fn in_vivo_like_variant_csv(seed: u64, variant: &InVivoLikeVariant) -> String {
     let scale = variant.scale();
     let layers = variant.layers();
@@ -149,15 +147,13 @@ pub fn in_vivo_like_variant_csv(seed: u64, variant: &InVivoLikeVariant) -> Strin
         let (p, v) = at(t);
         let step = p - last;
         last = p;
-        // Dahl's model: the fraction of full friction follows the travel, reverses over the presliding distance, and
-        // relaxes.
+        // Dahl's model, with relaxation.
         friction += step / (scale * PRESLIDING_M) * (1.0 - friction * step.signum())
             - friction / (RATE_HZ * FRICTION_RELAXATION_S);
         let shaft = FRICTION_N_PER_M / scale * (p - scale * FRICTION_FROM_M).max(0.0) * friction;
         let layers: f64 = layers.iter().zip(rupture_m).map(|(layer, p_rupture)| layer.force_n(t, p, p_rupture)).sum();
         let noise: f64 = StandardNormal.sample(&mut rng);
         let force = layers + shaft + NOISE_STD_N * noise;
-        // Writing to a string cannot fail.
         let _ = writeln!(text, "{t:.3},{p:.8},{v:.6},{force:.4}");
     }
     text

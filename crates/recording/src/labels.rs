@@ -6,16 +6,16 @@ use super::{Column, Limits, RecordingError};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct LabelRow {
-    /// The recording, as written in the file; `None` without this column.
+    /// `None` without this column.
     pub file: Option<String>,
-    /// Time of the rupture in s; `None` means that the recording was examined and has no rupture.
+    /// `None`: examined, without a rupture.
     pub time_s: Option<f64>,
     pub kind: Option<String>,
     pub line: u64,
 }
 
-/// Reads labels from CSV text with the columns `file`, `time_s` and optionally `kind`; `file` is required only if
-/// `needs_file`. The rows can have any order. An empty time means that the recording has no rupture.
+/// Columns `file` (required only if `needs_file`), `time_s` and optionally `kind`; rows in any order. An empty time
+/// means that the recording has no rupture.
 pub fn read_labels<R: Read>(
     source: &str,
     reader: R,

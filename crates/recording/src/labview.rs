@@ -1,5 +1,5 @@
-//! The header of LabVIEW's text measurement files (`.lvm`): lines of keys and values, ended by `***End_of_Header***`,
-//! once for the file and once for the segment. Then follow the names of the columns, the first of which is `X_Value`.
+//! LabVIEW's text measurement files (`.lvm`): lines of keys and values, ended by `***End_of_Header***`, once for the
+//! file and once for the segment. Then follow the names of the columns, the first of which is `X_Value`.
 
 use std::io::{self, BufRead};
 
@@ -7,7 +7,7 @@ pub(super) const MARK: &[u8] = b"LabVIEW Measurement";
 
 pub(super) const X_VALUE: &str = "X_Value";
 
-/// The last column, which most rows omit.
+/// The last column, absent in most rows.
 const COMMENT: &str = "Comment";
 
 const MAX_LINES: u64 = 1000;

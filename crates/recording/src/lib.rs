@@ -5,8 +5,7 @@
 //! names, units and signs differ between laboratories, so the caller gives a [`Column`] for each quantity, with a
 //! factor to SI units, forces being positive when they resist insertion.
 //!
-//! Without the feature `formats` it reads tables in text alone. It may use `trocar-core` and `trocar-base`. The crate
-//! `trocar` re-exports it as `trocar::recording`.
+//! Without the feature `formats` it reads tables in text alone.
 //!
 //! ```
 //! # mod trocar { pub use trocar_recording as recording; }
@@ -26,7 +25,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-// The readers of other files than text use some parts alone.
+// Some parts are for the readers of other files than text.
 #![cfg_attr(not(feature = "formats"), allow(dead_code))]
 mod arrays;
 mod block;

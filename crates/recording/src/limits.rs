@@ -23,17 +23,16 @@ trocar_core::settings! {
 }
 
 impl Limits {
-    /// The default maximum gap, in median intervals.
+    /// In median intervals.
     pub const GAP_IN_MEDIANS: f64 = 10.0;
 
-    /// Largest plausible position (m), velocity (m/s) and force (N) of a needle. Larger numbers overflow when squared,
-    /// and indicate a missing scale.
+    /// Largest plausible value in SI units. Larger numbers overflow when squared, and indicate a missing scale.
     pub const MAX_MAGNITUDE: f64 = 1e6;
 
     pub(super) fn of_table(&self) -> Self {
         Self { skip_lines: 0, rate_hz: None, ..self.clone() }
     }
 
-    /// Maximum number of bytes in a line. A file without line ends is not a table.
+    /// In bytes. A file without line ends is not a table.
     pub const MAX_LINE_BYTES: u64 = 1 << 20;
 }

@@ -21,11 +21,8 @@ pub enum LiveLine {
     Sample(LiveSample),
 }
 
-/// Splits a byte stream into lines and reads their samples.
-///
-/// The format is the same as for [`read_csv`](super::read_csv), but each line is a row: a quoted field ends on its
-/// line. Only one line is stored, at most [`Limits::MAX_LINE_BYTES`]. Times must be numbers; their order is not
-/// checked.
+/// As for [`read_csv`](super::read_csv), but a quoted field ends on its line. Only one line is stored, at most
+/// [`Limits::MAX_LINE_BYTES`]. The order of the times is not checked.
 #[derive(Debug)]
 pub struct LiveTable {
     source: Box<str>,
@@ -60,7 +57,7 @@ impl LiveTable {
         self.line
     }
 
-    /// Reads the next line and removes it from `bytes`; `None` if the rest is an incomplete line.
+    /// `None` if the rest is an incomplete line.
     pub fn next(&mut self, bytes: &mut &[u8]) -> Option<Result<LiveLine, RecordingError>> {
         if self.after_return {
             let &first = bytes.first()?;

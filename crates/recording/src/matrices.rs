@@ -5,7 +5,7 @@ use super::{Limits, RecordingError};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Matrix {
-    /// Name, with the path of a matrix inside a structure: `sys.A`.
+    /// With the path inside a structure: `sys.A`.
     pub name: String,
     pub rows: Vec<Vec<f64>>,
 }

@@ -1,6 +1,6 @@
-//! Recordings in memory, which a scenario names by a hash of their content, as in `memory:1f3a…`.
+//! Recordings in memory, named by a hash of their content, as in `memory:1f3a…`.
 //!
-//! A name is valid while the program holds the recording that `keep` returned. Equal recordings have the same name.
+//! A name is valid while the program holds the recording that `keep` returned.
 
 use std::collections::HashMap;
 use std::sync::{Arc, LazyLock, Mutex, PoisonError, Weak};

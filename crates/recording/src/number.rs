@@ -21,8 +21,8 @@ pub(super) fn number(field: &[u8], scale: f64) -> Result<f64, Problem> {
     }
 }
 
-/// The decimal mark of a table. If commas do not separate fields, it can be the point or the comma. Both in one table
-/// are an error, because one of them could separate thousands.
+/// If commas do not separate fields, it can be the point or the comma. Both in one table are an error, because one of
+/// them could separate thousands.
 #[derive(Debug)]
 pub(super) struct Decimals {
     may_be_comma: bool,

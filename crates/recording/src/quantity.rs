@@ -1,6 +1,6 @@
 use super::ColumnSettings;
 
-/// The quantity of a recording's column, in the order of [`ColumnSettings::KEYS`].
+/// In the order of [`ColumnSettings::KEYS`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     Time,
@@ -12,7 +12,7 @@ pub enum Quantity {
 impl Quantity {
     pub const ALL: [Self; 4] = [Self::Time, Self::Position, Self::Velocity, Self::Force];
 
-    /// The name, which is also the name of the command-line flag without `--`.
+    /// Also the command-line flag without `--`.
     pub fn name(self) -> &'static str {
         let column = self.key().rsplit('.').next().unwrap_or_default();
         column.split('_').next().unwrap_or_default()

@@ -1,6 +1,6 @@
 use super::Recording;
 
-/// The quantities of a recording at the times `k * tick_s` after its first sample, all of the same length.
+/// At the times `k * tick_s` after the first sample, all of the same length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Resampled {
     pub position_m: Vec<f64>,
@@ -28,13 +28,13 @@ impl Recording {
     }
 
     /// Interpolates `values`, one per sample, linearly at the times `k * tick_s` (`k = 0, …, ticks - 1`) after the
-    /// recording's first sample. After the last sample its value is held.
+    /// first sample. After the last sample its value is held.
     ///
     /// `y(t) = y_i + (y_{i+1} - y_i) (t - t_i) / (t_{i+1} - t_i)` for `t_i < t < t_{i+1}`
     ///
     /// A grid time that differs from a sample's time only by rounding (1e-9 of the interval, or two units in the last
-    /// place of the recorded times) takes the value of that sample. A recording resampled on its original grid is
-    /// therefore unchanged, bit for bit. There is no anti-aliasing filter.
+    /// place of the recorded times) takes the value of that sample: a recording resampled on its original grid is
+    /// unchanged, bit for bit. There is no anti-aliasing filter.
     pub fn resample_values(&self, values: &[f64], tick_s: f64, ticks: usize) -> Result<Vec<f64>, ResampleError> {
         check_tick(tick_s)?;
         let (values_given, samples) = (values.len(), self.len());
@@ -68,16 +68,16 @@ impl Recording {
         Ok((0..ticks).map(value_at).collect())
     }
 
-    /// Number of grid points `0, tick_s, 2 tick_s, …` within the recording, including the last sample if it is on the
-    /// grid up to rounding. At least 1.
+    /// Number of grid points within the recording, including the last sample if it is on the grid up to rounding. At
+    /// least 1.
     pub fn ticks_covered(&self, tick_s: f64) -> Result<usize, ResampleError> {
         check_tick(tick_s)?;
-        // Times ascend, so one of the two ends has the largest magnitude.
+        // Times ascend, so one end has the largest magnitude.
         let [first_s, .., last_s] = *self.time_s() else { return Ok(1) };
         let written_s = first_s.abs().max(last_s.abs());
         let same_s = (1e-9 * tick_s + 2.0 * f64::EPSILON * written_s).min(0.5 * tick_s);
         let last = ((self.duration_s() + same_s) / tick_s).floor();
-        // The cast of a float saturates, so a tick far below the interval gives the largest number.
+        // The cast saturates for a tick far below the interval.
         Ok((last as usize).saturating_add(1))
     }
 }

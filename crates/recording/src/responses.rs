@@ -15,8 +15,7 @@ pub struct ResponseRow {
 
 const MIN_ROWS: usize = 3;
 
-/// Reads a frequency response from CSV text with the columns `frequency_hz`, `magnitude` or `magnitude_db`, and
-/// `phase_deg` or `phase_rad`.
+/// Columns `frequency_hz`, `magnitude` or `magnitude_db`, and `phase_deg` or `phase_rad`.
 pub fn read_response<R: Read>(source: &str, reader: R, limits: &Limits) -> Result<Vec<ResponseRow>, RecordingError> {
     let names = ["frequency_hz", "magnitude", "magnitude_db", "phase_deg", "phase_rad"].map(Column::plain);
     let [frequency, magnitude, decibels, degrees, radians] = &names;

@@ -1,5 +1,4 @@
-//! The room for the content of one file: a compressed file, or one that repeats long names, can hold far more than it
-//! has bytes.
+//! Limits the content of one file: a compressed file can hold far more than it has bytes.
 
 use std::cell::Cell;
 use std::io::{self, Read};
@@ -11,7 +10,7 @@ use super::format::Format;
 /// Bytes of content per byte of the largest file.
 const CONTENT_PER_FILE: u64 = 2;
 
-/// Maximum number of bytes of the name of a signal, with the path to it.
+/// Includes the path.
 const MAX_NAME_BYTES: usize = 1000;
 
 pub(crate) const MAX_DIMENSIONS: usize = 32;
@@ -20,7 +19,7 @@ const MAX_DEPTH: usize = 32;
 
 const MAX_TEXT_CHARACTERS: usize = 100;
 
-/// Bytes of a signal besides its samples: its description, its statistics, its row in a list.
+/// Its description, its statistics, its row in a list.
 const SIGNAL_BYTES: usize = 4096;
 
 #[derive(Debug)]
@@ -62,7 +61,7 @@ impl Room {
         self.take(signals.saturating_mul(SIGNAL_BYTES + name.len()).max(name.len()))
     }
 
-    /// Reads everything. A full room is a [`Problem`] inside the error; see [`recover`].
+    /// A full room is a [`Problem`] inside the error; see [`recover`].
     pub(crate) fn read(&self, reader: impl Read) -> io::Result<Vec<u8>> {
         let mut bytes = vec![];
         reader.take(self.left.get().saturating_add(1)).read_to_end(&mut bytes)?;

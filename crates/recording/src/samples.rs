@@ -3,17 +3,15 @@ use super::stamp::written;
 use trocar_base::quantiles::{AT_ONCE, order_statistic};
 use trocar_base::warning::{Code, Warning};
 
-/// Samples of an insertion, in time order.
-///
-/// All quantities have the same length, at least two. Every number is finite, and time strictly increases. Intervals
-/// may differ, up to the limit that the reader checks.
+/// In time order. All quantities have the same length, at least two. Every number is finite, and time strictly
+/// increases.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     time_s: Vec<f64>,
     position_m: Vec<f64>,
     velocity_m_per_s: Option<Vec<f64>>,
     force_n: Vec<f64>,
-    /// The minimum, median and maximum time between two samples, in s.
+    /// Minimum, median and maximum.
     interval_s: [f64; 3],
     joined: Vec<Joined>,
     ignored_units: Vec<IgnoredUnit>,
@@ -21,14 +19,14 @@ pub struct Recording {
     origin_s: f64,
 }
 
-/// A signal that was interpolated at the times of another one.
+/// Interpolated at the times of another signal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joined {
     pub signal: String,
     pub to: String,
     pub median_interval_s: f64,
     pub longest_interval_s: f64,
-    /// The time that the signals do not have in common, in s.
+    /// In s, outside the common time.
     pub cut_s: f64,
 }
 
@@ -98,7 +96,7 @@ impl Recording {
         Self { origin_s, ..self }
     }
 
-    /// The time of the calendar from which the times count, in s since 1970; 0 if the times are not of the calendar.
+    /// In s since 1970; 0 if the times are not of the calendar.
     pub fn origin_s(&self) -> f64 {
         self.origin_s
     }
@@ -118,12 +116,12 @@ impl Recording {
         (self.time_s, self.position_m, self.velocity_m_per_s, self.force_n)
     }
 
-    /// Time of each sample in s, as recorded; the first may differ from 0.
+    /// As recorded; the first may differ from 0.
     pub fn time_s(&self) -> &[f64] {
         &self.time_s
     }
 
-    /// Position of the needle in m, which increases into the tissue.
+    /// Increases into the tissue.
     pub fn position_m(&self) -> &[f64] {
         &self.position_m
     }
@@ -132,13 +130,12 @@ impl Recording {
         self.velocity_m_per_s.as_deref()
     }
 
-    /// Force on the needle in N, positive when it resists insertion.
+    /// Positive when it resists insertion.
     pub fn force_n(&self) -> &[f64] {
         &self.force_n
     }
 
-    /// Corrects an untared sensor: subtracts the mean force of the first `tare_s` (s) from all forces. 0 subtracts
-    /// nothing.
+    /// Subtracts the mean force of the first `tare_s` (s) from all forces; 0 subtracts nothing.
     pub fn tared(mut self, tare_s: f64) -> Self {
         let start_s = self.time_s.first().copied().unwrap_or(0.0);
         let count = self.time_s.partition_point(|time_s| time_s - start_s <= tare_s);
@@ -149,7 +146,7 @@ impl Recording {
         self
     }
 
-    /// The median time between two samples in s; for an even number of intervals, the lower of the middle two.
+    /// For an even number of intervals, the lower of the middle two.
     pub fn median_interval_s(&self) -> f64 {
         self.interval_s[1]
     }

@@ -11,7 +11,7 @@ pub struct Signal {
     pub samples: usize,
     pub range: Option<(f64, f64)>,
     pub undefined: usize,
-    /// Time from the first sample to the last in the signal's unit, if it increases strictly.
+    /// In the signal's unit, if the values increase strictly.
     pub increase: Option<f64>,
     pub role: Option<Quantity>,
 }
@@ -82,15 +82,15 @@ fn words(quantity: Quantity) -> &'static str {
     }
 }
 
-/// Words of other quantities, in lower case. A signal with one of them has no role, even with an axis in its name.
+/// In lower case. A signal with one of them has no role.
 const OTHER_WORDS: &str = "torque torques moment moments tau mx my mz angle angles angular rotation orientation \
     quaternion roll pitch yaw accel acceleration covariance temperature current voltage pressure stress strain \
     stiffness energy power index seq frame_id";
 
-/// Words that name only an axis or a value, so that the rest of the path names the quantity.
+/// The rest of the path names the quantity.
 const AXES: &str = "x y z data value values";
 
-/// The words of a text, in lower case: `NeedleForce_2` has the words needle and force.
+/// In lower case: `NeedleForce_2` has the words needle and force.
 fn words_of(text: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut before_is_small = false;
@@ -114,7 +114,7 @@ fn of_text(text: &str) -> Result<Option<Quantity>, ()> {
     if lower == "x_value" || lower.starts_with("time(") {
         return Ok(Some(Quantity::Time));
     }
-    // A unit in brackets is not a word of the name.
+    // Brackets contain a unit.
     let words_of_text = words_of(text.split(['(', '[']).next().unwrap_or(text));
     let has = |known: &str| words_of_text.iter().any(|word| known.split_whitespace().any(|known| known == word));
     if has(OTHER_WORDS) {
@@ -125,7 +125,7 @@ fn of_text(text: &str) -> Result<Option<Quantity>, ()> {
     Ok(order.into_iter().find(|quantity| has(quantity.name()) || has(words(*quantity))))
 }
 
-/// The quantity that the end of a path says, or the part before it if the end is an axis: `/wrench.force.z` is a force.
+/// The end of the path decides, or the part before it if the end is an axis: `/wrench.force.z` is a force.
 fn of_path(name: &str) -> Result<Option<Quantity>, ()> {
     let mut parts = name.rsplit(['.', '/', '!']);
     let last = parts.next().unwrap_or(name);
@@ -151,7 +151,7 @@ fn role(name: &str, label: Option<&str>, unit: Option<&str>, may_be_time: bool) 
         (words, _) => words,
     };
     let role = match (of_words, of_unit) {
-        // A unit of another quantity, such as an angle or a torque, needs a factor.
+        // A unit of another quantity needs a factor.
         (Some(words), None) if unit.is_none() => words,
         (_, Some(unit)) => unit,
         _ => return None,
@@ -159,8 +159,8 @@ fn role(name: &str, label: Option<&str>, unit: Option<&str>, may_be_time: bool) 
     (role != Quantity::Time || may_be_time).then_some(role)
 }
 
-/// Creates signals from names alone, with the roles that names and units indicate; each could be a time. They allow
-/// reading a file with invalid samples, to report the error in them.
+/// Signals from names alone; each could be a time. They allow reading a file with invalid samples, to report the error
+/// in them.
 pub fn signals_by_name(names: &[String]) -> Vec<Signal> {
     let of = |name: &String| {
         let mut statistics = Statistics::default();
@@ -175,8 +175,8 @@ const LOG_TIME: &str = ".log_time";
 const PLAUSIBLE: [(Quantity, f64); 2] = [(Quantity::Position, 2.0), (Quantity::Force, 5000.0)];
 
 impl Signal {
-    /// Returns true if the range of the signal is not that of its role in SI units, and it states no unit: a position
-    /// from 0 to 55 is hardly in metres.
+    /// True if the range is not that of the role in SI units, and no unit is stated: a position from 0 to 55 is hardly
+    /// in metres.
     pub fn needs_unit(&self) -> bool {
         let Some((low, high)) = self.range else { return false };
         self.unit.is_none() && PLAUSIBLE.iter().any(|(role, span)| self.role == Some(*role) && high - low > *span)
@@ -197,9 +197,9 @@ pub struct Roles {
 }
 
 impl Roles {
-    /// Sorts signals by their roles. A position, a velocity or a force needs the clock of the time: as many samples, and
-    /// in a log the same topic. If no topic has both a position and a force, the time is the log time, to which all
-    /// topics are joined. Constant signals are candidates only if all are constant.
+    /// Signals by role. A position, a velocity or a force needs the clock of the time: as many samples, and in a log
+    /// the same topic. If no topic has both a position and a force, the time is the log time, to which all topics are
+    /// joined. Constant signals are candidates only if all are constant.
     pub fn of(signals: &[Signal]) -> Self {
         let mut roles = Self::default();
         let with = |quantity: Quantity| {
@@ -232,7 +232,7 @@ impl Roles {
             if found.iter().any(varies) {
                 found.retain(varies);
             }
-            // The time of a message is preferred to the time at which it was logged.
+            // Preferred to the time of logging.
             let is_logged = |index: &usize| signals[*index].name.ends_with(LOG_TIME);
             if quantity == Quantity::Time && !found.iter().all(is_logged) {
                 found.retain(|index| !is_logged(index));

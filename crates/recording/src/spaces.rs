@@ -1,4 +1,4 @@
-//! Reads each run of spaces in a text as one tab, and omits spaces at the ends of lines.
+//! Reads each run of spaces as one tab, and omits spaces at the ends of lines.
 
 use std::io::{self, Read};
 
@@ -22,7 +22,7 @@ impl<R: Read> Read for Spaces<R> {
             return self.inner.read(out);
         }
         loop {
-            // A pending tab can precede each byte, so at most half of the buffer is read.
+            // A pending tab can precede each byte.
             self.spare.resize(out.len() / 2, 0);
             let got = self.inner.read(&mut self.spare)?;
             let mut kept = 0;

@@ -1,4 +1,4 @@
-//! Times as numbers or as dates by ISO 8601, counted from the first one if they are those of a calendar.
+//! Times as numbers or as dates by ISO 8601.
 
 use chrono::{DateTime, NaiveDate, NaiveDateTime, NaiveTime};
 
@@ -13,8 +13,8 @@ pub(super) const MAX_CALENDAR_S: f64 = 1e11;
 
 const NANOSECONDS: f64 = 1e9;
 
-/// The times of a column. Times of the calendar count from the first one, exactly: digits that a floating-point number
-/// of seconds since 1970 does not have are kept.
+/// Times of the calendar count from the first one, exactly: digits that a floating-point number of seconds since 1970
+/// does not have are kept.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Stamps {
     start: Option<Start>,
@@ -22,14 +22,14 @@ pub(super) struct Stamps {
 
 #[derive(Debug, Clone, Copy)]
 enum Start {
-    /// Numbers that count from 0, or from any other time that is not of the calendar.
+    /// Numbers from any time that is not of the calendar.
     Plain,
     Decimal(Decimal),
     /// Nanoseconds since 1970.
     Date(i64),
 }
 
-/// The number `digits / 10^decimals`.
+/// `digits / 10^decimals`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Decimal {
     digits: i128,
@@ -54,7 +54,7 @@ impl Decimal {
         Some(Self { digits: digits(self)?.checked_sub(digits(other)?)?, decimals })
     }
 
-    /// The number times `scale`. A scale such as 1e-9 divides, which is exact to the last bit.
+    /// A scale such as 1e-9 divides, which is exact to the last bit.
     fn times(self, scale: f64) -> f64 {
         let (digits, power) = (self.digits as f64, 10_f64.powi(self.decimals as i32));
         let per = (1.0 / scale).round();
@@ -63,8 +63,7 @@ impl Decimal {
 }
 
 impl Stamps {
-    /// Reads the next time, in s. `number` is the field as a number of the file, if it is one, and `scale` its unit in
-    /// s. A date has no unit.
+    /// In s. `number` is the field as a number of the file, if it is one, and `scale` its unit in s.
     pub(super) fn time_s(&mut self, field: &[u8], number: Result<f64, Problem>, scale: f64) -> Result<f64, Problem> {
         let text = str::from_utf8(field).map_err(|_| Problem::NotUtf8)?;
         let text = trimmed(text);
@@ -128,7 +127,7 @@ fn may_be_date(text: &[u8]) -> bool {
     text.first().is_some_and(u8::is_ascii_digit) && text.contains(&b':')
 }
 
-/// The nanoseconds from 1970, or from midnight for a time of the day. A date without a zone counts as UTC.
+/// Counts from 1970, or from midnight. A date without a zone counts as UTC.
 fn nanoseconds(text: &str) -> Option<i64> {
     if !may_be_date(text.as_bytes()) {
         return None;

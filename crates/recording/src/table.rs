@@ -36,8 +36,7 @@ pub(super) struct Rows<'a, R> {
 }
 
 impl<'a, R: Read> Rows<'a, R> {
-    /// Opens a table and reads its header, in which `locate` finds the requested columns. The columns of a table without
-    /// a header are named by their numbers.
+    /// `locate` finds the requested columns. Without a header, columns are named by their numbers.
     pub(super) fn open<T>(
         source: &'a str,
         reader: R,
@@ -115,12 +114,12 @@ impl<'a, R: Read> Rows<'a, R> {
         self.record.as_slice().contains(&b'\n')
     }
 
-    /// The line on which the row begins. The reader's position of a row is before the preceding comments and blank
-    /// lines, so the line is computed from the number of consumed lines, which includes those of this row.
+    /// The reader's position is before the preceding comments and blank lines, so the line is computed from the number
+    /// of consumed lines.
     pub(super) fn line(&self) -> u64 {
         let text = self.record.as_slice();
         let inside = text.iter().filter(|&&byte| byte == b'\n').count() as u64;
-        // An open quote includes the last line end of the file, which then does not end the row.
+        // An open quote includes the last line end of the file.
         let own = u64::from(!text.ends_with(b"\n"));
         (self.lines_before + self.reader.position().line()).saturating_sub(inside + own)
     }
@@ -138,7 +137,7 @@ impl<'a, R: Read> Rows<'a, R> {
         self.decimals.number(self.record.get(index).unwrap_or_default(), scale)
     }
 
-    /// Stores the units of the columns if the row contains a known unit and no number. Returns true if it does.
+    /// Takes the row if it contains a known unit and no number.
     pub(super) fn take_units(&mut self) -> bool {
         let fields: Vec<String> = self.record.iter().map(|field| short(&text(field))).collect();
         let has_number = (0..fields.len()).any(|index| self.parse(index, 1.0).is_ok());
@@ -184,7 +183,7 @@ impl<'a, R: Read> Rows<'a, R> {
 
     pub(super) fn number_or_date(&self, index: usize, stamps: &mut Stamps) -> Option<f64> {
         let field = self.record.get(index).unwrap_or_default();
-        // A fast test for words: numbers begin with a letter only as "nan" and "inf".
+        // A fast test: numbers begin with a letter only as "nan" and "inf".
         if field.first().is_some_and(|first| first.is_ascii_alphabetic() && !b"nNiI".contains(first)) {
             return None;
         }

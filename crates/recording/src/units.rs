@@ -19,7 +19,7 @@ const SPELLINGS: [(&[&str], &str); 16] = [
     (&["kg", "kilogram", "kilograms", "kp"], "kgf"),
 ];
 
-/// Units of other quantities than those of a recording, which mark a row of units.
+/// Units of other quantities also mark a row of units.
 const OTHER: [&str; 13] = ["rad", "deg", "°", "Nm", "N.m", "N·m", "Nmm", "V", "mV", "A", "mA", "%", "°C"];
 
 pub(super) fn accepted(text: &str) -> &str {
@@ -27,7 +27,7 @@ pub(super) fn accepted(text: &str) -> &str {
     SPELLINGS.iter().find(|(spellings, _)| spellings.contains(&text)).map_or(text, |(_, unit)| unit)
 }
 
-/// The quantity with a unit, in any spelling. A mass, as a scale displays it, is a force.
+/// A mass, as a scale displays it, is a force.
 pub(super) fn quantity(text: &str) -> Option<Quantity> {
     let unit = accepted(text);
     let has = |quantity: &Quantity| quantity.units().split([',', ' ']).any(|known| known != "or" && known == unit);
@@ -51,7 +51,7 @@ pub(super) fn of_name(name: &str) -> Option<String> {
             return Some(unit.trim().to_owned());
         }
     }
-    // A path has a slash, too, but no unit is the name of a signal.
+    // No unit is the name of a signal.
     if let Some((_, unit)) = name.rsplit_once('/').filter(|(before, unit)| !before.is_empty() && is_known(unit)) {
         return Some(unit.trim().to_owned());
     }
@@ -88,8 +88,7 @@ pub struct IgnoredUnit {
 }
 
 impl IgnoredUnit {
-    /// Compares a column without a factor with the unit in its name or beside it; `None` if they agree or the unit is of
-    /// another quantity.
+    /// `None` if factor and unit agree or the unit is of another quantity.
     pub(super) fn of(quantity: Quantity, column: &Column, unit: Option<&str>) -> Option<Self> {
         let unit = unit.map(str::to_owned).or_else(|| of_name(column.name()))?;
         let is_other = self::quantity(&unit) == Some(quantity) && accepted(&unit) != quantity.unit();

@@ -1,4 +1,4 @@
-//! Tables of columns as CSV, Parquet and MATLAB files. Equal columns give equal bytes.
+//! Equal columns give equal bytes.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -15,25 +15,18 @@ use parquet::schema::types::{ColumnPath, Type};
 
 use trocar_document::{DataColumn, DataTable, Values};
 
-/// The format of a data file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ColumnFormat {
-    /// Text with a line per row.
     Csv,
-    /// Apache Parquet.
     Parquet,
     /// MATLAB, version 5 to 7: one variable per column.
     Mat,
 }
 
 impl ColumnFormat {
-    /// All formats.
     pub const ALL: [Self; 3] = [Self::Csv, Self::Parquet, Self::Mat];
 
-    /// Writes a table.
-    ///
-    /// # Errors
-    /// The errors of the writer, and an error for an unsupported column: MATLAB files contain only numbers and codes.
+    /// MATLAB files contain only numbers and codes.
     pub fn write(self, table: &DataTable<'_>, out: &mut (dyn Write + Send)) -> io::Result<()> {
         match self {
             Self::Csv | Self::Parquet => self.write_parts(out, |part| part(table)),
@@ -43,9 +36,6 @@ impl ColumnFormat {
 
     /// Writes rows in parts, which need not fit into memory together. `parts` passes tables with the same columns.
     /// Parquet writes a row group for each.
-    ///
-    /// # Errors
-    /// The errors of `parts` and of the writer, and an error for a format that needs all rows at once.
     pub fn write_parts<E: From<io::Error>>(
         self,
         out: &mut (dyn Write + Send),
@@ -87,7 +77,6 @@ impl fmt::Display for ColumnFormat {
     }
 }
 
-/// Receives a part of the rows of a file.
 pub type Part<'a> = dyn FnMut(&DataTable<'_>) -> io::Result<()> + 'a;
 
 type Sampled<'a> = (&'a str, Samples<'a>);
@@ -121,8 +110,7 @@ fn csv_heading(table: &DataTable<'_>, out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "{}", names.join(","))
 }
 
-/// Writes rows line by line. Floats have the shortest form that reads back to the same value; an undefined value is an
-/// empty cell.
+/// Floats have the shortest form that reads back to the same value; an undefined value is an empty cell.
 fn csv_rows(table: &DataTable<'_>, out: &mut dyn Write) -> io::Result<()> {
     let mut number = ryu::Buffer::new();
     let mut line = String::with_capacity(400);
@@ -243,7 +231,7 @@ fn optional<T: DataType>(
     Ok(())
 }
 
-/// Writes an uncompressed MATLAB file, with an N x 1 array per column. The header has no date.
+/// An N x 1 array per column. The header has no date.
 fn mat(columns: &[Sampled<'_>], out: &mut dyn Write) -> io::Result<()> {
     const MATRIX: u32 = 14;
     let text = format!("MATLAB 5.0 MAT-file, written by trocar {}", env!("CARGO_PKG_VERSION"));

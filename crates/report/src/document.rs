@@ -7,9 +7,6 @@ use super::pictures::keep;
 use super::{ColumnFormat, Folder, OutputError, PictureError};
 
 /// Figures and sampled data have the formats of the folder; other data are CSV.
-///
-/// # Errors
-/// [`PictureError`].
 pub fn write_document(folder: &Folder, document: &Document<'_>) -> Result<(), PictureError> {
     let files = || -> Result<(), OutputError> {
         folder.write(&format!("{}.json", document.name), to_json(&document.json).as_bytes())?;

@@ -8,7 +8,6 @@ use thiserror::Error;
 
 const TEMPORARY: &str = ".trocar-";
 
-/// An error of writing a file or folder.
 #[derive(Debug, Error)]
 pub enum OutputError {
     /// The former files are unchanged.
@@ -26,9 +25,6 @@ const ATTEMPTS: usize = 3;
 
 /// Writes a file under a temporary name and renames it, so a reader finds the old or the new content, also after a loss
 /// of power.
-///
-/// # Errors
-/// [`OutputError`].
 pub fn write_file(path: &Path, content: &[u8]) -> Result<(), OutputError> {
     let failed = |source| OutputError::Write { path: path.to_owned(), source };
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));

@@ -9,27 +9,22 @@ use super::draw::FigureStyle;
 use super::stage::Stage;
 use super::{ColumnFormat, OutputError};
 
-/// The folder of `--out`, and the form of its files.
+/// The folder of `--out`.
 #[derive(Debug, Clone)]
 pub struct Destination {
-    /// The path.
     pub path: PathBuf,
-    /// The style of the figures.
     pub figures: FigureStyle,
-    /// The formats of tables with one row per sample.
+    /// For tables with one row per sample.
     pub samples: Vec<ColumnFormat>,
 }
 
 impl Destination {
-    /// With figures of the default style and samples as CSV.
+    /// Figures of the default style and samples as CSV.
     pub fn new(path: impl Into<PathBuf>) -> Self {
         Self { path: path.into(), figures: FigureStyle::default(), samples: vec![ColumnFormat::Csv] }
     }
 
     /// Begins the folder `name` of a command ([`Folder::commit`]).
-    ///
-    /// # Errors
-    /// [`OutputError`].
     pub fn open(&self, command: &'static str, name: &str) -> Result<Folder, OutputError> {
         let Self { path, figures, samples } = self.clone();
         let stage = Arc::new(Stage::begin(&path, name)?);
@@ -41,11 +36,9 @@ impl Destination {
 /// written.
 #[derive(Debug, Clone)]
 pub struct Folder {
-    /// The path.
     pub path: PathBuf,
-    /// The style of the figures.
     pub figures: FigureStyle,
-    /// The formats of tables with one row per sample.
+    /// For tables with one row per sample.
     pub samples: Vec<ColumnFormat>,
     /// The path within the folder of the command.
     within: PathBuf,
@@ -64,18 +57,11 @@ impl Folder {
         Self { samples, ..self.clone() }
     }
 
-    /// Adds a file.
-    ///
-    /// # Errors
-    /// [`OutputError`].
     pub fn write(&self, name: &str, content: &[u8]) -> Result<(), OutputError> {
         self.stream(name, |file| file.write_all(content))
     }
 
     /// Adds a file in pieces.
-    ///
-    /// # Errors
-    /// [`OutputError`].
     pub fn stream(
         &self,
         name: &str,
@@ -91,18 +77,13 @@ impl Folder {
         store().map_err(|source| OutputError::Write { path: self.path.join(name), source })
     }
 
-    /// Replaces the files that the command wrote before by the added ones.
-    ///
-    /// # Errors
-    /// [`OutputError`]; the old folder has then not changed.
+    /// Replaces the files that the command wrote before by the added ones. After an error, the old folder has not
+    /// changed.
     pub fn commit(&self) -> Result<(), OutputError> {
         self.commit_with(Map::new())
     }
 
     /// With further fields of the manifest.
-    ///
-    /// # Errors
-    /// As [`Self::commit`].
     pub fn commit_with(&self, details: Map<String, Json>) -> Result<(), OutputError> {
         self.stage.commit(self.command, details)
     }

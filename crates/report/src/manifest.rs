@@ -5,7 +5,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value as Json};
 
-/// The name of the file.
 pub const MANIFEST: &str = "manifest.json";
 
 /// `manifest.json`.
@@ -28,7 +27,7 @@ impl Manifest {
         serde_json::from_slice(&text).unwrap_or_default()
     }
 
-    /// The text of the file, with the version of this program.
+    /// Includes the version of this program.
     pub fn text(&self) -> String {
         let manifest = Self { trocar_version: env!("CARGO_PKG_VERSION").to_owned(), ..self.clone() };
         // Maps with names as keys are always valid JSON.

@@ -5,13 +5,10 @@ use super::{Folder, OutputError};
 use crate::draw::{DrawError, file};
 use trocar_document::Figure;
 
-/// An error of drawing or writing figures.
 #[derive(Debug, Error)]
 pub enum PictureError {
-    /// A figure could not be drawn.
     #[error(transparent)]
     Draw(#[from] DrawError),
-    /// A file could not be written.
     #[error(transparent)]
     Write(#[from] OutputError),
 }

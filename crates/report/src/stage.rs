@@ -40,13 +40,13 @@ pub(super) struct Stage {
 }
 
 impl Stage {
-    /// Begins the folder `name` in `root`, and cleans up after killed commands there.
+    /// Cleans up after killed commands, too.
     pub(super) fn begin(root: &Path, name: &str) -> Result<Self, OutputError> {
         let made_root = (!root.exists()).then(|| root.to_owned());
         let mut target = root.join(name);
         let (mut root, mut name) = (root.to_owned(), name.to_owned());
         if target.is_symlink() {
-            // The folder is replaced, not the link to it.
+            // Replaces the folder, not the link to it.
             target = target.canonicalize().map_err(failed(&target))?;
             root = target.parent().unwrap_or(&target).to_owned();
             name = target.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -71,12 +71,11 @@ impl Stage {
         Ok(Self { path, root, target, _lock: lock })
     }
 
-    /// The folder in which the command writes.
     pub(super) fn new_folder(&self) -> PathBuf {
         self.path.join(NEW)
     }
 
-    /// Replaces the old folder by the new one. Files that the command has not written stay.
+    /// Files that the command has not written stay.
     pub(super) fn commit(&self, command: &str, details: Map<String, Json>) -> Result<(), OutputError> {
         let mut live = live();
         let _exclusive = exclusive(&self.root);
@@ -147,7 +146,7 @@ fn discard((stage, made_root): &(PathBuf, Option<PathBuf>)) {
     }
 }
 
-/// Removes a stage, the lock last. The next command removes the rest.
+/// Removes the lock last. The next command removes the rest.
 fn remove(stage: &Path) {
     for path in [stage.join(NEW), stage.join(OLD), stage.to_owned()] {
         // A file that another thread writes at this moment is removed at the second attempt.
@@ -155,7 +154,6 @@ fn remove(stage: &Path) {
     }
 }
 
-/// Cleans up after killed commands.
 fn clean(root: &Path) {
     remove_left_files(root);
     for stage in temporaries(root).filter(|path| path.is_dir()) {
@@ -174,7 +172,7 @@ fn clean(root: &Path) {
     }
 }
 
-/// Excludes other commands from the start and the end of a stage, for milliseconds, where folders can be locked.
+/// Excludes other commands, for milliseconds, where folders can be locked.
 fn exclusive(root: &Path) -> Option<File> {
     let folder = File::open(root).ok()?;
     folder.lock().ok().map(|()| folder)
@@ -229,7 +227,6 @@ fn move_aside(new: &Path, old: &Path, target: &Path) -> io::Result<()> {
     fs::rename(new, target).inspect_err(|_| drop(fs::rename(old, target)))
 }
 
-/// Exchanges two folders in one step.
 #[cfg(any(target_os = "linux", target_os = "macos"))]
 fn exchange(one: &Path, other: &Path) -> io::Result<()> {
     use rustix::fs::{CWD, RenameFlags, renameat_with};

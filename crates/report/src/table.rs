@@ -35,7 +35,6 @@ impl Table {
     }
 }
 
-/// The parts that are broken into lines if columns are too wide.
 #[derive(Clone, Copy)]
 enum Broken {
     Nothing,

@@ -3,7 +3,7 @@ use trocar_document::{Block, Document, Section};
 use super::Table;
 use super::wrap::wrapped;
 
-/// Indent of the second and later lines of a wrapped line.
+/// Indent of the second and later lines.
 const INDENT: usize = 2;
 
 /// A document as text: the answer, its limitations, and the sections for the terminal; with `all`, also those on

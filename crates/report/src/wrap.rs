@@ -18,7 +18,6 @@ pub fn filled(text: &str, width: usize, indent: usize) -> Vec<String> {
     lines
 }
 
-/// Wraps the lines that exceed [`WIDTH`] characters.
 pub fn wrapped(text: &str, indent: usize) -> String {
     let mut result = String::with_capacity(text.len());
     for line in text.split_inclusive('\n') {

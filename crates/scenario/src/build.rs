@@ -52,7 +52,7 @@ impl ScenarioEngine {
         }
     }
 
-    /// Returns the totals of the link; `None` for a direct link.
+    /// `None` for a direct link.
     pub fn link_report(&self) -> Option<LinkReport> {
         match self {
             Self::Exact(engine) => engine.link_report(0),
@@ -65,7 +65,7 @@ impl ScenarioEngine {
 }
 
 impl Scenario {
-    /// Builds the scenario's engine at tick 0.
+    /// Builds the engine at tick 0.
     pub fn build(&self) -> Result<ScenarioEngine, ScenarioError> {
         if self.has_general_machine() {
             return Ok(ScenarioEngine::General(Box::new(self.general(self.general_plants()?, 0)?)));
@@ -78,7 +78,7 @@ impl Scenario {
         })
     }
 
-    /// Checks the construction of all parts without building an engine.
+    /// Does not build an engine.
     pub(super) fn check_parts(&self) -> Result<(), ScenarioError> {
         let (tick_s, reference_m) = (self.grid.tick_s(), self.slave_start_m());
         let invalid = |error| self.values().out_of_range(&error);
@@ -119,25 +119,25 @@ impl Scenario {
         Ok(Engine { grid: self.grid, plants, parts: self.user_defined_wiring(parts)? })
     }
 
-    /// Builds only the scenario's tissue, before its first tick.
+    /// Builds only the tissue, before its first tick.
     pub fn tissue_part(&self) -> Result<AnyTissue<f64>, ScenarioError> {
         self.any_tissue()
     }
 
-    /// Builds the master's side for a link to a remote slave. The delays of the scenario's link have no effect, because
-    /// messages arrive in real time. A message counts as missing after the scenario's longest delay.
+    /// The delays of the scenario's link have no effect, because messages arrive in real time. A message counts as
+    /// missing after the longest delay.
     pub fn master_side(&self) -> Result<MasterSide, ScenarioError> {
         let (_, initial) = self.initial_samples();
         Ok(MasterSide::new(self.side_engine()?, initial))
     }
 
-    /// Builds the slave's side, like [`Scenario::master_side`].
+    /// Like [`Scenario::master_side`].
     pub fn slave_side(&self) -> Result<SlaveSide, ScenarioError> {
         let (initial, _) = self.initial_samples();
         Ok(SlaveSide::new(self.side_engine()?, initial))
     }
 
-    /// Builds the engine of a side: a link with delayed messages, and independent machines.
+    /// A link with delayed messages, and independent machines.
     fn side_engine(&self) -> Result<SideEngine, ScenarioError> {
         if self.engine == EngineKind::Dop853 {
             let message = "the sides cannot be stepped apart by dop853, which integrates both machines together";
@@ -161,12 +161,11 @@ impl Scenario {
         apart.general(plants, 0)
     }
 
-    /// Builds the exact engine over lanes that all run this scenario. Lane `i` has the noise of stream
-    /// `first_stream + i`.
+    /// The exact engine over lanes that all run this scenario. Lane `i` has the noise of stream `first_stream + i`.
     ///
     /// # Errors
-    /// The errors of [`Scenario::build`]. A scenario with actuator limits needs [`Scenario::limited_engine`]; delays
-    /// that are not whole ticks need [`Scenario::split_engine`].
+    /// A scenario with actuator limits needs [`Scenario::limited_engine`]; delays that are not whole ticks need
+    /// [`Scenario::split_engine`].
     pub fn exact_engine<L: Lane>(&self, first_stream: u64) -> Result<Wired<L, ExactPlants<L>>, ScenarioError> {
         if !self.actuators.are_none() {
             return Err(ScenarioError::new("this engine does not support actuator limits")
@@ -206,7 +205,7 @@ impl Scenario {
         Ok(FractionalDelayPlants::new(self.exact_plants()?, &master, &slave, reference_m))
     }
 
-    /// Returns the discrete steps of master and slave over a whole tick, computed once per set of parameters.
+    /// Over a whole tick, computed once per set of parameters.
     pub(super) fn whole_steps(&self) -> Result<(Cow<'_, MasterStep>, Cow<'_, SlaveStep>), PlantError> {
         let (parameters, tick_s) = ((&self.master, &self.arm, &self.slave), self.grid.tick_s());
         if let Some(stored) = self.steps.get().filter(|stored| stored.are_of(parameters, self.timing, tick_s)) {
@@ -214,7 +213,7 @@ impl Scenario {
         }
         let built = Steps::new(parameters, self.timing, tick_s)?;
         let steps = (Cow::Owned(built.master.clone()), Cow::Owned(built.slave.clone()));
-        // Another thread may have stored the same steps first, or a modified copy its different steps.
+        // Another thread may have stored the same steps first.
         let _ = self.steps.set(built);
         Ok(steps)
     }
@@ -314,7 +313,7 @@ impl Scenario {
         }
     }
 
-    /// Initial position of the operator in m. Both plants start there at rest.
+    /// In m. Both plants start there at rest.
     pub(super) fn start_m(&self) -> f64 {
         match &self.operator {
             OperatorSpec::Recording(positions) => positions.first().copied().unwrap_or(0.0),

@@ -1,13 +1,12 @@
-//! The embedded scenarios, sweeps and recordings, which the program finds from any directory.
+//! Embedded files, which the program finds from any directory.
 
 use super::keys::nearest_of;
 
-/// The prefix of a path to an embedded file.
 pub const PREFIX: &str = "builtin:";
 
 const ENDING: &str = ".toml";
 
-/// Pairs of full name and content: scenarios (given without ending) and recordings.
+/// Pairs of full name and content.
 macro_rules! embedded {
     (scenarios: $($scenario:literal)*; recordings: $($recording:literal)*) => {
         &[
@@ -37,7 +36,7 @@ const FILES: &[(&str, &[u8])] = embedded! {
     recordings: "in_vivo_like.csv" "own_ctrl_pop.csv"
 };
 
-/// Pairs of full name and content of the sweep files.
+/// Pairs of full name and content.
 const SWEEPS: &[(&str, &[u8])] = embedded! {
     scenarios: "sweeps/patients" "sweeps/scale_factors" "sweeps/small" "sweeps/million";
     recordings:
@@ -47,12 +46,11 @@ fn files() -> impl Iterator<Item = &'static (&'static str, &'static [u8])> {
     FILES.iter().chain(SWEEPS)
 }
 
-/// The full names of the shipped sweep files.
 pub fn sweeps() -> impl Iterator<Item = &'static str> {
     SWEEPS.iter().map(|(file, _)| *file)
 }
 
-/// The shipped scenarios by their full names, folder by folder, each with its question.
+/// The shipped scenarios by full name, folder by folder.
 pub fn questions() -> impl Iterator<Item = (&'static str, &'static str)> {
     let scenarios = FILES.iter().filter(|(file, _)| file.ends_with(ENDING));
     scenarios.map(|(file, content)| {
@@ -65,13 +63,13 @@ pub fn recordings() -> impl Iterator<Item = &'static str> {
     FILES.iter().map(|(file, _)| *file).filter(|file| !file.ends_with(ENDING))
 }
 
-/// The content of an embedded file with any name that [`find`] accepts.
+/// Accepts the names that [`find`] accepts.
 pub fn content(name: &str) -> Option<&'static [u8]> {
     let file = find(name)?;
     files().find(|(known, _)| *known == file).map(|(_, content)| *content)
 }
 
-/// The full name of an embedded file. A scenario and a sweep file are also found without their ending or folder.
+/// A scenario or sweep file is also found without its ending or folder.
 pub fn find(name: &str) -> Option<&'static str> {
     let wanted = without_ending(name);
     let is_wanted = |file: &str| {
@@ -80,7 +78,7 @@ pub fn find(name: &str) -> Option<&'static str> {
     files().map(|(file, _)| *file).find(|file| is_wanted(file))
 }
 
-/// The shipped scenario with the most similar name, without its ending, if any is similar enough.
+/// Without its ending; `None` if none is similar enough.
 pub fn nearest(name: &str) -> Option<&'static str> {
     let name = without_ending(name);
     let last = last_part(name);

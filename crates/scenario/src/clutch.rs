@@ -1,5 +1,3 @@
-//! The intervals in which the operator moves the master alone.
-
 use std::ops::Range;
 use std::sync::Arc;
 

@@ -2,8 +2,7 @@ use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 
 use crate::ScenarioError;
 
-/// The message of an error with its line underlined, styled for a terminal. Further errors of the scenario
-/// follow.
+/// The message with its line underlined, styled for a terminal. Further errors follow.
 pub fn underlined(error: &ScenarioError) -> String {
     let all: Vec<String> = std::iter::once(error).chain(&error.others).map(single).collect();
     all.join("\n")

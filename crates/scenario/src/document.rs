@@ -19,7 +19,7 @@ use super::layers::{NAME_RULE, is_name, is_of_layer};
 use trocar_engine::tissue::LAYER_LIST;
 use trocar_recording::MEMORY;
 
-/// Maximum size of a scenario file in bytes; a real one has a few thousand.
+/// A real file has a few thousand bytes.
 const MAX_BYTES: u64 = 1 << 20;
 
 const MAX_BASES: usize = 32;
@@ -38,15 +38,14 @@ pub enum Source {
         name: Arc<str>,
         text: Arc<str>,
     },
-    /// A recording in memory, by the name that `trocar_recording::keep` returned.
+    /// By the name that `trocar_recording::keep` returned.
     Memory(String),
-    /// A file on disk or a text, with the kept content of it and of the files that it names.
+    /// With the kept content of it and of the files that it names.
     Kept(Box<Source>, KeptFiles),
 }
 
 impl Source {
-    /// Parses an argument: `builtin:` and the name of a shipped file; a path; or, if there is no such file, the name of
-    /// a shipped scenario, for example `layers/skin-augmented`.
+    /// `builtin:` and the name of a shipped file; a path; or, if there is no such file, the name of a shipped scenario.
     pub fn parse(text: &str) -> Self {
         match text.strip_prefix(builtin::PREFIX) {
             Some(name) => Self::Builtin(builtin::find(name).unwrap_or(name).to_owned()),
@@ -65,7 +64,7 @@ impl Source {
         }
         match self {
             Self::Disk(here) => Self::disk_or_shipped(here.parent().unwrap_or(Path::new("")).join(text), text),
-            // Like a file on disk: beside this one, or else by its name among the shipped ones.
+            // Beside this one, or else by its name among the shipped ones.
             Self::Builtin(here) => {
                 let beside = joined(here, text);
                 let found = builtin::find(&beside).or_else(|| builtin::find(text));
@@ -75,7 +74,7 @@ impl Source {
         }
     }
 
-    /// Returns this source with the content of files. Files that are read later are added.
+    /// Files that are read later are added.
     pub fn keeping(&self, files: KeptFiles) -> Self {
         Self::Kept(Box::new(self.plain().clone()), files)
     }
@@ -84,7 +83,6 @@ impl Source {
         if let Self::Kept(source, _) = self { source.plain() } else { self }
     }
 
-    /// The content of the files that were read.
     pub fn kept(&self) -> Option<&KeptFiles> {
         if let Self::Kept(_, files) = self { Some(files) } else { None }
     }
@@ -93,8 +91,7 @@ impl Source {
         if let Self::Disk(path) = self.plain() { Some(path) } else { None }
     }
 
-    /// A file on disk or else a shipped scenario. A text with an ending is always a path, so a missing file is an
-    /// error.
+    /// A text with an ending is always a path, so a missing file is an error.
     fn disk_or_shipped(path: PathBuf, text: &str) -> Self {
         let is_name = Path::new(text).extension().is_none() && !path.is_file();
         match builtin::find(text).filter(|_| is_name) {
@@ -123,7 +120,7 @@ impl Source {
         path.file_stem().map_or_else(|| "scenario".into(), |stem| stem.to_string_lossy().into_owned())
     }
 
-    /// The canonical form of the source, for comparison and for the echo.
+    /// The canonical form, for comparison and for the echo.
     pub fn canonical(&self) -> Self {
         match self {
             Self::Disk(path) => Self::Disk(canonical_path(path)),
@@ -207,15 +204,14 @@ pub struct Entry {
     pub written: String,
     pub key_place: Place,
     pub value_place: Place,
-    /// The file to which paths in the value are relative.
+    /// Paths in the value are relative to this file.
     pub source: Source,
-    /// Distance from the last list of settings: 0 in that list, or in a single file; then one for each earlier list,
-    /// the scenario's file, its base, and so on.
+    /// Distance from the last list of settings: 0 in that list, or in a single file; then one more for each earlier
+    /// list, file and base.
     pub layer: usize,
 }
 
-/// Every entry of a scenario, its bases and the lists of settings, the last list first. The first entry of a path takes
-/// effect.
+/// The last list comes first. The first entry of a path takes effect.
 pub fn gather(source: &Source, settings: &[&[String]]) -> Result<Vec<Entry>, ScenarioError> {
     let mut entries = of_settings(settings)?;
     let earlier_lists = settings.len().saturating_sub(1);
@@ -451,7 +447,7 @@ pub(super) fn parse_setting(setting: &str) -> Result<Vec<Entry>, ScenarioError> 
         return Err(ScenarioError::new(format!("--set {setting}: there is no '='")).remedy(remedy));
     };
     let (key, value) = (key.trim(), value.trim());
-    // Reject whole numbers that are too large instead of reading them as text.
+    // Reject too large whole numbers instead of reading them as text.
     let is_toml = is_digits(value) || ValueDeserializer::parse(value).and_then(toml::Value::deserialize).is_ok();
     let value = if is_toml { value.to_owned() } else { toml::Value::String(value.to_owned()).to_string() };
     // Paths on the command line are relative to the working directory.

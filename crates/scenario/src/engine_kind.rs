@@ -1,5 +1,3 @@
-//! The method that steps the plants from tick to tick.
-
 trocar_core::choice! {
     /// Stepping between ticks: matrix exponentials, or numerical integration as a check.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]

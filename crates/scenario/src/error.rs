@@ -8,12 +8,12 @@ use trocar_base::names;
 pub struct Place {
     pub file: Arc<str>,
     pub text: Arc<str>,
-    /// The byte range within the text.
+    /// Byte range.
     pub span: Range<usize>,
 }
 
 impl Place {
-    /// Returns line and column of the start, counted from 1.
+    /// Counts from 1.
     pub fn line_and_column(&self) -> (usize, usize) {
         let before = self.text.get(..self.span.start).unwrap_or(&self.text);
         let line = before.matches('\n').count() + 1;
@@ -24,7 +24,7 @@ impl Place {
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScenarioError {
-    /// The error, with the value and the allowed range.
+    /// With the value and the allowed range.
     pub message: String,
     pub place: Option<Place>,
     pub remedy: Option<String>,
@@ -32,7 +32,7 @@ pub struct ScenarioError {
 }
 
 impl ScenarioError {
-    /// Creates an error without a place. Long words of the message are shortened.
+    /// Long words of the message are shortened.
     pub fn new(message: impl Into<String>) -> Self {
         let message = names::with_short_words(&message.into()).into_owned();
         Self { message, place: None, remedy: None, others: Box::default() }
@@ -43,7 +43,7 @@ impl ScenarioError {
         self
     }
 
-    /// Combines errors, sorted by their places in a file: at most 20, because one mistake can cause many.
+    /// Sorted by place: at most 20, because one mistake can cause many.
     pub(super) fn all(errors: Vec<Self>) -> Result<(), Self> {
         Self::all_by(errors, |error| error.place.as_ref(), |error| error)
     }

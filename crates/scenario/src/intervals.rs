@@ -1,5 +1,3 @@
-//! Reads intervals of time, written as pairs of a start and an end.
-
 use std::ops::Range;
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Kept content of a scenario's files, so that later changes of the files do not change the scenario.
+//! Later changes of the files do not change the scenario.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -6,18 +6,18 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use trocar_recording::{Columns, Limits, Recording};
 
-/// The content of the files that a scenario names. Clones share it.
+/// Clones share the content.
 ///
-/// Not part of the identity of a [`Source`](super::Source): sources are equal if they name the same file.
+/// Not part of the identity of a [`Source`](super::Source).
 #[derive(Debug, Clone, Default)]
 pub struct KeptFiles(Arc<Mutex<FileContents>>);
 
 #[derive(Debug, Clone, Default)]
 pub struct FileContents {
-    /// The canonical path of each path at the time of its first use.
+    /// At the time of its first use.
     pub canonical: BTreeMap<PathBuf, PathBuf>,
     pub bytes: BTreeMap<PathBuf, Arc<[u8]>>,
-    /// The recordings by canonical path and settings for reading.
+    /// By canonical path and settings for reading.
     pub recordings: BTreeMap<(PathBuf, String), Arc<Recording>>,
 }
 

@@ -1,13 +1,11 @@
-//! Every key and section of a scenario, from the [table of groups](super::scenario::GROUPS).
-//!
-//! Validation, the resolved echo, the JSON Schema and the starter file are generated from this table. Each key is
-//! declared beside its part.
+//! Every key and section of a scenario, from the [table of groups](super::scenario::GROUPS). Each key is declared
+//! beside its part.
 
 use trocar_core::settings::{Key, count, joined};
 
 use super::scenario::GROUPS;
 
-/// The sections in the order of files, each with its subject.
+/// In the order of files, each with its subject.
 pub const SECTIONS: [(&str, &str); count_sections()] = {
     let mut all = [("", ""); count_sections()];
     let (mut filled, mut group) = (0, 0);
@@ -22,7 +20,7 @@ pub const SECTIONS: [(&str, &str); count_sections()] = {
     all
 };
 
-/// Every key in the order of files, without the layers' keys ([`LAYER_KEYS`](trocar_engine::tissue::LAYER_KEYS)).
+/// In the order of files, without the layers' keys ([`LAYER_KEYS`](trocar_engine::tissue::LAYER_KEYS)).
 pub const KEYS: &[Key] = &joined::<{ count(&KEYS_OF_GROUPS) }>(&KEYS_OF_GROUPS);
 
 const KEYS_OF_GROUPS: [&[Key]; GROUPS.len()] = {

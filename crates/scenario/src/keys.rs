@@ -12,10 +12,10 @@ use super::layers::{ANY, is_name, key_of, split};
 static BY_PATH: LazyLock<HashMap<&str, &'static Key>> =
     LazyLock::new(|| KEYS.iter().map(|key| (key.path, key)).collect());
 
-/// A key with its path. Layers' keys are declared once, with `*` as the layer; the path contains the layer's name.
+/// Layers' keys are declared once, with `*` as the layer; the path contains the layer's name.
 #[derive(Debug, Clone)]
 pub struct KeyAt {
-    /// The path of the value, for example `tissue.layer.dura.thickness_m`.
+    /// For example `tissue.layer.dura.thickness_m`.
     pub path: Cow<'static, str>,
     pub key: &'static Key,
 }
@@ -40,7 +40,7 @@ impl Deref for KeyAt {
     }
 }
 
-/// The key of a path, including keys of layers with any name.
+/// Includes keys of layers with any name.
 pub fn find(path: &str) -> Option<KeyAt> {
     if let Some(key) = BY_PATH.get(path) {
         return Some(KeyAt::from(*key));
@@ -58,9 +58,9 @@ const MIN_SIMILARITY: f64 = 0.8;
 
 const MIN_SIMILARITY_IN_SECTION: f64 = 0.75;
 
-/// The most similar known key, if similar enough. Prefers the same section, which is rarely wrong.
+/// Prefers the same section, which is rarely wrong.
 pub fn nearest(path: &str) -> Option<&'static str> {
-    // A path far longer than every key is like none of them.
+    // A far longer path is like no key.
     const MAX_BYTES: usize = 160;
     if path.len() > MAX_BYTES {
         return None;
@@ -75,7 +75,7 @@ pub fn nearest(path: &str) -> Option<&'static str> {
     most_similar(in_section, MIN_SIMILARITY_IN_SECTION).or_else(|| most_similar(anywhere, MIN_SIMILARITY))
 }
 
-/// The most similar known name, if any is similar enough.
+/// `None` if none is similar enough.
 pub fn nearest_of<S: AsRef<str>>(name: &str, known: impl IntoIterator<Item = S>) -> Option<S> {
     let with_similarity = |known: S| (names::similarity(name, known.as_ref()), known);
     most_similar(known.into_iter().map(with_similarity), MIN_SIMILARITY)

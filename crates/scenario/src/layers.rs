@@ -5,10 +5,9 @@ use trocar_engine::tissue::{LAYER_KEYS, LAYER_LIST};
 
 const MAX_NAME_LEN: usize = 32;
 
-/// The rule for names, for messages with "must be ...".
+/// Continues "must be".
 pub const NAME_RULE: &str = "at most 32 letters, digits, '-' and '_'";
 
-/// The rule for names, as a regular expression.
 pub const NAME_PATTERN: &str = "^[A-Za-z0-9_-]{1,32}$";
 
 pub(super) const ANY: &str = "*";
@@ -27,7 +26,7 @@ pub(super) fn is_of_layer(path: &str) -> bool {
     below_list(path).is_some()
 }
 
-/// Splits a path into the layer's name and the field; neither has to exist.
+/// Into name and field; neither has to exist.
 pub(super) fn split(path: &str) -> Option<(&str, &str)> {
     below_list(path)?.split_once('.')
 }

@@ -1,8 +1,7 @@
 //! Scenarios: from TOML to a validated and resolved description, and random [people, tissues and links](population)
 //! around it.
 //!
-//! The crate depends only on `trocar-core`, `trocar-base`, `trocar-recording` and `trocar-engine`. The shipped
-//! scenarios are embedded. The crate `trocar` re-exports it as `trocar::scenario`.
+//! The crate depends only on `trocar-core`, `trocar-base`, `trocar-recording` and `trocar-engine`.
 mod build;
 mod builtin;
 mod clutch;

@@ -30,7 +30,7 @@ trocar_core::settings! {
     }
 }
 
-/// The keys of a side, in the order of the matrices A, B and C.
+/// Keys in the order of the matrices A, B and C.
 struct Side {
     file: &'static str,
     matrices: [&'static str; 3],
@@ -42,7 +42,6 @@ const REMEDY: &str = "the file has A (n x n), B (n x 2: motor, external force; o
 
 type Rows = Vec<Vec<f64>>;
 
-/// Replaces the matrices of a master by those of its file, if it has one.
 pub(super) fn read_master(values: &mut Values, master: &mut MasterModelSettings) -> Result<(), ScenarioError> {
     if master.model == MasterModel::StateSpace
         && let Some(matrices) = read(values, &MASTER)?
@@ -52,7 +51,6 @@ pub(super) fn read_master(values: &mut Values, master: &mut MasterModelSettings)
     Ok(())
 }
 
-/// Replaces the matrices of a slave by those of its file, if it has one.
 pub(super) fn read_slave(values: &mut Values, slave: &mut SlaveParameters) -> Result<(), ScenarioError> {
     if slave.model == SlaveModel::StateSpace
         && let Some(matrices) = read(values, &SLAVE)?
@@ -62,7 +60,7 @@ pub(super) fn read_slave(values: &mut Values, slave: &mut SlaveParameters) -> Re
     Ok(())
 }
 
-/// The matrices A, B and C of a side's file, each row by row; `None` without a file.
+/// A, B and C, each row by row; `None` without a file.
 fn read(values: &mut Values, side: &Side) -> Result<Option<[Vec<f64>; 3]>, ScenarioError> {
     let file = side.file;
     let Some(source) = values.file(file) else { return Ok(None) };
@@ -149,7 +147,7 @@ fn matrices(values: &mut Values, file: &str, source: &Source) -> Result<BTreeMap
     Ok(found)
 }
 
-/// The rows of a list of lists; a list of numbers is one row, and a number one entry.
+/// A list of numbers is one row, and a number one entry.
 fn rows(value: &Json) -> Option<Rows> {
     let row = |list: &[Json]| list.iter().map(Json::as_f64).collect::<Option<Vec<f64>>>();
     let Some(list) = value.as_array() else { return Some(vec![vec![value.as_f64()?]]) };

@@ -224,7 +224,7 @@ impl Scenario {
         Supervisor::new(&self.augmentation, self.detector.cusum.threshold, self.grid.tick_s(), reference_m)
     }
 
-    /// The ticks of scheduled alarms; none without augmentation.
+    /// None without augmentation.
     fn alarm_ticks(&self) -> Arc<[u64]> {
         if self.augmentation.enabled { self.events.clone() } else { Arc::default() }
     }
@@ -258,7 +258,7 @@ impl Scenario {
     fn link<L: Lane>(&self, first_stream: u64) -> Result<Link<L>, ScenarioError> {
         let (tick_s, start_m, zero) = (self.grid.tick_s(), self.start_m(), L::zero());
         let (to_slave, to_master) = self.initial_samples();
-        // A payload arrives with its sample, so its line has the same delays and random numbers.
+        // A payload arrives with its sample.
         let line = Line { tick_s, irregularity: &self.irregularity };
         let forth = (&self.forward, &self.forward_schedule, (self.seed ^ FORWARD, first_stream));
         let back = (&self.backward, &self.backward_schedule, (self.seed ^ BACKWARD, first_stream));
@@ -274,7 +274,7 @@ impl Scenario {
         Ok(link.with_slave_at(self.slave_start_m()))
     }
 
-    /// Builds the operator. Lane `i` has the tremor and reaction times of stream `first_stream + i`.
+    /// Lane `i` has the tremor and reaction times of stream `first_stream + i`.
     fn operator<L: Lane>(&self, first_stream: u64) -> Result<HumanOperator<L>, ScenarioError> {
         let tick_s = self.grid.tick_s();
         let motion = match &self.operator {

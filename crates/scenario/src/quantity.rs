@@ -5,7 +5,7 @@ use trocar_recording::{Column, ColumnError, Quantity, offset_splits};
 /// Standard gravity in m/s²: 1 kgf is 9.80665 N.
 const GRAVITY: f64 = 9.80665;
 
-/// A unit: its dimensions, and its size in SI units as `10^decade · 60^sixties · 9.80665^gravities`.
+/// The size in SI units is `10^decade · 60^sixties · 9.80665^gravities`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 struct Unit {
     /// Exponents of kilogram, metre and second.
@@ -70,7 +70,7 @@ const SYMBOLS: [(&str, Unit); 9] = [
 const PREFIXES: [(&str, i32); 8] =
     [("n", -9), ("µ", -6), ("μ", -6), ("u", -6), ("m", -3), ("c", -2), ("k", 3), ("M", 6)];
 
-/// Splits a symbol from its power: `m²`, `m^2` and `m2` are all the square of a metre.
+/// `m²`, `m^2` and `m2` are all the square of a metre.
 fn power(factor: &str) -> (&str, i32) {
     for (ending, power) in [("^2", 2), ("²", 2), ("2", 2), ("^3", 3), ("³", 3), ("3", 3)] {
         if let Some(symbol) = factor.strip_suffix(ending) {
@@ -103,7 +103,7 @@ pub fn unit_of(path: &str) -> Option<String> {
     (!text.is_empty()).then_some(text)
 }
 
-/// Converts a text with a unit to a number in the key's unit.
+/// Converts to the key's unit.
 pub fn parse(text: &str, unit: &str) -> Result<f64, String> {
     let text = text.trim();
     let is_number = |end: &usize| {
@@ -128,7 +128,7 @@ pub fn parse(text: &str, unit: &str) -> Result<f64, String> {
     let (decade, sixties, gravities) =
         (given.decade - si.decade, given.sixties - si.sixties, given.gravities - si.gravities);
     let number = if gravities == 0 { number } else { number * GRAVITY.powi(gravities) };
-    // Division by a power of ten is exact to the last bit; multiplication is not.
+    // Division by a power of ten is exact to the last bit.
     let scaled = if decade < 0 { number / 10f64.powi(-decade) } else { number * 10f64.powi(decade) };
     Ok(scaled * 60f64.powi(sixties))
 }
@@ -150,8 +150,8 @@ fn units_of(unit: &str) -> (&str, String) {
 }
 
 /// Parses `COLUMN`, `COLUMN:FACTOR`, or a column with its unit, for example `x:mm` if `unit` is `m`; `-mm` also changes
-/// the sign. An offset can follow, in `unit` or with its own unit, as in `x:-mm+100mm`. Any other text after the colon
-/// is part of the name. If the file has no such column, the error says that the text is no unit.
+/// the sign. An offset can follow, in `unit` or with a unit, as in `x:-mm+100mm`. Any other text after the colon is
+/// part of the name.
 pub fn parse_column(text: &str, unit: &str) -> Result<Column, String> {
     let with_unit = text.rsplit_once(':').and_then(|(name, written)| {
         let scale = |written: &str| {

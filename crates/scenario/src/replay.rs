@@ -21,18 +21,17 @@ use trocar_recording::{
 const FILE: &str = FileSettings::KEYS[0].path;
 const TARE: &str = FileSettings::KEYS[2].path;
 
-/// Maximum number of resampled samples, whatever recording.max_samples: the maximum ticks of a run.
+/// Regardless of recording.max_samples: the maximum ticks of a time grid.
 const MAX_EVEN_SAMPLES: u64 = 1_000_000_000;
 
 #[derive(Debug, Clone)]
 pub struct RecordingSpec {
-    /// The samples in SI units and this crate's signs.
+    /// In SI units and this crate's signs.
     pub recording: Recording,
-    /// Times of the layer ruptures, in s after the first sample.
+    /// In s after the first sample.
     pub ruptures_s: Vec<f64>,
 }
 
-/// All inputs of rupture detection in a recording.
 #[derive(Debug, Clone)]
 pub struct DetectionSpec {
     pub recording: RecordingSpec,
@@ -45,14 +44,14 @@ pub struct DetectionSettings {
     pub detector: DetectorSettings,
     /// Position of the tissue's surface in m.
     pub contact_m: f64,
-    /// Resolution of the positions in m, for the velocity filter; 0: estimated from the recording, if any.
+    /// In m, for the velocity filter; 0: estimated from the recording.
     pub position_resolution_m: f64,
-    /// Standard deviation of the acceleration in the velocity filter, in m/s².
+    /// In the velocity filter, in m/s².
     pub acceleration_std_m_per_s2: f64,
 }
 
 impl DetectionSettings {
-    /// Resolves the values of detection without a recording, and fills in derived values.
+    /// Fills in derived values.
     pub fn resolve(values: &mut Values) -> Result<Self, ScenarioError> {
         let sensor = SensorSettings::read(values)?;
         let settings = Self {
@@ -78,8 +77,7 @@ impl DetectionSpec {
         Self::new(values, settings, recording)
     }
 
-    /// Like [`DetectionSpec::resolve`], for samples in memory: uses the labels and limits of the values, not their
-    /// columns and signs.
+    /// For samples in memory: uses the labels and limits of the values, not their columns and signs.
     pub fn of(values: &mut Values, recording: Recording) -> Result<Self, ScenarioError> {
         let settings = DetectionSettings::resolve(values)?;
         let recording = labelled(values, recording)?;
@@ -92,7 +90,7 @@ impl DetectionSpec {
     }
 }
 
-/// The ticks of the labelled ruptures: the last tick under load, so a label between two ticks gives the earlier one.
+/// The last tick under load, so a label between two ticks gives the earlier one.
 pub(super) fn rupture_ticks(spec: &RecordingSpec, grid: &TickGrid) -> Arc<[u64]> {
     let tick_s = grid.tick_s();
     let tick = |label: &f64| whole_ticks(*label, tick_s).unwrap_or((label / tick_s) as u64);
@@ -177,7 +175,7 @@ pub(super) fn embedded(values: &Values, key: &str, name: &str) -> Result<&'stati
     })
 }
 
-/// Reads the columns of a recording's quantities, with scales and signs.
+/// Reads the columns with scales and signs.
 pub fn recording_columns(values: &mut Values) -> Result<Columns, ScenarioError> {
     let (names, scales) = (ColumnSettings::read(values)?, ScaleSettings::read(values)?);
     let (signs, offsets) = (SignSettings::read(values)?, OffsetSettings::read(values)?);
@@ -247,8 +245,7 @@ fn in_memory(values: &Values, name: &str, limits: &Limits) -> Result<Recording, 
     Ok(Recording::clone(&recording))
 }
 
-/// Reads a shipped recording, unless it was the last one: scenarios that replay it are loaded one after the other, as in
-/// a comparison.
+/// Keeps the last shipped recording, because a comparison loads several scenarios that replay it.
 fn last_shipped<E>(
     name: &str,
     columns: &Columns,
@@ -291,7 +288,7 @@ pub(super) fn load_recording(values: &mut Values) -> Result<RecordingSpec, Scena
         Source::Memory(_) | Source::Kept(..) => Ok(in_memory(values, &source.display(), &limits)?),
     };
     let recording = read.map_err(|error| {
-        // Report a missing column at its key if the key was written.
+        // Report a missing column at its key.
         let column = error.place.column.as_deref();
         let named = |key: &&Key| column.is_some() && values.optional_word(key.path) == column;
         let column = ColumnSettings::KEYS.iter().find(named).and_then(|key| values.place(key.path));

@@ -1,5 +1,3 @@
-//! Resolves values into a complete description for the engine.
-
 use std::sync::Arc;
 
 use trocar_core::settings::KeySource as _;
@@ -23,19 +21,18 @@ use trocar_engine::tissue::TissueSettings;
 
 const DEFAULT_DURATION_S: f64 = 7.0;
 
-/// Maximum ticks of a scenario: about half an hour at 1 kHz, and a trace of 0.3 GB.
+/// About half an hour at 1 kHz, and a trace of 0.3 GB.
 const MAX_TICKS: f64 = 2e6;
 
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DelayTicks {
     pub whole: u64,
-    /// The fraction of a tick after which a sample arrives, at least 0 and below 1.
+    /// At least 0 and below 1.
     pub share: f64,
 }
 
 impl DelayTicks {
-    /// Converts a delay (both times in s) to ticks. A receiver that `waits_for_tick` reads a sample at the next tick,
-    /// otherwise on arrival.
+    /// Times in s. A receiver that `waits_for_tick` reads a sample at the next tick, otherwise on arrival.
     pub fn new(delay_s: f64, tick_s: f64, waits_for_tick: bool) -> Self {
         let ticks = delay_s / tick_s;
         match whole_ticks(delay_s, tick_s) {
@@ -46,14 +43,13 @@ impl DelayTicks {
     }
 }
 
-/// True if a sample that arrives within a tick is read at the next tick. Only continuous position-force control of the
-/// appendix' machines without a scheme reads it on arrival.
+/// Only continuous position-force control of the appendix' machines without a scheme reads a sample on arrival.
 pub fn waits_for_tick(timing: ControlTiming, link: &LinkSettings, has_general_machine: bool) -> bool {
     timing == ControlTiming::Sampled || !link.forwards_samples() || has_general_machine
 }
 
 impl Scenario {
-    /// Loads a scenario with its bases. The settings (`section.key=value`) override it.
+    /// The settings (`section.key=value`) override the file.
     pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
         Self::load_changed(source, &[settings])
     }
@@ -78,21 +74,19 @@ impl Scenario {
         Self::load(source, &written)
     }
 
-    /// Like [`Scenario::load`], with several lists of settings. A later list overrides earlier ones and may change a
-    /// kind, which disables earlier settings.
+    /// A later list overrides earlier ones and may change a kind, which disables earlier settings.
     pub fn load_changed(source: &Source, settings: &[&[String]]) -> Result<Self, ScenarioError> {
         Self::load_sharing(None, source, settings)
     }
 
-    /// Loads a scenario like [`Scenario::load_changed`], and takes over the steps of the plants of another scenario with
-    /// the same machines.
+    /// Takes over the plants' steps of another scenario with the same machines.
     pub fn load_sharing(other: Option<&Self>, source: &Source, settings: &[&[String]]) -> Result<Self, ScenarioError> {
         let values = Values::load_changed(source, settings)?;
         values.check_acting(|_| false)?;
         Self::resolve_sharing(other, values)
     }
 
-    /// Loads several scenarios with the same settings. Each setting must have an effect in at least one scenario.
+    /// Each setting must have an effect in at least one scenario.
     pub fn load_all(sources: &[Source], settings: &[String]) -> Vec<Result<Self, ScenarioError>> {
         let all: Vec<_> = sources.iter().map(|source| Values::load(source, settings)).collect();
         let acts = |key: &KeyAt| all.iter().flatten().any(|values| values.is_acting(key));
@@ -133,7 +127,7 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// The values of the scenario, including derived ones.
+    /// Includes derived values.
     pub fn values(&self) -> &Values {
         &self.values
     }
@@ -152,7 +146,7 @@ impl Scenario {
         is_noisy || self.tremor.amplitude_m > 0.0 || reacts_randomly || !self.irregularity.is_none()
     }
 
-    /// The scenario with every default written out; loading it gives the same scenario.
+    /// Every default written out; loading it gives the same scenario.
     pub fn echo(&self) -> String {
         self.values.to_toml()
     }
@@ -167,13 +161,13 @@ impl Scenario {
         }
     }
 
-    /// The names of the layers that rupture, from the surface down. The k-th rupture of a run is the k-th layer's.
+    /// From the surface down. The k-th rupture of a run is the k-th layer's.
     pub fn rupturing_layers(&self) -> Vec<&str> {
         let layers = self.tissue.settings().map_or(vec![], TissueSettings::layers);
         layers.into_iter().filter(|layer| layer.ruptures).map(|layer| layer.name).collect()
     }
 
-    /// The operator's properties for the metrics. The intention of a recorded hand is unknown.
+    /// The intention of a recorded hand is unknown.
     pub fn operator_traits(&self) -> OperatorTraits {
         let is_planned = !replays_position(&self.values);
         OperatorTraits {
@@ -198,7 +192,7 @@ impl Scenario {
         let max_m = MAX_POSITION_M / self.position_scale().max(1.0);
         let beyond = |position: &f64| position.abs() >= max_m;
         if !replays_position(values) {
-            // Check the written ends of a movement, not its first sample out of range.
+            // The written ends of a movement, not its first sample out of range.
             for (key, end_m) in Self::operator_ends(values) {
                 if beyond(&end_m) {
                     let place = values.place(key);

@@ -9,11 +9,11 @@ use super::value::Value;
 use trocar_core::rig::{Settings, VelocitySource};
 use trocar_core::safety::SafetySettings;
 
-/// What a rig does not need of a scenario: an operator and a tissue that need no further key.
+/// An operator and a tissue that need no further key.
 const SIMULATION: [&str; 2] = ["operator.kind=ramp", "tissue.kind=kelvin-voigt"];
 
 impl Scenario {
-    /// Loads a scenario for its rig. The text may leave out what only a simulation needs, the operator and the tissue.
+    /// The text may leave out the operator and the tissue.
     pub fn load_for_rig(source: &Source) -> Result<Self, ScenarioError> {
         Self::load(source, &[]).or_else(|error| {
             let without_simulation = Self::load(source, &SIMULATION.map(str::to_owned));
@@ -21,8 +21,6 @@ impl Scenario {
         })
     }
 
-    /// The settings with which a rig's controller behaves like this scenario's.
-    ///
     /// Architecture and passivity of the link are not transferred, because [`trocar_core::rig`] implements the paper's
     /// scheme. A limit of the master's motor lowers the limit of the force.
     pub fn rig_settings(&self) -> Settings {
@@ -53,10 +51,7 @@ impl Scenario {
         self.actuators.master_force_n.map_or(limit_n, |motor_n| motor_n.min(limit_n))
     }
 
-    /// Like [`Scenario::rig_settings`], with changed values for some of [`Settings::KEYS`].
-    ///
-    /// # Errors
-    /// The keys of a rig give no error; [`Settings::validate`] checks the ranges.
+    /// Replaces values of some [`Settings::KEYS`]; [`Settings::validate`] checks the ranges.
     pub fn rig_settings_with(&self, changes: &[(&'static str, f64)]) -> Result<Settings, ScenarioError> {
         let mut values = self.values().clone();
         for (key, value) in self.rig_values() {
@@ -70,8 +65,7 @@ impl Scenario {
         Settings::read(&mut values)
     }
 
-    /// The values of [`Scenario::rig_settings`] in the order of [`Settings::KEYS`]; `None` for a key without a
-    /// value.
+    /// In the order of [`Settings::KEYS`]; `None` for a key without a value.
     pub fn rig_values(&self) -> impl Iterator<Item = (&'static Key, Option<Value>)> {
         Settings::KEYS.iter().map(|key| {
             let value = match key.path {

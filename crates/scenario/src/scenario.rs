@@ -1,8 +1,7 @@
 //! A scenario, and the table of its groups of keys.
 //!
 //! A new group needs its settings in a file beside the part, a field of [`Scenario`] with its value in
-//! [`Scenario::unread`], and a row of [`GROUPS`], which serves reading, checks, sweeps, the schema, the starter file
-//! and the reference.
+//! [`Scenario::unread`], and a row of [`GROUPS`].
 
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
@@ -50,10 +49,10 @@ use trocar_recording::{ColumnSettings, FileSettings, Limits, OffsetSettings, Res
 
 #[derive(Debug, Clone)]
 pub struct Scenario {
-    /// Name of the output folder and of its lines in figures.
+    /// Also the name of the output folder.
     pub name: String,
     pub grid: TickGrid,
-    /// The method that steps the plants.
+    /// How the plants are stepped.
     pub engine: EngineKind,
     pub timing: ControlTiming,
     pub seed: u64,
@@ -61,24 +60,21 @@ pub struct Scenario {
     /// The model of a master other than the appendix'.
     pub master_model: MasterModelSettings,
     pub encoder: EncoderSettings,
-    /// The ticks at which the clutch of the master is open.
     pub clutch: Arc<[Range<u64>]>,
     pub arm: ArmParameters,
     pub slave: SlaveParameters,
     pub actuators: ActuatorLimits,
-    /// Controller, recovery and passivity of the link.
     pub link: LinkSettings,
-    /// Delay from master to slave.
+    /// Master to slave.
     pub forward: DelayTicks,
-    /// Delay from slave to master.
+    /// Slave to master.
     pub backward: DelayTicks,
-    /// Both delays in s.
+    /// In s.
     pub delays: DelaySettings,
-    /// Jitter and loss of the link.
     pub irregularity: Irregularity,
-    /// Scheduled outages and delays from master to slave.
+    /// Master to slave.
     pub forward_schedule: Schedule,
-    /// Scheduled outages and delays from slave to master.
+    /// Slave to master.
     pub backward_schedule: Schedule,
     pub operator: OperatorSpec,
     pub tremor: TremorSettings,
@@ -91,28 +87,27 @@ pub struct Scenario {
     /// The operator's perception of a drop of the felt force.
     pub perception: Perception,
     pub tissue: TissueSpec,
-    /// The spring (N/m) and the damper (N·s/m) that stand for a recorded force in the stability analysis, if stated.
-    /// They do not affect a run.
+    /// Spring (N/m) and damper (N·s/m) for a recorded force in the stability analysis. They do not affect a run.
     pub stated_tissue: Option<(f64, f64)>,
     /// The motion of the tissue with breathing and heartbeat.
     pub organ_motion: OrganMotion,
     pub sensor: SensorSettings,
     pub estimator: RlsSettings,
-    /// The estimator's contact position in m.
+    /// The estimator's contact position.
     pub contact_m: f64,
     pub detector: DetectorSettings,
     pub augmentation: AugmentationSettings,
-    /// The limits of a possible sample of a rig; they do not affect a run.
+    /// For samples of a rig; they do not affect a run.
     pub rig_limits: rig::Limits,
-    /// The limits of the commands to the motors.
+    /// Of the commands to the motors.
     pub safety: SafetySettings,
-    /// The ticks of scheduled alarms, increasing.
+    /// Ticks, increasing.
     pub events: Arc<[u64]>,
-    /// The population for the limits of `trocar stability`; it does not affect a run.
+    /// For the limits of `trocar stability`; it does not affect a run.
     pub population: PopulationSettings,
     /// Shared by the scenarios of a [`Template`](super::Template).
     pub(super) values: Arc<Values>,
-    /// The steps of both plants, computed at the first use.
+    /// Computed at the first use.
     pub(super) steps: Arc<OnceLock<Steps>>,
 }
 
@@ -180,13 +175,13 @@ impl Scenario {
     }
 }
 
-/// A group of keys, or a relation between groups, which has no keys.
+/// Or a relation between groups, which has no keys.
 #[derive(Debug)]
 pub(super) struct Group {
     pub(super) sections: &'static [(&'static str, &'static str)],
     pub(super) keys: &'static [Key],
     also: &'static [&'static [Key]],
-    /// Keys whose change needs a file or a recording, and therefore the whole scenario resolved again.
+    /// Keys whose change needs the whole scenario resolved again.
     whole: &'static [Key],
     pub(super) read: fn(&mut ScenarioUpdate<'_>) -> Result<(), ScenarioError>,
 }
@@ -208,8 +203,7 @@ fn has(keys: &[Key], key: &Key) -> bool {
 pub(super) struct ScenarioUpdate<'a> {
     pub(super) scenario: &'a mut Scenario,
     pub(super) values: &'a mut Values,
-    /// The replayed recording and its samples on the ticks. `None` if only some keys have changed: the scenario keeps
-    /// its samples.
+    /// `None` if only some keys have changed: the scenario keeps its samples.
     pub(super) replay: Option<&'a (RecordingSpec, Resampled)>,
 }
 
@@ -250,7 +244,7 @@ const OF_LINK: &[&[Key]] = &[
     PassivitySettings::KEYS,
 ];
 
-/// Every group in the order of the keys in files, then the relations between groups. They are read in this order.
+/// In the order of the keys in files, then the relations between groups.
 pub(super) const GROUPS: &[Group] = &[
     Group {
         sections: &[("simulation", "Duration, tick and engine.")],
@@ -528,7 +522,7 @@ pub(super) const GROUPS: &[Group] = &[
             let link = link_settings(of.values, (master, master_model), slave, grid.tick_s())?;
             let position_scale = of.scenario.position_scale();
             of.scenario.link = link;
-            // Checking every position is expensive, so only check if the scale has changed.
+            // Checking every position is expensive.
             if of.scenario.position_scale() == position_scale { Ok(()) } else { of.scenario.check_reach(of.values) }
         },
         ..PLAIN

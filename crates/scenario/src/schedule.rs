@@ -24,7 +24,7 @@ pub(super) fn schedules(values: &mut Values, grid: &TickGrid) -> Result<(Schedul
     Ok((Schedule::new(forward, outages.clone()), Schedule::new(backward, outages)))
 }
 
-/// Reads the ticks of scheduled alarms, which are independent of the detector.
+/// Independent of the detector.
 pub(super) fn events(values: &mut Values, grid: &TickGrid) -> Result<Arc<[u64]>, ScenarioError> {
     let times_s = EventSettings::read(values)?.events_s;
     let refuse = |message: String, remedy: &str| Err(values.error(EVENTS, message).remedy(remedy));
@@ -64,7 +64,7 @@ impl DelayTable {
         self.begin_s.get_or_insert(row.time_s);
         self.holding = [row.forward_s, row.backward_s].map(|delay_s| {
             let ticks = delay_s.map(|delay_s| nearest_ticks(delay_s, self.tick_s));
-            // A sample that arrives after the run counts as lost, so the link does not store it.
+            // A sample that arrives after the run counts as lost.
             let ticks = ticks.filter(|&ticks| ticks < self.ticks as u64);
             ticks.and_then(|ticks| u32::try_from(ticks).ok()).unwrap_or(Schedule::LOST)
         });

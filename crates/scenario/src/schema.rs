@@ -1,5 +1,3 @@
-//! The JSON Schema of scenarios, for completion and checks in editors.
-
 use serde_json::{Map, Value as Json, json};
 use trocar_core::settings::{Fallback, Key, Kind};
 
@@ -9,7 +7,7 @@ use super::quantity::unit_of;
 use super::value::Value;
 use trocar_engine::tissue::{LAYER_KEYS, LAYER_LIST};
 
-/// The JSON Schema (draft 2020-12) of a scenario file.
+/// JSON Schema draft 2020-12.
 pub fn json_schema() -> Json {
     let mut root = table("A scenario of trocar: one simulated needle insertion.");
     let base = json!({ "type": "string", "description": "A scenario to inherit from: a path relative to this file, or the name of a shipped one." });
@@ -59,11 +57,10 @@ fn insert(schema: &mut Json, path: &[&str], property: Json) {
     }
 }
 
-/// A number with a unit, such as "30ms" or "-2.5e-1 N/mm", as [`parse_quantity`](super::parse_quantity) reads it; the
-/// unit is unchecked.
+/// Such as "30ms" or "-2.5e-1 N/mm"; the unit is unchecked.
 const QUANTITY_PATTERN: &str = r"^\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*[^0-9\s.].*$";
 
-/// The schema of a number. A key with a unit also accepts a text with a number and a unit.
+/// A key with a unit also accepts a text with a number and a unit.
 pub fn number_schema(path: &str) -> Map<String, Json> {
     let mut map = Map::new();
     if unit_of(path).is_some() {

@@ -1,5 +1,3 @@
-//! Reads settings that depend on more than one part.
-
 use super::error::ScenarioError;
 use super::values::Values;
 use trocar_engine::plant::{
@@ -21,7 +19,7 @@ pub(super) fn master(values: &mut Values) -> Result<MasterParameters, ScenarioEr
     MasterParameters::read(values, couples_positions)
 }
 
-/// Reads the arm's parameters. Keys override the values from grip and roles.
+/// Keys override the values from grip and roles.
 pub(super) fn arm(values: &mut Values) -> Result<ArmParameters, ScenarioError> {
     let grip = Grip::read(values)?;
     let roles = ArmRoles::read(values)?;
@@ -54,7 +52,7 @@ pub(super) fn actuators(
             format!("{COMPLIANCE} acts as a change of the slave's command, which needs a motor without limits and lag");
         return Err(values.error(COMPLIANCE, message).remedy("remove it, or the slave's limits and lag"));
     }
-    // The controllers of general machines run on the tick.
+    // General machines' controllers run on the tick.
     let timing = if master.is_general() { ControlTiming::Sampled } else { timing };
     let (key, reason, limit) = match (limiting, lagging, timing) {
         (Some(key), _, ControlTiming::Continuous) => {

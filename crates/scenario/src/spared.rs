@@ -1,5 +1,3 @@
-//! The layer that the needle must not rupture.
-
 use super::error::ScenarioError;
 use super::keys::nearest_of;
 use super::scenario::Scenario;
@@ -31,7 +29,7 @@ pub(super) fn check_spared(values: &mut Values, scenario: &Scenario) -> Result<(
 }
 
 impl Scenario {
-    /// The names of the layers that should rupture, from the surface down: all above `tissue.spared_layer`.
+    /// All above `tissue.spared_layer`, from the surface down.
     pub fn layers_to_rupture(&self) -> Vec<&str> {
         let spared = self.values().optional_word(AimSettings::KEYS[0].path);
         self.rupturing_layers().into_iter().take_while(|layer| Some(*layer) != spared).collect()

@@ -14,7 +14,7 @@ use trocar_recording::Resampled;
 
 #[derive(Debug, Clone, PartialEq)]
 pub enum OperatorSpec {
-    /// Positions in m, one per tick: recorded or precomputed.
+    /// In m, one per tick.
     Recording(Arc<[f64]>),
     Ramp {
         /// Start position in m.
@@ -28,15 +28,14 @@ pub enum OperatorSpec {
 
 #[derive(Debug, Clone, PartialEq)]
 pub enum TissueSpec {
-    /// Forces in N, one per tick, and the ticks of the labelled ruptures.
+    /// In N, one per tick, and the ticks of the labelled ruptures.
     Recording {
-        /// Forces in N, one per tick.
         force_n: Arc<[f64]>,
         rupture_ticks: Arc<[u64]>,
     },
     Depth {
         curves: Arc<DepthCurves>,
-        /// Depths at which layers rupture, in m.
+        /// In m.
         rupture_depths_m: Arc<[f64]>,
         /// Travel over which the force changes to the withdrawal force, in m.
         presliding_m: f64,
@@ -51,7 +50,7 @@ impl From<TissueSettings> for TissueSpec {
 }
 
 impl TissueSpec {
-    /// The settings of a tissue model; `None` for a recording.
+    /// `None` for a recording.
     pub fn settings(&self) -> Option<&TissueSettings> {
         match self {
             Self::Model(settings) => Some(settings),
@@ -60,7 +59,7 @@ impl TissueSpec {
     }
 }
 
-/// The operator's motion; `None` for a replay without a recording, where the caller keeps the motion.
+/// `None` for a replay without a recording, where the caller keeps the motion.
 pub(super) fn operator(
     values: &mut Values,
     grid: &TickGrid,

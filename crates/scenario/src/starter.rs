@@ -1,4 +1,4 @@
-//! Starter scenarios: a first file to edit, with the keys' meanings and defaults as comments.
+//! Starter scenarios, with the keys' meanings and defaults as comments.
 
 use trocar_core::settings::{Fallback, Key, Kind};
 
@@ -23,7 +23,7 @@ pub enum Starter {
 enum Line {
     Set(&'static str, &'static str),
     Default(&'static str),
-    /// The key commented out with an example value; it has no fixed default.
+    /// Commented out with an example value; no fixed default.
     Example(&'static str, &'static str),
     Layer(&'static str),
 }
@@ -128,7 +128,7 @@ impl Line {
 }
 
 impl Starter {
-    /// The text of a starter scenario. The name is made valid for a folder.
+    /// The name is made valid for a folder.
     pub fn text(self, name: &str) -> String {
         let (subject, base, lines) = match self {
             Self::All => return every_key(name),
@@ -151,7 +151,7 @@ impl Starter {
             let is_in_layer = matches!(line, Layer(_)) || section.starts_with(LAYER_LIST);
             if section != here && !is_in_layer {
                 here = section;
-                // The subject is on the section's line to keep the starter short.
+                // Keeps the starter short.
                 text.push_str(&format!("\n[{section}] # {}\n", subject_of(section)));
             }
             text.extend(line.text());
@@ -199,7 +199,7 @@ fn any_layer() -> String {
     let acts = LAYER_KEYS.first().and_then(|key| key.acts_for);
     let kinds = acts.map_or(String::new(), |acts| format!(", for {} = {}", acts.key, acts.words().join(", ")));
     let mut text = format!("# [[{LAYER_LIST}]] # A layer{kinds}; the first one is at the surface.\n");
-    // Indented, because these keys do not belong to the section above.
+    // Indented: not of the section above.
     text.push_str("#   name = \"organ\" # Name of the layer.\n");
     let lines = LAYER_KEYS.iter().filter_map(|key| Default(key.path).text());
     text.extend(lines.map(|line| line.replacen("# ", "#   ", 1)));

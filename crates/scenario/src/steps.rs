@@ -1,5 +1,4 @@
-//! The steps of both plants over whole ticks. Computing them takes longer than running some hundred ticks, so copies of
-//! a scenario share them.
+//! Computing the steps takes longer than running some hundred ticks, so copies of a scenario share them.
 
 use std::sync::Arc;
 
@@ -32,7 +31,7 @@ impl Steps {
             timing,
             tick_s,
             master: MasterStep::new(master, arm, timing, tick_s)?,
-            // The link's schemes, which use this step, do not support a general slave.
+            // Schemes that use this step do not support a general slave.
             slave: if slave.is_general() {
                 SlaveStep::new(&SlaveParameters::default(), timing, tick_s)?
             } else {

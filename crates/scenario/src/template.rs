@@ -1,7 +1,6 @@
 //! Builds many scenarios that differ in a few keys, without reading a file again.
 //!
-//! Changing a key runs the reading functions of all dependent groups, with the same messages as for files. Errors that
-//! appear only when the plants are built are reported by the run.
+//! Errors that appear only when the plants are built are reported by the run.
 
 use trocar_core::settings::{Fallback, Key};
 
@@ -12,10 +11,10 @@ use super::scenario::{GROUPS, Group, Scenario, ScenarioUpdate};
 use super::value::Value;
 use super::values::{Values, harmless_name};
 
-/// The key of the seed, which affects no other setting.
+/// Affects no other setting.
 const SEED: &str = "simulation.seed";
 
-/// The groups that depend on some keys, in table order; `None` if the whole scenario does.
+/// In table order; `None` if the whole scenario depends on the keys.
 fn groups_of(keys: &[KeyAt]) -> Option<Vec<&'static Group>> {
     let is_changed = |depends: fn(&Group, &Key) -> bool| {
         move |group: &&Group| keys.iter().any(|key| key.path != SEED && depends(group, key))
@@ -36,8 +35,7 @@ pub struct Template {
 }
 
 impl Template {
-    /// Loads a scenario with its bases, overridden by entries and `section.key=value` settings. `open` lists the open
-    /// keys, each with its first value and the place of its values.
+    /// `open` lists the open keys, each with its first value and the place of its values.
     ///
     /// # Errors
     /// The errors of [`Scenario::load`] for the first values; a setting or an entry fixes an open key; an open key has
@@ -91,7 +89,7 @@ impl Template {
         self.written.is_given(path)
     }
 
-    /// The scenario with these values of the open keys and this seed, resolved in full as from a file.
+    /// Resolved in full as from a file.
     pub fn whole(&self, values: &[Value], seed: u64) -> Result<Scenario, ScenarioError> {
         let mut written = self.written.clone();
         for (key, value) in self.keys.iter().zip(values) {
@@ -101,7 +99,7 @@ impl Template {
         Scenario::resolve(written)
     }
 
-    /// A factory of scenarios. Each thread needs a separate one.
+    /// Each thread needs a separate one.
     pub fn factory(&self) -> CaseFactory<'_> {
         let values = self.first.values().clone();
         let is_derived = |key: &&Key| matches!(key.fallback, Fallback::Derived(_)) && !self.written.is_given(key.path);
@@ -116,14 +114,13 @@ impl Template {
 pub struct CaseFactory<'a> {
     template: &'a Template,
     values: Values,
-    /// Keys whose values must be derived again.
+    /// Must be derived again.
     derived: Vec<&'static str>,
     scenario: Scenario,
 }
 
 impl CaseFactory<'_> {
-    /// The scenario with these values of the open keys and this seed, like [`Template::whole`]. Only its
-    /// [`Scenario::values`] are the first scenario's.
+    /// Like [`Template::whole`], but [`Scenario::values`] are the first scenario's.
     ///
     /// # Errors
     /// The errors of [`Scenario::load`], except for plants that cannot be built, which [`Scenario::build`] reports.

@@ -1,5 +1,3 @@
-//! The tissue in a linear loop, from the parameters of a scenario.
-
 use super::scenario::Scenario;
 use super::specs::{OperatorSpec, TissueSpec};
 use std::sync::Arc;
@@ -12,14 +10,14 @@ pub const OVERSHOOT: f64 = 1.1;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TissueSource {
     SpringDamper,
-    /// The slopes of a tissue model without layers, down to the depth that the needle may reach.
+    /// Slopes, down to the depth that the needle may reach.
     Model,
-    /// The slopes of the layers between their ruptures.
+    /// Slopes between ruptures.
     Layers,
     RecordedDepth,
-    /// A recorded force over time. It does not depend on the needle, so the stiffness is 0.
+    /// Over time. It does not depend on the needle, so the stiffness is 0.
     RecordedForce,
-    /// A spring and a damper that the scenario states to represent a recorded force over time.
+    /// Stated to represent a recorded force over time.
     Stated,
 }
 
@@ -36,7 +34,6 @@ impl TissueSource {
     }
 }
 
-/// The springs and dampers that a needle meets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TissueRange {
     pub source: TissueSource,
@@ -48,8 +45,7 @@ impl TissueRange {
         Self { source: TissueSource::SpringDamper, springs: Springs::constant(stiffness_n_per_m, damping_n_s_per_m) }
     }
 
-    /// The tissue from a scenario's parameters and recordings. `None` for a tissue that stiffens
-    /// with depth under a live hand.
+    /// `None` for a tissue that stiffens with depth under a live hand.
     pub fn of_parameters(scenario: &Scenario) -> Option<Self> {
         let (source, springs) = match &scenario.tissue {
             TissueSpec::Recording { .. } => match scenario.stated_tissue {
@@ -64,7 +60,7 @@ impl TissueRange {
         Some(Self { source, springs })
     }
 
-    /// A tissue model down to a depth in m; `None` if it depends on the depth and none is given.
+    /// `None` if it depends on the depth and none is given.
     pub fn of_model(settings: &TissueSettings, depth_m: Option<f64>) -> Option<Self> {
         let springs = settings.springs(depth_m)?;
         let source = match settings {
@@ -91,23 +87,23 @@ impl TissueRange {
     }
 }
 
-/// A tissue whose springs depend on the depth that the needle may reach, which grows with the position scale.
+/// The depth that the needle may reach grows with the position scale.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TissueByDepth {
     tissue: Scaled,
-    /// The smallest and the largest position of the hand in m.
+    /// Smallest and largest.
     hand_m: (f64, f64),
 }
 
 #[derive(Debug, Clone, PartialEq)]
 enum Scaled {
     Model(Arc<TissueSettings>),
-    /// The curves and the presliding distance in m.
+    /// With the presliding distance in m.
     Recording(Arc<DepthCurves>, f64),
 }
 
 impl TissueByDepth {
-    /// From the intended motion of the hand, with its tremor; `None` for a recording over time.
+    /// From the intended motion with its tremor; `None` for a recording over time.
     pub fn of(scenario: &Scenario) -> Option<Self> {
         let tissue = match &scenario.tissue {
             TissueSpec::Model(settings) => Scaled::Model(Arc::new((**settings).clone())),
@@ -125,7 +121,7 @@ impl TissueByDepth {
         Some(Self { tissue, hand_m: (low_m - tremor_m, high_m + tremor_m) })
     }
 
-    /// The range at a position scale; `None` for a tissue without springs.
+    /// `None` for a tissue without springs.
     pub fn range(&self, position_scale: f64) -> Option<TissueRange> {
         let (low_m, high_m) = self.hand_m;
         match &self.tissue {

@@ -1,12 +1,12 @@
 use super::Scenario;
 use trocar_engine::engine::{Trace, UserDefinedParts};
 
-/// An empty trace with all columns of a scenario's run.
+/// Has all columns of the run.
 pub fn empty_trace(scenario: &Scenario) -> Trace {
     empty_trace_with(scenario, &UserDefinedParts::default())
 }
 
-/// Like [`empty_trace`], for a run with user-defined parts. A user-defined estimator has no extra parameter.
+/// A user-defined estimator has no extra parameter.
 pub fn empty_trace_with(scenario: &Scenario, parts: &UserDefinedParts) -> Trace {
     let column = scenario.estimator.extra_parameter_column().filter(|_| parts.estimator.is_none());
     Trace::new(scenario.grid).with_extra_parameter(column).with_contact(scenario.contact_m)

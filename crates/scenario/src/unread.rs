@@ -1,5 +1,3 @@
-//! Warnings about given keys that a command does not read.
-
 use super::document::parse_setting;
 use super::key_table::KEYS;
 use super::keys::{KeyAt, find};
@@ -18,11 +16,11 @@ const CONTACT: &str = "estimator.contact_m";
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reader {
     Detection,
-    /// A detection in a live stream, which has no labels and no tare.
+    /// A live stream has no labels and no tare.
     Stream,
-    /// A calibration, which computes the settings of estimator and detector.
+    /// Computes the settings of estimator and detector.
     Calibration,
-    /// A study of detectors, which computes or varies their settings.
+    /// Computes or varies the detectors' settings.
     Roc,
 }
 
@@ -97,8 +95,8 @@ pub fn idle_keys(scenario: &Scenario) -> Vec<Warning> {
 /// The sections without effect on the linear loop.
 const NOT_OF_LOOP: [&str; 5] = ["estimator.", "detector.", "perception.", SEED, "recording.ruptures_s"];
 
-/// Returns warnings about settings (`section.key=value`) without effect in the analysis of the linear loop. An operator's
-/// reflex has one: the analysis leaves it out, so the stability is unknown. The seed draws the population.
+/// Settings (`section.key=value`) without effect on the linear loop. An operator's reflex has one: the analysis leaves
+/// it out, so the stability is unknown. The seed draws the population.
 pub fn keys_outside_loop(scenario: &Scenario, settings: &[String]) -> Vec<Warning> {
     let acts = |path: &str| path == Reflex::KEY.path || path == SEED && scenario.population.varies();
     let of = |path: String| {
@@ -119,8 +117,7 @@ fn paths(settings: &[String]) -> Vec<String> {
     paths
 }
 
-/// Returns warnings about settings (`section.key=value`) without effect for a reader: it does not read the key, or the
-/// key has no effect for the kinds in `values`.
+/// Settings (`section.key=value`) that the reader ignores, or without effect for the kinds in `values`.
 pub fn keys_without_effect(values: &Values, settings: &[String], reader: Reader) -> Vec<Warning> {
     let of = |path: &String| {
         let (why, remedy) = match reader.refusal(path) {

@@ -5,7 +5,7 @@ use trocar_core::settings::{Constant, Fallback, Key, Kind, Range};
 
 use super::quantity;
 
-/// The written or default value of a key.
+/// Written or default.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
     Number(f64),
@@ -27,7 +27,7 @@ impl From<Constant> for Value {
     }
 }
 
-/// Converts numbers, flags and texts of Rust, for [`Scenario::load_with`](super::Scenario::load_with).
+/// For [`Scenario::load_with`](super::Scenario::load_with).
 macro_rules! from {
     ($($Type:ty: $value:ident => $converted:expr;)*) => {
         $(impl From<$Type> for Value {
@@ -67,17 +67,14 @@ fn without_unit<'a>(key: &Key, toml: &'a Toml) -> Cow<'a, Toml> {
 }
 
 impl Value {
-    /// Converts a TOML value to a value of this key, with or without a unit; `None` if invalid. An empty text means no
-    /// value for a text key without a default.
+    /// With or without a unit; `None` if invalid. An empty text means no value for a text key without a default.
     pub fn of_key(key: &Key, toml: &Toml) -> Option<Self> {
-        // An empty text removes the value of a base from a key without a default.
         if matches!((key.kind, key.fallback), (Kind::Text, Fallback::Unset)) && toml.as_str() == Some("") {
             return Some(Self::Text(String::new()));
         }
         Self::accept(&key.kind, &without_unit(key, toml))
     }
 
-    /// Converts a TOML value to a value of this kind; `None` if it is invalid.
     pub fn accept(kind: &Kind, toml: &Toml) -> Option<Self> {
         match kind {
             Kind::Number(range) => number(toml).filter(|&v| range.contains(v)).map(Self::Number),
@@ -101,7 +98,7 @@ impl Value {
         }
     }
 
-    /// Converts the value to TOML. Numbers have the shortest form that reads back the same.
+    /// Numbers have the shortest form that reads back the same.
     pub fn to_toml(&self) -> Toml {
         match self {
             Self::Number(v) => Toml::Float(*v),

@@ -27,7 +27,7 @@ const TISSUE: &str = "tissue";
 
 const TICK: &str = "simulation.tick_s";
 
-/// The detector keys of the adaptive detector. Any other written detector key selects another detector.
+/// Any other written detector key selects another detector.
 const OF_ADAPTIVE: [&str; 5] = [
     "detector.false_alarms_per_min",
     "detector.motion",
@@ -42,7 +42,7 @@ const OF_RECORDINGS: [&str; 4] = ["estimator.", "detector.", "sensor.", "recordi
 struct Given {
     value: Value,
     place: Option<Place>,
-    /// The file to which a path is relative.
+    /// Paths are relative to it.
     source: Option<Source>,
     /// See [`Entry::layer`].
     layer: usize,
@@ -54,7 +54,7 @@ impl Given {
     }
 }
 
-/// A written list of the tissue's layers, from the surface down.
+/// A written list of layers, from the surface down.
 #[derive(Debug, Clone)]
 struct LayerList {
     names: Vec<Arc<str>>,
@@ -63,34 +63,34 @@ struct LayerList {
     layer: usize,
 }
 
-/// The values of a scenario by key. Keys without a value are absent.
+/// Keys without a value are absent.
 #[derive(Debug, Clone, Default)]
 pub struct Values {
     given: HashMap<&'static str, Given>,
     of_layers: BTreeMap<Arc<str>, HashMap<&'static str, Given>>,
     list: Option<LayerList>,
-    /// Names of the tissue's layers, from the surface down: as written, or the default of the kind.
+    /// From the surface down: as written, or the default of the kind.
     names: Vec<Arc<str>>,
     visited: Option<Arc<str>>,
 }
 
 impl Values {
-    /// Loads a file, its bases, the settings `section.key=value` that override them, and the defaults.
+    /// The settings override the file.
     pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
         Self::load_changed(source, &[settings])
     }
 
-    /// Like [`Values::load`], with lists of settings that apply one after another. A later list may change kinds.
+    /// A later list may change kinds.
     pub fn load_changed(source: &Source, settings: &[&[String]]) -> Result<Self, ScenarioError> {
         Self::of_entries(source, gather(source, settings)?)
     }
 
-    /// Collects the entries of a source and of settings, the nearest first, and the defaults.
+    /// The nearest entries come first.
     pub(super) fn of_entries(source: &Source, mut entries: Vec<Entry>) -> Result<Self, ScenarioError> {
         let mut values = Self::default();
         drop_replaced_layers(&mut entries);
         let refused = entries.into_iter().filter_map(|entry| values.take_or_refuse(entry).err());
-        // The suggestion for an unknown key compares it with all keys, so it is sought for the errors that are shown.
+        // Suggestions compare with all keys, so they are sought only for the errors that are shown.
         ScenarioError::all_by(refused.collect(), Refused::place, Refused::error)?;
         if !values.is_given("name") {
             values.derive("name", Value::Text(harmless_name(&source.stem())));
@@ -99,7 +99,7 @@ impl Values {
         Ok(values)
     }
 
-    /// Reads only settings, for the detection on a recording, which needs no scenario file.
+    /// For the detection on a recording, which needs no scenario file.
     pub fn from_settings(name: &str, settings: &[String]) -> Result<Self, ScenarioError> {
         let mut values = Self::default();
         for setting in settings.iter().rev() {
@@ -146,7 +146,7 @@ impl Values {
             }
             return Err(error.into());
         };
-        // The entries are in the order of their layers, the nearest to the command line first.
+        // The nearest layer comes first.
         let both = self.given.get(DelaySettings::BOTH);
         if DelaySettings::is_one_way(key.key.path) && both.is_some_and(|both| both.layer < entry.layer) {
             return Ok(());
@@ -205,7 +205,7 @@ impl Values {
     }
 
     pub(super) fn check_layers(&self) -> Result<(), ScenarioError> {
-        // A kind that was changed nearer to the command line has different layers or none.
+        // A nearer change of the kind gives different layers or none.
         let kind = self.given.get(TissueSettings::KEY.path).filter(|given| given.place.is_some());
         let is_replaced = |given: &Given| kind.is_some_and(|kind| kind.layer < given.layer);
         let is_stray =
@@ -219,8 +219,8 @@ impl Values {
         Err(error.remedy(format!("the layers are {}", self.names.join(", "))))
     }
 
-    /// A key that acts only for other kinds of a choice is an error, with two exceptions: a nearer file has changed the
-    /// kind, or the command line sets the key for several scenarios and it `acts_elsewhere`.
+    /// A key that acts only for other kinds is an error, unless a nearer file has changed the kind, or the command line
+    /// sets the key for several scenarios and it `acts_elsewhere`.
     pub(super) fn check_acting(&self, acts_elsewhere: impl Fn(&KeyAt) -> bool) -> Result<(), ScenarioError> {
         let layer = |path: &str| self.slot(path).filter(|given| given.place.is_some()).map(|given| given.layer);
         let unmet_at = |key: &Key, written: usize| {
@@ -238,7 +238,7 @@ impl Values {
             let unmet = unmet_at(LAYER_KEYS.first()?, list.layer)?;
             Some(self.without_effect(LAYER_LIST, Some(list.place.clone()), &unmet))
         });
-        // Report only the list, not each key in it.
+        // Not each key in the list.
         let list: Vec<_> = inert_list.collect();
         let is_listed = |error: &ScenarioError| !list.is_empty() && is_of_layer(&error.message);
         ScenarioError::all(inert.filter(|error| !is_listed(error)).chain(list.clone()).collect())
@@ -262,8 +262,7 @@ impl Values {
         is_stated || self.unmet(key).next().is_none()
     }
 
-    /// True if a spring or a damper is written beside a recorded force over time. The stability analysis then uses them
-    /// as the tissue.
+    /// True if a spring or a damper is written beside a recorded force, for the stability analysis.
     pub fn states_tissue(&self) -> bool {
         let is_written = |path: &str| self.given.get(path).is_some_and(|given| given.place.is_some());
         replays_over_time(self) && STATED.into_iter().any(is_written)
@@ -293,8 +292,7 @@ impl Values {
         self.fill_layers();
     }
 
-    /// Names the layers of the present kind of tissue and sets their default values, which may be specific to a layer.
-    /// Removes those of an earlier kind.
+    /// Sets the layers' default values, which may be specific to a layer. Removes those of an earlier kind.
     pub(super) fn fill_layers(&mut self) {
         let of_kind = TissueSettings::default_layers(self.kind(TissueSettings::KEY.path).unwrap_or_default());
         let default_names = || of_kind.iter().map(|(name, _)| Arc::from(*name)).collect();
@@ -326,8 +324,8 @@ impl Values {
         }
     }
 
-    /// Selects the adaptive detector, which needs no configuration, unless a written detector key requires another one:
-    /// the kind, a number in its unit, or a setting that the adaptive detector does not use.
+    /// Selects the adaptive detector, unless a written detector key requires another one: the kind, a number in its
+    /// unit, or a setting that the adaptive detector does not use.
     pub fn with_adaptive_detector(mut self) -> Self {
         let written = |key: &&Key| self.place(key.path).is_some();
         if keys_of("detector").filter(written).all(|key| OF_ADAPTIVE.contains(&key.path)) {
@@ -448,12 +446,12 @@ impl Values {
         sections.iter().flat_map(|section| keys_of(section).filter(written).filter_map(setting)).collect()
     }
 
-    /// The values as a TOML document that resolves to the same values.
+    /// The document resolves to the same values.
     pub fn to_toml(&self) -> String {
         self.sections_toml(std::iter::once("").chain(SECTIONS.iter().map(|(name, _)| *name)))
     }
 
-    /// The values of some sections as a TOML document. `""` contains the keys without a section.
+    /// `""` contains the keys without a section.
     pub fn sections_toml<'a>(&self, sections: impl IntoIterator<Item = &'a str>) -> String {
         let mut text = String::new();
         for section in sections {
@@ -468,7 +466,6 @@ impl Values {
                 continue;
             }
             if !section.is_empty() {
-                // Writing to a string does not fail.
                 let _ = write!(text, "\n[{section}]\n");
             }
             text.extend(lines);
@@ -484,7 +481,6 @@ impl Values {
         let keys: Vec<KeyAt> = self.layer_keys().collect();
         for key in &keys {
             let Some((name, field)) = split(&key.path) else { continue };
-            // Writing to a string does not fail.
             if name != last {
                 let _ = write!(text, "\n[[{LAYER_LIST}]]\nname = {name:?}\n");
                 last = name;
@@ -504,7 +500,7 @@ impl settings::KeySource for Values {
     }
 
     fn optional_number(&self, path: &str) -> Option<f64> {
-        // Building an error for a missing number would dominate the time.
+        // Building an error would dominate the time.
         match self.get(path) {
             Some(Value::Number(value)) => Some(*value),
             _ => None,
@@ -640,7 +636,6 @@ fn layer(path: &str) -> Option<String> {
 }
 
 enum Refused {
-    /// There is no such key.
     Unknown(Box<Entry>),
     Other(ScenarioError),
 }

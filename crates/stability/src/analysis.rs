@@ -31,7 +31,7 @@ pub struct Analysis {
     pub settings: LinearLoop,
     pub mode: Mode,
     pub margins: Margins,
-    /// The largest jitter with proved stability; `None` if unstable or unlimited.
+    /// `None` if unstable or unlimited.
     pub jitter_margin_ticks: Option<u64>,
     pub limits: Vec<Limit>,
     pub sensitivities: Vec<Sensitivity>,
@@ -59,7 +59,6 @@ impl Analysis {
         })
     }
 
-    /// Absolutely stable and passive over all frequencies; `None` without a hybrid matrix.
     pub fn port_verdicts(settings: &LinearLoop) -> Result<Option<(bool, bool)>, StabilityError> {
         let points = ports(settings)?;
         let all = |holds: fn(&PortPoint) -> bool| points.iter().all(holds);

@@ -98,7 +98,6 @@ impl Terminations {
         bisect(0.0, most, |r| !self.excludes(hybrid, omega, r))
     }
 
-    /// The hand is a damper above `low`.
     fn middle(&self, settings: &LinearLoop, low: f64) -> LinearLoop {
         let high = self.hand_n_s_per_m.1;
         let damper = if high.is_finite() { 0.5 * (low + high) } else { 2.0 * low + 1.0 };
@@ -142,7 +141,7 @@ impl Bounded {
         )
     }
 
-    /// Infinite if no damping suffices.
+    /// Infinite if none suffices.
     pub fn needed_damping(&self) -> Option<f64> {
         let most = self.most()?;
         Some(if self.is_middle_stable { most.damping_n_s_per_m } else { f64::INFINITY })

@@ -102,8 +102,7 @@ impl ClosedLoop {
         self.responses[1].at(Complex64::from_polar(1.0, angle_rad)) * delay
     }
 
-    /// The one-tick matrix, the inputs of the desired position at this tick and the next, and the index of the slave's
-    /// first state.
+    /// The one-tick matrix, the inputs of the desired position at this tick and the next, and the slave's first state.
     ///
     /// States: the master's side (`x_h, v_h, x_a, v_a` and the force integral first), the slave's side (`x_e, v_e`
     /// first), the delay lines to slave and master (latest sample first), and the last sample of each signal that

@@ -17,7 +17,7 @@ pub struct LeftOut {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoopLimit {
-    /// Its bound holds if the hand is at most as fast and as far from the surface as in the scenario.
+    /// Holds if the hand is at most as fast and as far from the surface as in the scenario.
     pub part: LeftOut,
     pub limit: f64,
 }
@@ -38,16 +38,15 @@ const VARYING: [&str; 3] = [
 
 const TREMOR: &str = "operator.tremor_amplitude_m";
 
-/// The certificate covers these steps as an additional force.
+/// Covered by the certificate as an additional force.
 pub(crate) const FORCE_STEPS: &str = "sensor.force_resolution_n";
 
-/// The parts with which the stability is unknown: they can supply energy or delay. Excludes parts that act only during
-/// events.
+/// Parts that can supply energy or delay. Excludes parts that act only during events.
 pub fn left_out(scenario: &Scenario, delays: Option<&VaryingDelays>) -> Vec<LeftOut> {
     left_out_with(scenario, delays, &loop_limits(scenario))
 }
 
-/// Takes precomputed [`loop_limits`], which are expensive.
+/// Takes precomputed [`loop_limits`].
 pub fn left_out_with(scenario: &Scenario, delays: Option<&VaryingDelays>, limits: &[LoopLimit]) -> Vec<LeftOut> {
     let reached = limits.iter().filter(|limit| !limit.is_unreached()).map(|limit| limit.part);
     other_parts(scenario, delays).into_iter().chain(reached).collect()
@@ -92,7 +91,6 @@ fn present(parts: impl IntoIterator<Item = (bool, &'static str, &'static str)>) 
     present.map(|(_, key, what)| LeftOut { key, what, bound: None }).collect()
 }
 
-/// The unmodelled parts that only dissipate energy.
 pub fn assumed_passive(scenario: &Scenario) -> Vec<LeftOut> {
     present([
         (scenario.master_model.has_coulomb_friction(), "master.coulomb_friction_n", "the master's Coulomb friction"),
@@ -142,7 +140,7 @@ pub fn loop_limits(scenario: &Scenario) -> Vec<LoopLimit> {
             bounds.tissue_force_n
         }),
     ];
-    // Expensive, and valid only if the tremor is the only unmodelled part.
+    // Expensive, and valid only without other unmodelled parts.
     let unmodelled = [other_parts(scenario, None), assumed_passive(scenario), inputs(scenario)].concat();
     let is_linear = unmodelled.iter().all(|part| part.key == TREMOR);
     let are_sought = all.iter().any(|(limit, ..)| limit.is_some()) && is_linear;

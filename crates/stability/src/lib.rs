@@ -7,7 +7,6 @@
 //! L(z) = z^-(d_forward + d_backward) H_master(z) H_slave(z),      the closed loop's poles are the zeros of 1 - L(z)
 //! ```
 //! The winding number of `1 - L` around 0 counts the unstable poles (Nyquist), without the cubic cost of eigenvalues.
-//! [`left_out`] lists the parts with which the stability is unknown.
 
 mod analysis;
 mod axis_text;

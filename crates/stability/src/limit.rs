@@ -48,7 +48,7 @@ pub struct Limit {
 }
 
 impl Limit {
-    /// Infinite at the end of the search.
+    /// Infinite beyond the search.
     pub fn largest(&self) -> Option<f64> {
         let (_, end) = *self.stable.iter().rev().find(|(start, _)| *start <= self.value)?;
         Some(if end >= self.search.high { f64::INFINITY } else { end })
@@ -89,7 +89,7 @@ impl<'a> StabilityTester<'a> {
         Ok(true)
     }
 
-    /// Points between or beside crossings of the unit circle find ranges that the scan steps over.
+    /// Finds ranges that the scan steps over.
     fn between_crossings(&self, parameter: Parameter) -> Result<Vec<f64>, StabilityError> {
         let value = self.settings.get(parameter);
         let mut crossings: Vec<f64> = match parameter {
@@ -145,7 +145,7 @@ impl<'a> StabilityTester<'a> {
     }
 }
 
-/// Scans, because the stable values need not form one interval, then bisects each change of the verdict.
+/// Scans, because the stable values need not form one interval.
 pub fn largest_stable(settings: &LinearLoop, parameter: Parameter, search: Search) -> Result<Limit, StabilityError> {
     let tester = StabilityTester::new(settings)?;
     let mut stable = vec![];

@@ -9,7 +9,7 @@ use trocar_scenario::{DelayTicks, TissueByDepth, waits_for_tick};
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearLoop {
     pub tissue: TissueRange,
-    /// The tissue at any position scale, if its springs depend on the depth.
+    /// At any position scale.
     pub by_depth: Option<TissueByDepth>,
     pub tick_s: f64,
     pub timing: ControlTiming,
@@ -24,9 +24,7 @@ pub struct LinearLoop {
     pub force_bandwidth_hz: f64,
     pub forward_delay_s: f64,
     pub backward_delay_s: f64,
-    /// `K`, the worst of the tissue.
     pub stiffness_n_per_m: f64,
-    /// `B`, the worst of the tissue.
     pub damping_n_s_per_m: f64,
     pub relaxation: Option<Relaxation>,
 }
@@ -37,8 +35,7 @@ impl LinearLoop {
         *copy.places(parameter)[0]
     }
 
-    /// Updates the gains. A position scale changes the tissue's depth; a stiffness or damping replaces the tissue by a
-    /// spring and a damper.
+    /// A position scale changes the tissue's depth; a stiffness or damping replaces the tissue.
     pub fn with(&self, parameter: Parameter, value: f64) -> Self {
         let mut other = self.clone();
         for place in other.places(parameter) {
@@ -89,7 +86,7 @@ impl LinearLoop {
         self.master_model.is_general() || self.slave.is_general()
     }
 
-    /// True if the needle does not yield to the tissue, so an additional force acts only through its reading.
+    /// True if an additional force acts only through its reading.
     pub fn adds_to_reading(&self) -> bool {
         !self.slave.is_general() && self.link.machines.compliance_m_per_n == 0.0
     }

@@ -18,7 +18,6 @@ pub struct LoopResponse {
     pub margins: Margins,
     /// Empty for long delays.
     pub poles: Vec<PolesAndZeros>,
-    /// `None` for long delays.
     pub step: Option<StepResponse>,
     pub tick_s: f64,
 }

@@ -1,4 +1,4 @@
-//! The exact steps of the machines, reused while only gains or tissue change: matrix exponentials are expensive.
+//! The exact steps of the machines, reused because matrix exponentials are expensive.
 
 use super::{LinearLoop, StabilityError};
 use trocar_engine::plant::{
@@ -42,7 +42,7 @@ pub(super) struct Machines {
     pub(super) motors: Option<(MotorStep<MASTER_STATES>, MotorStep<SLAVE_STATES>)>,
     pub(super) late_master: Option<MasterStep>,
     pub(super) late_slave: Option<SlaveStep>,
-    /// Replaces `slave` and its motor beside a general machine.
+    /// Replaces `slave` and its motor.
     pub(super) general: Option<(MachineStep, SampledGains)>,
     /// Replaces `master` and its motor; includes the arm.
     pub(super) general_master: Option<ArmedStep>,

@@ -35,7 +35,6 @@ pub struct StabilityMap {
     pub y: Axis,
     /// Row by row from the lowest `y`.
     pub stable: Vec<bool>,
-    /// Segments on the edges of grid cells.
     pub boundary: Vec<[(f64, f64); 2]>,
 }
 
@@ -49,14 +48,14 @@ impl StabilityMap {
     }
 }
 
-/// Parallel by row; by column if only `x` changes the machines, to compute matrix exponentials once per column.
+/// By column if only `x` changes the machines, to compute matrix exponentials once per column.
 pub(super) fn verdicts<T: Send + Copy>(
     settings: &LinearLoop,
     (x, y): (&Axis, &Axis),
     verdict: impl Fn(&StabilityTester<'_>, f64, f64) -> Result<T, StabilityError> + Sync,
 ) -> Result<Vec<T>, StabilityError> {
     let tester = StabilityTester::new(settings)?;
-    // Two delays can divide a tick equally, so compare several values.
+    // Two delays can divide a tick equally.
     let changes = |axis: &Axis| (0..axis.count.min(8)).any(|k| !tester.has_machines_of(axis.parameter, axis.value(k)));
     if changes(x) && !changes(y) {
         let columns: Vec<Vec<T>> = try_map(x.count, |column| {
@@ -141,7 +140,7 @@ fn boundary(settings: &LinearLoop, map: &StabilityMap) -> Result<Vec<[(f64, f64)
             let points: Vec<(f64, f64)> = around.into_iter().flatten().collect();
             match points[..] {
                 [a, b] => pieces.push([a, b]),
-                // A saddle: both pairings are valid within the cell.
+                // A saddle: both pairings are valid.
                 [a, b, c, d] => pieces.extend([[a, b], [c, d]]),
                 _ => {}
             }

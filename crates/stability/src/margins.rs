@@ -3,11 +3,10 @@ use std::f64::consts::{PI, TAU};
 use super::response_path::{Path, Point};
 use super::{ClosedLoop, StabilityError};
 
-/// The loop gain is at the level of rounding errors above it.
+/// `L` is a rounding error above it.
 pub const MAX_GAIN_MARGIN: f64 = 1e9;
 
-/// Infinite if no change destabilises the loop, `None` for an unstable loop. The critical point is `L = 1`: `L`
-/// includes the sign of the feedback.
+/// Infinite if no change destabilises the loop. The critical point is `L = 1`: `L` includes the sign of the feedback.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Margins {
     /// Above 1.
@@ -18,7 +17,7 @@ pub struct Margins {
     /// In either direction.
     pub phase_rad: Option<f64>,
     pub phase_frequency_hz: Option<f64>,
-    /// Added to the loop, in continuous time.
+    /// In continuous time.
     pub delay_s: Option<f64>,
 }
 
@@ -61,7 +60,7 @@ impl ClosedLoop {
         Ok(margins)
     }
 
-    /// `ln` of the smallest destabilising gain change; infinite if not below `bound`, 0 for an unstable loop.
+    /// `ln` of the smallest gain change; infinite if not below `bound`, 0 for an unstable loop.
     pub(super) fn destabilising_change(&self, bound: f64) -> Result<f64, StabilityError> {
         if !self.is_stable()? {
             return Ok(0.0);

@@ -9,7 +9,7 @@ const POINTS: usize = 4000;
 
 const HALVINGS: usize = 60;
 
-/// Linear in `ln` magnitude and phase over `ln` frequency; the phase follows each row by less than half a turn.
+/// Linear in `ln` magnitude and phase over `ln` frequency; the phase changes by less than half a turn per row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrequencyResponse {
     /// `ln` of frequency (Hz) and magnitude; phase in rad.
@@ -17,8 +17,7 @@ pub struct FrequencyResponse {
 }
 
 impl FrequencyResponse {
-    /// Takes ascending frequencies in Hz, magnitudes, and phases in rad; `None` for fewer than two rows or other
-    /// numbers.
+    /// Takes ascending frequencies in Hz, magnitudes, and phases in rad; `None` for fewer than two rows.
     pub fn new(table: impl IntoIterator<Item = [f64; 3]>) -> Option<Self> {
         let mut rows: Vec<[f64; 3]> = vec![];
         for [frequency_hz, magnitude, phase_rad] in table {
@@ -72,9 +71,9 @@ pub enum MeasuredVerdict {
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredLoop {
-    /// The common range of the tables, up to half the sampling rate.
+    /// Common to the tables, up to half the sampling rate.
     pub range_hz: (f64, f64),
-    /// Pairs (Hz, `L`); the critical point is 1.
+    /// Pairs (Hz, `L`).
     pub gain: Vec<(f64, Complex64)>,
     pub verdict: MeasuredVerdict,
     /// The smallest destabilising gain factor, and its frequency in Hz.
@@ -82,7 +81,7 @@ pub struct MeasuredLoop {
     /// Phase margin in rad, its frequency in Hz, and delay margin in s.
     pub phase: Option<(f64, f64, f64)>,
     pub largest_turn_rad: f64,
-    /// The stability is unknown with larger gain factors.
+    /// The stability is unknown above this gain factor.
     pub open_from: f64,
 }
 
@@ -161,13 +160,13 @@ fn crossings(gain: &[(f64, Complex64)], at: &impl Fn(f64) -> Complex64, of: impl
     found.collect()
 }
 
-/// A side without a table has the model's sampled response.
+/// A side without a table is the model's.
 fn loop_gain(settings: &LinearLoop, closed: &ClosedLoop, sides: &MeasuredSides, hertz: f64) -> Complex64 {
     let s = Complex64::new(0.0, TAU * hertz);
     let z = (s * settings.tick_s).exp();
     let [of_master, of_slave] = closed.responses_at(z);
     let machines = &settings.link.machines;
-    // A sample within a tick arrives later by this share; the model's responses include it.
+    // A sample within a tick arrives later by this share.
     let late = |share: f64| (-s * settings.tick_s * share).exp();
     let master = match &sides.master {
         Some(table) => -late(settings.backward().share) * table.at(hertz) * machines.position_scale,

@@ -9,7 +9,6 @@ const MAX_STATES: u64 = 240;
 const NEWTON_STEPS: usize = 4;
 const MAX_STEP: f64 = 1e-6;
 
-/// The closed-loop pole with the largest modulus.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mode {
     /// With a nonnegative imaginary part.
@@ -37,7 +36,7 @@ impl Mode {
 }
 
 impl ClosedLoop {
-    /// Uses pole counts outside circles if the matrix is too large for eigenvalues.
+    /// Counts poles outside circles if the matrix is too large for eigenvalues.
     pub fn dominant_mode(&self) -> Result<Mode, StabilityError> {
         let pole = if self.states() <= MAX_STATES {
             let (matrix, _, _) = self.matrix()?;
@@ -63,7 +62,7 @@ impl ClosedLoop {
             let middle = 0.5 * (inside + outside);
             if self.poles_outside(middle)? > 0 { inside = middle } else { outside = middle }
         }
-        // L = 1 at a pole, so it lies where |L| crosses 1 on its circle.
+        // At a pole |L| crosses 1 on its circle.
         let mut nearest = (f64::INFINITY, 0.0);
         Path::new(self, outside).unit_crossings(|point| {
             let distance = (Complex64::new(1.0, 0.0) - point.gain).norm();

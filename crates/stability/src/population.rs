@@ -16,8 +16,7 @@ const OF_STIFFNESS: usize = 6;
 pub struct Member {
     pub draw: Draw,
     pub is_stable: bool,
-    /// Absolute values for [`LIMITED`]: 0 if no value is stable, infinite beyond the search. The delay's limit ends the
-    /// stable range from 0.
+    /// 0 if no value is stable, infinite beyond the search. The delay's stable range begins at 0.
     pub limits: [f64; LIMITED.len()],
 }
 
@@ -107,7 +106,7 @@ fn delay_limit(settings: &LinearLoop, search: Search) -> Result<f64, StabilityEr
         if is_stable(middle)? { below = middle } else { above = middle }
     }
     let range = (below as f64 * tick_s, above as f64 * tick_s);
-    // A sample that waits for the next tick takes effect as if sent a tick later.
+    // A sample that waits for the next tick is late by a tick.
     if settings.waits_for_tick() {
         return Ok(range.0);
     }
@@ -192,7 +191,6 @@ impl Population {
     }
 }
 
-/// The tissue stiffness is in the middle.
 fn corners(population: &PopulationSettings) -> Vec<Draw> {
     let is_drawn = population.is_drawn();
     let varied: Vec<usize> = (0..DIMENSIONS).filter(|&k| is_drawn[k] && k != OF_STIFFNESS).collect();

@@ -53,7 +53,7 @@ impl Hybrid {
             && self_terms - both >= -ROUNDING * (size + self_terms.abs())
     }
 
-    /// `Z_t = h11 - h12 h21 Z_e / (1 + h22 Z_e)` in N·s/m, with the needle in an impedance `Z_e`.
+    /// `Z_t = h11 - h12 h21 Z_e / (1 + h22 Z_e)` in N·s/m.
     pub fn transmitted(&self, impedance: Complex64) -> Complex64 {
         let [[h11, h12], [h21, h22]] = self.h;
         h11 - h12 * h21 * impedance / (Complex64::new(1.0, 0.0) + h22 * impedance)
@@ -66,8 +66,8 @@ impl Hybrid {
     }
 }
 
-/// The teleoperator in continuous time, with a hold `(1 - exp(-sT)) / (sT)` in each signal of the link. It is valid
-/// well below half the sampling rate, because it ignores sampling images. `f_e` is the force reading.
+/// The teleoperator in continuous time, with a hold `(1 - exp(-sT)) / (sT)` in each signal of the link; valid well
+/// below half the sampling rate. `f_e` is the force reading.
 #[derive(Debug, Clone)]
 pub struct Ports {
     settings: LinearLoop,
@@ -126,7 +126,7 @@ impl Ports {
         Complex64::new(self.settings.damping_n_s_per_m, 0.0) + s.inv() * self.settings.stiffness_n_per_m
     }
 
-    /// `None` at a pole, or if the hand does not act on the master and there is no force controller.
+    /// `None` at a pole, or if the hand does not act on the master.
     pub fn at(&self, omega_rad_per_s: f64) -> Result<Option<Hybrid>, StabilityError> {
         let Self { settings, at_master, at_slave, .. } = self;
         let s = Complex64::new(0.0, omega_rad_per_s);

@@ -8,7 +8,7 @@ const DURATION_S: f64 = 3.0;
 
 const STIFFNESSES: usize = 9;
 
-/// Maxima over the stiffnesses. At the release, hand and needle rest at a distance, and the force is 0.
+/// Maxima over the stiffnesses. At the release, hand and needle rest and the force is 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EventBound {
     pub reengage: Reengage,

@@ -1,7 +1,7 @@
-//! Bounds of the loop's commands and readings, to test whether it reaches its limits.
+//! Bounds of the loop's commands and readings.
 //!
 //! Let `h` be the response to a unit sample. If the desired position stays within `U` of a point, the output stays
-//! within `Σ |h_k| U`; if it is no faster than `V`, the output is no faster than `Σ |h_k| V`.
+//! within `Σ |h_k| U`; a speed `V` gives `Σ |h_k| V`.
 
 use nalgebra::{DMatrix, DVector};
 use trocar_core::settings::KeySource as _;
@@ -14,7 +14,7 @@ const MAX_SAMPLES: u32 = 200_000;
 
 const MARGIN: f64 = 1.001;
 
-/// Over all hand motions at most as far and as fast as the scenario's.
+/// Over all hand motions up to the scenario's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
     /// Force in N, rate in N/s.
@@ -24,7 +24,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// `None` if the loop is unstable, nonlinear apart from its limits, or has machines other than the appendix's.
+    /// `None` if the loop is unstable, nonlinear, or has machines other than the appendix's.
     pub(super) fn of(scenario: &Scenario) -> Option<Self> {
         let sensor = &scenario.sensor;
         let is_exact = [sensor.force_noise_std_n, sensor.force_bias_n, sensor.force_resolution_n] == [0.0; 3];

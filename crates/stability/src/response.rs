@@ -3,7 +3,7 @@ use nalgebra::{DMatrix, DVector, Hessenberg};
 use super::side::{MAX_STATES, Side};
 use trocar_lti::Complex64;
 
-/// Relative; smaller subdiagonal entries are rounding errors.
+/// Relative size of rounding errors.
 const ROUNDING: f64 = 1e-15;
 
 /// `H(z) = c (z I - A)⁻¹ (b_now + b_before / z)`; with `b_before` the last sample is an additional state.

@@ -1,4 +1,4 @@
-//! The loop gain along the upper half of a circle, in segments that resolve the response of both sides.
+//! The loop gain along the upper half of a circle, in segments.
 //!
 //! `L(z) = H(z) z^-N`, with `H` the product of both responses. Only `H` determines the segments: the delay turns `L` by
 //! exactly `-N Δω` and changes its magnitude by `r^-N`.
@@ -16,7 +16,7 @@ const LN_SMALL: f64 = -1.386_294_361_119_890_6;
 /// Largest change of `H` in a segment, relative to its smaller end.
 const RESOLVED: f64 = 0.5;
 
-/// Largest `|ln |L||` at the ends of a segment within which `|L|` can cross 1.
+/// Largest `|ln |L||` at the ends of a segment with a crossing.
 const LN_NEAR: f64 = 0.7;
 
 const MIN_WIDTH: f64 = 1e-14;
@@ -28,7 +28,7 @@ pub(super) struct Point {
     pub(super) angle_rad: f64,
     /// `H`.
     pub(super) sides: Complex64,
-    /// `L`; its magnitude may overflow.
+    /// May overflow.
     pub(super) gain: Complex64,
     pub(super) ln_gain: f64,
 }
@@ -216,7 +216,7 @@ impl<'a> Path<'a> {
 }
 
 impl ClosedLoop {
-    /// Angles in rad with `|L| = 1` on the unit circle, and the arguments of `L`.
+    /// Angles in rad, and the arguments of `L`.
     pub(super) fn unit_crossings(&self) -> Result<Vec<(f64, f64)>, StabilityError> {
         let mut all = vec![];
         Path::new(self, 1.0).unit_crossings(|point| all.push((point.angle_rad, point.gain.arg())))?;

@@ -40,8 +40,7 @@ pub struct SampledBound {
 }
 
 impl SampledBound {
-    /// `None` with a force integral (the force depends on more than the sampled position), a motor lag, samples that
-    /// arrive between ticks, or a master, coupling or controller other than the paper's.
+    /// `None` if the force depends on more than the sampled position, or samples arrive between ticks.
     pub fn of(settings: &LinearLoop) -> Result<Option<Self>, StabilityError> {
         let applies = !settings.master_model.is_general()
             && settings.master.force_integral_gain == 0.0

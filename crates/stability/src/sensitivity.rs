@@ -8,7 +8,7 @@ const STEP: f64 = 1e-4;
 pub struct Sensitivity {
     pub limit: Parameter,
     pub parameter: Parameter,
-    /// `d ln(limit) / d ln(parameter)`; `None` if the limit vanishes within the step, for example at a whole tick.
+    /// `d ln(limit) / d ln(parameter)`; `None` if the limit vanishes within the step.
     pub relative: Option<f64>,
 }
 

@@ -29,7 +29,7 @@ impl ShareMap {
 
     pub const MAX_LOOPS: usize = 400;
 
-    /// Evaluates a coarse grid, then the cells that the boundary crosses: an island within a cell is not detected.
+    /// Evaluates a coarse grid, then the cells on the boundary: an island within a cell is not detected.
     pub fn of(loops: &[LinearLoop], (x, y): (&Axis, &Axis)) -> Result<Self, StabilityError> {
         let coarser = |axis: &Axis| Axis { count: axis.count.min(Self::MAX_COUNT), ..*axis };
         let (x, y) = (coarser(x), coarser(y));

@@ -7,8 +7,7 @@ use trocar_engine::tissue::Relaxation;
 
 /// `x_{k+1} = A x_k + b_now w_k + b_before w_{k-1}`, `y_k = c x_k`: receives `w` and sends `y` at the tick.
 ///
-/// The sent signals are summed before the link, so each direction carries one number. `b_before` is nonzero if a sample
-/// arrives within a tick.
+/// The sent signals are summed. `b_before` is nonzero if a sample arrives within a tick.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Side {
     pub(super) a: DMatrix<f64>,
@@ -63,10 +62,9 @@ impl States {
 }
 
 /// Ten of the machine with the arm, two of motor or controller, two of acceleration or force reading, one of
-/// relaxation, and [`EXTERNAL`], or the last sample if one arrives within a tick.
+/// relaxation, and [`EXTERNAL`] or the last sample.
 pub(super) const MAX_STATES: usize = 16;
 
-/// The additional tissue force while a slave is built.
 const EXTERNAL: usize = MAX_STATES - 1;
 
 fn zero() -> DVector<f64> {
@@ -83,7 +81,6 @@ fn first(column: &[f64]) -> DVector<f64> {
     all
 }
 
-/// Returns the master's command and the sent signal.
 fn of_master(
     settings: &LinearLoop,
     [position, velocity, hand]: [&DVector<f64>; 3],
@@ -142,7 +139,6 @@ fn measurement(states: &mut States, force: &DVector<f64>, settings: &LinearLoop)
     now
 }
 
-/// Returns the effect of the reference.
 fn motion_of_appendix(states: &mut States, machines: &Machines, settings: &LinearLoop) -> DVector<f64> {
     let step = &machines.slave;
     states.add(SLAVE_STATES);
@@ -168,7 +164,7 @@ fn motion_of_appendix(states: &mut States, machines: &Machines, settings: &Linea
     }
 }
 
-/// Ignores Coulomb friction. Returns the effect of the received reference.
+/// Ignores Coulomb friction.
 fn motion_of_general(
     states: &mut States,
     (step, gains): (&MachineStep, &SampledGains),
@@ -373,7 +369,7 @@ impl Side {
         Ok(Self::of(states, now, split, [sent, local, measured], None))
     }
 
-    /// The last sample is a state if one arrives within a tick.
+    /// The last sample becomes a state.
     pub(super) fn with_held(&self) -> (DMatrix<f64>, DVector<f64>, DVector<f64>) {
         let states = self.a.nrows();
         let n = states + usize::from(self.before.is_some());

@@ -78,7 +78,7 @@ impl ClosedLoop {
         Ok(Discrete::new(self.tick_s())?)
     }
 
-    /// From the slave's signal at the master back to itself. The convention of negative feedback has `-L`.
+    /// With the sign of `L`; negative feedback has `-L`.
     pub fn loop_gain_system(&self) -> Result<LoopSystem, StabilityError> {
         let (a, b, c) = self.open()?;
         let b = DMatrix::from_column_slice(b.len(), 1, b.as_slice());

@@ -66,9 +66,9 @@ impl DelayRange {
 pub struct VaryingDelays {
     pub forward: DelayRange,
     pub backward: DelayRange,
-    /// For every order of the delays, at every stiffness up to the largest, with the smallest and the largest damping.
+    /// At every stiffness up to the largest, with the smallest and largest damping.
     pub is_proved: bool,
-    /// A receiver can lack a new sample for so long that it detects an outage.
+    /// A receiver can lack samples for so long that it detects an outage.
     pub can_be_outage: bool,
 }
 
@@ -105,7 +105,7 @@ fn ranges(scenario: &Scenario, settings: &LinearLoop) -> Option<[DelayRange; 2]>
     (forward.width() + backward.width() > 0).then_some([forward, backward])
 }
 
-/// The largest with stability proved for every order of the delays; `None` if unstable or unlimited.
+/// The largest proved; `None` if unstable or unlimited.
 pub(super) fn jitter_margin_ticks(settings: &LinearLoop) -> Result<Option<u64>, StabilityError> {
     let proof = Proof::new(settings)?;
     if !proof.closed.is_stable()? {

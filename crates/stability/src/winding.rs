@@ -8,10 +8,10 @@ use trocar_lti::Complex64;
 /// Relative; an open-loop pole closer to the circle counts as on it.
 const ON_THE_CIRCLE: f64 = 1e-9;
 
-/// `ln |L|` above which `1/L` is below the rounding of 1.
+/// Above it, `1/L` is below the rounding of 1.
 const LN_HUGE: f64 = 40.0;
 
-/// Distance of `L` from 1 below which a closed-loop pole counts as on the circle.
+/// Distance below which a closed-loop pole counts as on the circle.
 const TOUCHES: f64 = 1e-12;
 
 impl ClosedLoop {

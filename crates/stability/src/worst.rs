@@ -26,8 +26,8 @@ pub struct RangeVerdict {
 }
 
 impl LinearLoop {
-    /// At the stiffest unstable spring and damper of a range, otherwise at the smallest gain margin. Uses the shortest
-    /// of varying delays, because jitter is added to it ([`VaryingDelays`](super::VaryingDelays)).
+    /// Of a range, the stiffest unstable point, otherwise the smallest gain margin. Uses the shortest of varying
+    /// delays, because jitter is added to it ([`VaryingDelays`](super::VaryingDelays)).
     pub fn of(scenario: &Scenario, tissue: TissueRange) -> Result<Self, StabilityError> {
         let delay_s = |schedule: &Schedule, delay_s: f64| {
             schedule.ages().map_or(delay_s, |(shortest, _)| scenario.grid.time_s(shortest))
@@ -106,8 +106,7 @@ impl LinearLoop {
         Ok((Self { stiffness_n_per_m: worst.stiffness_n_per_m, ..stiffest }, worst.change))
     }
 
-    /// From no contact to the stiffest tissue, at every damping, with and without relaxation. The only error is between
-    /// grid points.
+    /// The only error is between grid points.
     pub fn in_range(&self) -> Result<RangeVerdict, StabilityError> {
         let (least, most) = self.tissue.springs.damping_n_s_per_m;
         let (advancing, stiffest) = (self.tissue.springs.stiffness_n_per_m.1, self.tissue.stiffest_n_per_m());

@@ -1,5 +1,4 @@
-//! Studies of scenarios. The crate uses every package of the simulator except `trocar-link`, and does not draw or
-//! print.
+//! Studies of scenarios. The crate does not draw or print.
 
 pub mod animation;
 pub mod compare;

@@ -1,5 +1,3 @@
-//! Progress bars of a design, and the file with the state of its search.
-
 use std::sync::{Mutex, PoisonError};
 
 use indicatif::ProgressBar;

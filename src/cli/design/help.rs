@@ -1,5 +1,3 @@
-//! The long help of `trocar design`.
-
 use trocar_document::Table;
 use trocar_studies::design::{DESIGN_KEYS, Quantity};
 

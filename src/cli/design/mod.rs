@@ -1,5 +1,3 @@
-//! `trocar design`.
-
 mod bars;
 mod help;
 
@@ -17,7 +15,7 @@ use trocar_scenario::Source;
 use trocar_studies::design::{Design, DesignError, Problem, Stage, State};
 use trocar_studies::run::seeds_without_effect;
 
-/// The file with all inputs of a design, and the file with the state of its search.
+/// All inputs, and the state of the search.
 const DESIGN: &str = "design.toml";
 const SEARCH: &str = "search.json";
 
@@ -81,7 +79,7 @@ fn design(args: &DesignArgs) -> Result<(), CliError> {
     warnings.finish()
 }
 
-/// The error of a design; that of an interrupted one says what was kept.
+/// An interrupted design says what was kept.
 fn failed(error: DesignError<OutputError>, folder: &Folder, problem: &Problem) -> CliError {
     let kept = match error {
         DesignError::Run(error) => return error.into(),

@@ -1,5 +1,3 @@
-//! Detection in one or many recordings.
-
 use std::path::Path;
 
 use rayon::prelude::*;
@@ -20,7 +18,6 @@ use trocar_report::html::Again;
 use trocar_report::{ColumnFormat, Destination, Folder};
 use trocar_scenario::{DetectionSpec, Reader, Values};
 
-/// The sections of a scenario that affect a detection.
 const SETTINGS: [&str; 6] = ["", "recording", "recording.columns", "recording.scale", "estimator", "detector"];
 
 pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
@@ -41,7 +38,7 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
     work.into_iter().try_for_each(|(input, labels)| single(args, &out, input, labels))
 }
 
-/// Returns true if the output has the format of many recordings. A folder counts as many, even with a single file.
+/// A folder counts as many, even with a single file.
 fn is_collection(args: &DetectArgs) -> bool {
     args.recordings.len() > 1 || args.recordings.iter().any(|recording| Path::new(recording).is_dir())
 }
@@ -60,7 +57,7 @@ fn single(args: &DetectArgs, out: &Destination, input: Input, labels: Option<Lab
     warnings.finish()
 }
 
-/// Returns a line per file with one row per sample, with its size, if they are long.
+/// Returns a line per long file.
 fn long_files(folder: &Folder, rows: usize) -> String {
     if rows <= LONG_ROWS {
         return String::new();
@@ -130,7 +127,7 @@ fn finish<'a>(args: &'a DetectArgs, folder: Folder, study: &DetectionStudy) -> F
 }
 
 fn folder_of(input: &Input) -> String {
-    // A separate folder keeps the summary and the figures of a run of the same scenario.
+    // Keeps the summary and the figures of a run of the same scenario.
     if input.is_scenario() { format!("{}/detection", input.folder) } else { input.folder.clone() }
 }
 
@@ -152,8 +149,7 @@ fn warn(warnings: &Warnings, given: &str, of_recording: &[Warning]) {
     warnings.print(&of_recording.iter().map(|warning| warning.clone().of(given)).collect::<Vec<_>>());
 }
 
-/// Returns the labels of a recording. The source is `--labels`; without it the scenario or `--rupture-s`; without
-/// these the label file in the recording's folder.
+/// From `--labels`, else the scenario or `--rupture-s`, else the label file in the recording's folder.
 fn labels_of(given: &str, spec: &DetectionSpec, rows: Option<LabelRows>) -> Result<Option<Vec<Label>>, CliError> {
     let time_s = spec.recording.recording.time_s();
     let from_s = time_s.first().copied().unwrap_or(0.0);

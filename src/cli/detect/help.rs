@@ -1,4 +1,4 @@
-//! The long help of `trocar detect`. Each paragraph is one line, which clap wraps.
+//! Each paragraph is one line, which clap wraps.
 
 pub(super) const MORE: &str = "\
 The detector is the adaptive one, which needs no contact position, no threshold and no calibration (`trocar explain detector.distance`). \

@@ -1,5 +1,3 @@
-//! The recordings named by the arguments, and their output folders.
-
 use std::path::Path;
 
 use super::DetectArgs;
@@ -13,7 +11,7 @@ use trocar_scenario::{ScenarioError, Source, Values};
 /// Suffix of a label file in the folder of its recording.
 pub(super) const SIDECAR_END: &str = ".labels.csv";
 
-/// File names used in the output folder, so no recording's folder may have them.
+/// File names used in the output folder.
 const RESERVED: [&str; 9] = [
     "report.html",
     "detections.json",
@@ -28,7 +26,7 @@ const RESERVED: [&str; 9] = [
 
 #[derive(Debug)]
 pub(super) struct Input {
-    /// The path as the user gave it, or the path within a given folder.
+    /// As the user gave it, or within a given folder.
     pub(super) given: String,
     pub(super) folder: String,
     pub(super) values: Result<Values, ScenarioError>,
@@ -42,7 +40,7 @@ impl Input {
     }
 }
 
-/// Returns the paths of the recordings in the order of the arguments. A folder is replaced by its files.
+/// In the order of the arguments. A folder is replaced by its files.
 pub(super) fn given(args: &DetectArgs) -> Result<Vec<String>, CliError> {
     let mut given = vec![];
     for recording in &args.recordings {
@@ -77,8 +75,8 @@ pub(super) fn inputs(args: &DetectArgs) -> Result<Vec<Input>, CliError> {
     Ok(given.into_iter().zip(folders).zip(values).zip(guesses).map(one).collect())
 }
 
-/// Returns the CSV files of a folder, sorted by name; without CSV files, the files of the other formats. Leaves out
-/// label files, also the file of `--labels`.
+/// The CSV files of a folder, sorted by name, or else the files of the other formats. Leaves out label files, also the
+/// file of `--labels`.
 fn listed(folder: &str, labels: Option<&Path>) -> Result<Vec<String>, CliError> {
     let refuse = |source| DetectError::Folder { path: folder.to_owned(), source };
     let labels = labels.and_then(|labels| labels.canonicalize().ok());

@@ -1,5 +1,3 @@
-//! Labels from files, assigned to recordings.
-
 use std::path::{Path, PathBuf};
 
 use super::DetectArgs;
@@ -8,14 +6,13 @@ use crate::cli::error::{DetectError, LabelProblem};
 use trocar_detect::Label;
 use trocar_recording::{CALENDAR_S, Format, LabelRow, Limits, open_labels};
 
-/// The rows of a label file for one recording.
 #[derive(Debug, Clone)]
 pub(super) struct LabelRows {
     file: String,
     rows: Vec<LabelRow>,
 }
 
-/// Returns the rows of `--labels` for each recording, or `None` for a recording without rows.
+/// `None` for a recording without rows.
 pub(super) fn given(args: &DetectArgs, inputs: &[Input]) -> Result<Vec<Option<LabelRows>>, DetectError> {
     let mut by_input: Vec<Option<LabelRows>> = inputs.iter().map(|_| None).collect();
     let Some(path) = &args.labels else { return Ok(by_input) };
@@ -35,8 +32,7 @@ pub(super) fn given(args: &DetectArgs, inputs: &[Input]) -> Result<Vec<Option<La
     Ok(by_input)
 }
 
-/// Returns the index of the named recording: the name is its path on the command line, or its file name if that is
-/// unique.
+/// The name is the path on the command line, or the file name if that is unique.
 fn named(name: &str, inputs: &[Input]) -> Result<usize, LabelProblem> {
     let file = || name.to_owned();
     let last = |given: &str| Path::new(given).file_name().is_some_and(|own| own.to_string_lossy() == name);
@@ -55,7 +51,7 @@ fn named(name: &str, inputs: &[Input]) -> Result<usize, LabelProblem> {
     }
 }
 
-/// Returns the rows of the label file in the recording's folder, if it exists.
+/// Rows of the label file in the recording's folder, if it exists.
 pub(super) fn from_sidecar(recording: &str) -> Result<Option<LabelRows>, DetectError> {
     let Some(path) = sidecar(recording).filter(|path| path.exists()) else { return Ok(None) };
     let rows = open_labels(&path, &Limits::default(), false)?;
@@ -72,8 +68,8 @@ fn sidecar(recording: &str) -> Option<PathBuf> {
 }
 
 impl LabelRows {
-    /// Returns the labels, sorted by time, for a recording from `from_s` to `to_s` (s). Labels of the calendar, in s since
-    /// 1970, count from `origin_s`, from which the times of the recording count.
+    /// Sorted by time, from `from_s` to `to_s` (s). Labels of the calendar, in s since 1970, count from `origin_s`,
+    /// like the times of the recording.
     pub(super) fn labels(&self, from_s: f64, to_s: f64, origin_s: f64) -> Result<Vec<Label>, DetectError> {
         let refuse = |line, problem| Err(DetectError::Label { file: self.file.clone(), line, problem });
         let mut timed: Vec<(f64, &LabelRow)> = vec![];

@@ -1,5 +1,3 @@
-//! Lists the signals of recordings.
-
 use super::DetectArgs;
 use super::inputs::given;
 use crate::cli::error::CliError;

@@ -1,5 +1,3 @@
-//! The output of a live stream: one line per event, flushed at once.
-
 use std::io::{self, Write};
 
 use serde_json::json;
@@ -12,11 +10,11 @@ const COLUMNS: &str = "event,time_s,sample,position_m,depth_m,velocity_m_per_s,f
 pub(super) enum Format {
     /// CSV rows below a header; the summary is text on standard error.
     Csv,
-    /// One JSON object per line; the last one is the summary.
+    /// One object per line; the last one is the summary.
     Json,
 }
 
-/// Writes rows and flushes each of them before the next sample is read.
+/// Flushes each row before the next sample is read.
 pub(super) struct RowWriter<W> {
     out: W,
     format: Format,
@@ -25,7 +23,7 @@ pub(super) struct RowWriter<W> {
 }
 
 impl<W: Write> RowWriter<W> {
-    /// Starts the output. The CSV header is written at once.
+    /// Writes the CSV header at once.
     pub(super) fn begin(out: W, format: Format) -> io::Result<Self> {
         let mut rows = Self { out, format, numbers: ryu::Buffer::new(), line: Vec::with_capacity(256) };
         if format == Format::Csv {

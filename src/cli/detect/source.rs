@@ -1,4 +1,4 @@
-//! Reads standard input and waits for signals at the same time.
+//! Waits for input and signals at the same time.
 
 use std::io::{self, ErrorKind, Read};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -27,7 +27,7 @@ enum Message {
     Failed(io::Error),
 }
 
-/// Standard input with a fixed number of buffers. A separate thread reads it, so that a signal can end the wait.
+/// A separate thread reads into a fixed number of buffers, so that a signal can end the wait.
 pub(super) struct StandardInput {
     messages: Receiver<Message>,
     spare: SyncSender<Vec<u8>>,
@@ -35,7 +35,7 @@ pub(super) struct StandardInput {
 }
 
 impl StandardInput {
-    /// Starts to read, and stops at SIGINT, SIGTERM or SIGHUP. A second signal ends the process at once.
+    /// Stops at SIGINT, SIGTERM or SIGHUP. A second signal ends the process at once.
     pub(super) fn open() -> Self {
         let (sender, messages) = sync_channel(CHUNKS);
         let (spare, empty) = sync_channel(CHUNKS + 2);

@@ -1,4 +1,4 @@
-//! Detection in a live stream on standard input, in constant memory.
+//! Detection on standard input, in constant memory.
 
 use std::io::{self, ErrorKind};
 
@@ -18,7 +18,7 @@ use trocar_scenario::{DetectionSettings, Reader, Values, keys_without_effect, re
 
 const END: &str = "end of input";
 
-/// The name of the stream in messages.
+/// The name in messages.
 const NAME: &str = "standard input";
 
 pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
@@ -81,7 +81,7 @@ impl From<io::Error> for Ended {
     }
 }
 
-/// Converts an output error. A closed reader such as `head` is not an error.
+/// A closed reader such as `head` is not an error.
 fn closed(error: io::Error) -> Result<(), CliError> {
     if error.kind() == ErrorKind::BrokenPipe { Ok(()) } else { Err(CliError::Print(error)) }
 }
@@ -93,7 +93,7 @@ struct Session {
     every: Option<u64>,
     warnings: LiveWarnings,
     lines: u64,
-    /// Number of rows that are no valid samples.
+    /// Rows that are no valid samples.
     malformed: u64,
     /// True after the interval has been checked.
     is_rate_checked: bool,
@@ -121,7 +121,7 @@ impl Session {
             Err(error) => {
                 self.lines += 1;
                 self.malformed += 1;
-                // Leave out the remedy, because the rows of a live rig cannot be corrected.
+                // The rows of a live rig cannot be corrected.
                 self.warnings.warn(|| {
                     let error = error.to_string();
                     format!("{}; the row is skipped", error.split("; ").next().unwrap_or(&error))
@@ -156,7 +156,7 @@ impl Session {
         Ok(written?)
     }
 
-    /// Prints the summary. A stream without a sample is an error.
+    /// A stream without a sample is an error.
     fn summarise(&mut self, ended: &str) -> Result<(), CliError> {
         let summary: LiveSummary = self.detector.summary();
         let skipped = self.malformed + summary.not_later;

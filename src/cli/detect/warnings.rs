@@ -1,5 +1,3 @@
-//! Rate-limited warnings about a live stream.
-
 use std::io::Write;
 use std::time::{Duration, Instant};
 
@@ -7,7 +5,7 @@ use trocar_detect::TimestampAnomaly;
 
 const MAX_PER_SECOND: u32 = 5;
 
-/// Prints a limited number of warnings per second and counts the suppressed ones.
+/// Counts the suppressed warnings.
 pub(super) struct LiveWarnings {
     quiet: bool,
     second_start: Option<Instant>,
@@ -20,15 +18,15 @@ impl LiveWarnings {
         Self { quiet, second_start: None, printed: 0, suppressed: 0 }
     }
 
-    /// Prints a message without a rate limit.
+    /// Prints without a rate limit.
     pub(super) fn note(&self, text: &str) {
         if !self.quiet {
-            // Ignores a closed standard error, so that the stream continues.
+            // The stream continues without standard error.
             let _ = writeln!(anstream::stderr(), "{text}");
         }
     }
 
-    /// Prints a warning, unless this second already has the maximum number.
+    /// Prints at most the maximum number per second.
     pub(super) fn warn(&mut self, text: impl FnOnce() -> String) {
         if self.quiet {
             return;

@@ -1,5 +1,3 @@
-//! Errors of `trocar detect`.
-
 use thiserror::Error;
 
 use trocar_recording::RecordingError;
@@ -26,7 +24,7 @@ pub(in crate::cli) enum DetectError {
     Table(#[from] RecordingError),
     #[error("{file} line {line}: {problem}")]
     Label { file: String, line: u64, problem: LabelProblem },
-    /// Some recordings failed. Their errors are already printed.
+    /// Their errors are already printed.
     #[error("{failed} of {recordings} recordings failed, see above; the others are complete")]
     Some {
         failed: usize,

@@ -1,5 +1,3 @@
-//! Errors of `trocar link`.
-
 use thiserror::Error;
 
 use trocar_link::{KeyError, RemoteLogError};

@@ -71,7 +71,6 @@ pub(super) enum CliError {
     NoCase { case: u64, cases: u64 },
     #[error("{axis}: {reason}")]
     Axis { axis: String, reason: String },
-    /// A measured frequency response cannot be read.
     #[error(transparent)]
     Response(RecordingError),
     #[error(transparent)]
@@ -177,7 +176,7 @@ impl CliError {
         }
     }
 
-    /// Prints the error on standard error. Adds the file if the message does not name it.
+    /// Adds the file if the message does not name it.
     pub(super) fn print(&self, file: Option<&str>) {
         let named = |message: String| match file {
             Some(file) if !message.contains(file) => format!("{file}: {message}"),

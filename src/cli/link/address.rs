@@ -1,5 +1,3 @@
-//! Addresses and keys of a link.
-
 use std::net::{SocketAddr, ToSocketAddrs, UdpSocket};
 use std::path::Path;
 
@@ -12,7 +10,7 @@ pub(super) fn resolved(text: &str) -> Result<SocketAddr, LinkError> {
     addresses.next().ok_or_else(|| failed(std::io::Error::other("no address of this name")))
 }
 
-/// Returns a non-blocking UDP socket at an address.
+/// Non-blocking.
 pub(super) fn bound(address: SocketAddr) -> Result<UdpSocket, LinkError> {
     let open = || {
         let socket = UdpSocket::bind(address)?;
@@ -22,7 +20,7 @@ pub(super) fn bound(address: SocketAddr) -> Result<UdpSocket, LinkError> {
     open().map_err(|source| LinkError::Bind { address: address.to_string(), source })
 }
 
-/// Reads the key from a file. Without a file, only loopback addresses are allowed.
+/// Without a file, only loopback addresses are allowed.
 pub(super) fn key(file: Option<&Path>, address: SocketAddr) -> Result<Key, LinkError> {
     let Some(file) = file else {
         let is_here = address.ip().is_loopback();

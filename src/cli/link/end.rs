@@ -1,5 +1,3 @@
-//! The end of a link on either side.
-
 use crate::cli::error::CliError;
 use trocar_engine::engine::EngineError;
 use trocar_link::{Greeted, MasterEnd, PACKET_BYTES, Role, SlaveEnd};

@@ -1,5 +1,3 @@
-//! `trocar link`.
-
 mod address;
 mod end;
 mod pace;

@@ -1,5 +1,3 @@
-//! The clock of a side, and its waits.
-
 use std::net::{SocketAddr, UdpSocket};
 use std::time::{Duration, Instant};
 
@@ -9,7 +7,7 @@ use trocar_link::PACKET_BYTES;
 const SPIN_NS: i64 = 120_000;
 /// The longest sleep, so that arrivals get accurate time stamps.
 const NAP_NS: i64 = 200_000;
-/// The maximum number of packets taken at once, so that a flood of packets cannot stop the ticks.
+/// Packets taken at once, so that a flood cannot stop the ticks.
 const MAX_AT_ONCE: usize = 64;
 
 /// A clock in ns.
@@ -43,8 +41,7 @@ impl Clock {
     }
 }
 
-/// Takes all received packets. A longer packet is truncated to one byte above the valid length, so that it is
-/// rejected.
+/// A longer packet is truncated to one byte above the valid length, so that it is rejected.
 pub(super) fn take_all(socket: &UdpSocket, mut take: impl FnMut(&[u8], SocketAddr)) {
     let mut bytes = [0; PACKET_BYTES + 1];
     for _ in 0..MAX_AT_ONCE {
@@ -54,7 +51,7 @@ pub(super) fn take_all(socket: &UdpSocket, mut take: impl FnMut(&[u8], SocketAdd
     }
 }
 
-/// Sends a packet. A packet that cannot be sent counts as lost.
+/// A packet that cannot be sent counts as lost.
 pub(super) fn send(socket: &UdpSocket, packet: &[u8], to: SocketAddr) {
     let _ = socket.send_to(packet, to);
 }

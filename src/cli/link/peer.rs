@@ -1,4 +1,4 @@
-//! The other side while the link runs: its packets, its silence, and a process that takes its place.
+//! The other side: its packets, its silence, and a process that takes its place.
 
 use std::net::{SocketAddr, UdpSocket};
 
@@ -23,7 +23,7 @@ pub(super) struct Peer<'a> {
     pub(super) silence: Silence,
     /// The greeting with a new process, while the other side is silent.
     pub(super) rejoin: Option<Rejoin>,
-    /// Number of new processes that have joined.
+    /// New processes that have joined.
     pub(super) restarts: u64,
 }
 

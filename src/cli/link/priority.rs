@@ -1,10 +1,8 @@
-//! The priority of the thread that runs the ticks.
-
-/// The requested priority: above usual threads, below the kernel's threads at 99.
+/// Above usual threads, below the kernel's threads at 99.
 #[cfg(target_os = "linux")]
 const PRIORITY: u8 = 80;
 
-/// Asks the scheduler for real-time priority of this thread, if wanted. Describes the granted priority.
+/// Asks for real-time priority, if wanted. Describes the granted priority.
 #[cfg(target_os = "linux")]
 pub(super) fn ask(is_wanted: bool) -> String {
     use thread_priority::{
@@ -24,7 +22,6 @@ pub(super) fn ask(is_wanted: bool) -> String {
     }
 }
 
-/// Describes the granted priority, which is the usual one on this system.
 #[cfg(not(target_os = "linux"))]
 pub(super) fn ask(is_wanted: bool) -> String {
     let given = "usual priority";

@@ -1,5 +1,3 @@
-//! Simulates a logged link.
-
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -18,7 +16,7 @@ const EXAMPLES: &str = "\
 Example:
   trocar link replay out/skin-augmented";
 
-/// The scenario with the logged delays. The base has every other key.
+/// The base has every other key.
 const REPLAY: &str = "\
 # A link, with the delays that it logged.
 name = \"replay\"
@@ -96,7 +94,7 @@ pub(super) fn run(args: &ReplayArgs) -> Result<(), CliError> {
     if is_same { Ok(()) } else { Err(LinkError::NotReplayed.into()) }
 }
 
-/// Refuses the log of a link with a side that was started anew. A log without a summary has no such restart.
+/// A log without a summary has no restart.
 fn refuse_restarts(path: &Path) -> Result<(), LinkError> {
     let summary = std::fs::read(path).ok().and_then(|text| serde_json::from_slice::<serde_json::Value>(&text).ok());
     let is_above_0 = |key: &str| summary.as_ref().is_some_and(|summary| summary[key].as_u64().is_some_and(|n| n > 0));

@@ -1,5 +1,3 @@
-//! One side of a link, in real time.
-
 use std::net::{SocketAddr, UdpSocket};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -18,9 +16,9 @@ use trocar_report::{Destination, Folder, document_text, write_document};
 use trocar_scenario::{Scenario, Source};
 use trocar_studies::run::{RunError, trace_table};
 
-/// Interval between packets of a greeting, in ns.
+/// Interval between packets of a greeting.
 const GREETING_NS: i64 = 20_000_000;
-/// Number of replies; the shortest round trip among them is used.
+/// The shortest round trip is used.
 const REPLIES: u32 = 10;
 /// Time from the last reply to tick 0, or to the first tick of a side that joins, in ns.
 const LEAD_NS: i64 = 300_000_000;
@@ -110,7 +108,7 @@ pub(super) fn nonce() -> Result<[u8; 16], LinkError> {
     Ok(nonce)
 }
 
-/// Returns the time of the first tick: tick 0, or a later one of a link that runs.
+/// Tick 0, or a later one of a link that runs.
 fn first_ns(start_ns: i64, now_ns: i64) -> i64 {
     if start_ns >= now_ns { start_ns } else { now_ns + LEAD_NS }
 }
@@ -160,7 +158,7 @@ impl Side<'_> {
         });
     }
 
-    /// Performs the slave's greeting. Returns its result, the time of the first tick (ns) and the master's address.
+    /// Returns the result, the time of the first tick (ns) and the master's address.
     fn wait(&self) -> Result<((Greeted, i64), SocketAddr), CliError> {
         let mut waiting = Waiting::new(self.key.clone(), nonce()?, fingerprint(&self.scenario));
         let (mut begins, mut has_warned) = (None::<(i64, SocketAddr)>, false);
@@ -182,8 +180,7 @@ impl Side<'_> {
                         send(&self.socket, &answer, from);
                     }
                     if let Some(greeted) = waiting.greeted() {
-                        // Keep the address that began the session, so that replayed packets from elsewhere change
-                        // nothing.
+                        // Replayed packets from elsewhere change nothing.
                         begins.get_or_insert_with(|| (first_ns(greeted.start_ns, self.clock.now_ns()), from));
                     }
                 });

@@ -1,5 +1,3 @@
-//! Writes the files of a complete sweep.
-
 use std::io;
 
 use super::{Manifest, SWEEP, stored, terminal};

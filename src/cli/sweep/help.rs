@@ -1,5 +1,3 @@
-//! The long help of `trocar sweep`.
-
 use trocar_document::Table;
 use trocar_studies::sweep::{Column, SWEEP_KEYS};
 

@@ -1,5 +1,3 @@
-//! `trocar sweep merge`.
-
 use std::path::{Path, PathBuf};
 
 use clap::Args;

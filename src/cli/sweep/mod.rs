@@ -1,5 +1,3 @@
-//! `trocar sweep`.
-
 mod finish;
 mod help;
 mod merge;
@@ -26,7 +24,7 @@ use trocar_studies::sweep::{
 
 const WRITER: &str = "sweep";
 
-/// Estimated time, in s, above which a sweep requires `--yes`.
+/// In s, above which a sweep requires `--yes`.
 const MAX_UNASKED_S: f64 = 3600.0;
 
 /// Run a sweep, or join the parts of one.
@@ -152,7 +150,7 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
     warnings.finish()
 }
 
-/// Number of cases per thread that are timed for the estimate.
+/// Cases per thread that are timed.
 const TRIED_PER_THREAD: u64 = 2;
 
 /// Estimates the time in s of all cases from evenly spaced cases with their stability metrics, on as many threads as
@@ -180,7 +178,7 @@ fn estimate_s(args: &SweepArgs, plan: &Plan, cases: u64) -> f64 {
     begin.elapsed().as_secs_f64() * cases as f64 / tried.max(1) as f64
 }
 
-/// Prints the number of cases and an estimate of the time. More than an hour requires `--yes`.
+/// More than an hour requires `--yes`.
 fn announce(args: &SweepArgs, plan: &Plan, cases: u64) -> Result<(), CliError> {
     // This estimate is an upper bound, because vectorised cases take less time.
     let estimate_s = estimate_s(args, plan, cases);

@@ -1,5 +1,3 @@
-//! The files of a sweep that a folder contains already.
-
 use std::io;
 use std::path::Path;
 
@@ -14,16 +12,16 @@ use trocar_studies::sweep::{Manifest, SweepError, difference};
 
 pub(super) struct Stored {
     manifest: trocar_report::Manifest,
-    /// The fields of the sweep; `None` if the folder has no manifest of this sweep.
+    /// `None` if the folder has no manifest of this sweep.
     sweep: Option<Manifest>,
     /// Reasons to run a complete sweep again.
     differences: Vec<String>,
-    /// True if the folder has a report, also if its manifest is damaged.
+    /// Also if the manifest is damaged.
     has_report: bool,
 }
 
 impl Stored {
-    /// Reads the folder of a sweep. Another sweep there is an error.
+    /// Another sweep in the folder is an error.
     pub(super) fn of(folder: &Path, canonical: &str, hash: &str) -> Result<Self, CliError> {
         let manifest = trocar_report::Manifest::of(folder);
         let mut differences = vec![];
@@ -31,7 +29,7 @@ impl Stored {
         let sweep = sweep.filter(|sweep: &Manifest| sweep.sweep_sha256 == hash);
         match std::fs::read_to_string(folder.join(SWEEP)) {
             Ok(existing) if existing == canonical => {}
-            // The manifest says that the folder belongs to this sweep, so its file was damaged.
+            // The manifest is of this sweep, so its file was damaged.
             _ if sweep.is_some() => differences.push(format!("{SWEEP} is missing or was changed")),
             Ok(existing) => {
                 let difference = difference(&existing, canonical);
@@ -61,8 +59,7 @@ impl Stored {
         }
     }
 
-    /// Writes the manifest of a sweep that is not complete. The manifest of the same sweep stays: its files will have
-    /// the same content.
+    /// The manifest of the same sweep stays: its files will have the same content.
     pub(super) fn begin(&self, folder: &Path, sweep: &Manifest) -> Result<(), OutputError> {
         if self.sweep.is_some() {
             return Ok(());
@@ -79,7 +76,7 @@ pub(super) fn details(sweep: &Manifest) -> Map<String, Json> {
     }
 }
 
-/// Removes the files of another sweep. The sweep file is last, so after an interruption they still belong to it.
+/// The sweep file is last, so after an interruption the others still belong to it.
 pub(super) fn remove_another(folder: &Path, canonical: &str) -> Result<(), CliError> {
     if std::fs::read_to_string(folder.join(SWEEP)).map_or(true, |existing| existing == canonical) {
         return Ok(());

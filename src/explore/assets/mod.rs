@@ -1,4 +1,4 @@
-//! The files of the page, embedded in the binary. Reports share some of them.
+//! Embedded in the binary. Reports share some of them.
 
 use trocar_report::html::assets as shared;
 

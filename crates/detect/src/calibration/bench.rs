@@ -20,7 +20,7 @@ const MIN_DEAD_ZONE_N: f64 = 1e-3;
 
 const BLOCK_S: f64 = 0.1;
 const MIN_BLOCKS: usize = 5;
-/// Quantile of the blocks' root mean square that gives `σ_0`; the first pass still contains ruptures.
+/// Gives `σ_0` while the residual still contains ruptures.
 const FIRST_SHARE: f64 = 0.75;
 const QUIET_SHARE: f64 = 0.9;
 
@@ -30,7 +30,7 @@ const AFTER_RUPTURE_S: f64 = 0.3;
 const GUARD: f64 = 2.0;
 const CAP_THRESHOLDS: f64 = 10.0;
 const VELOCITY_STDS: f64 = 3.0;
-/// A hand-held needle recoils at about 0.7 mm/s when the slave settles.
+/// A hand-held needle recoils at about 0.7 mm/s.
 const MIN_WITHDRAWAL_M_PER_S: f64 = 1e-3;
 
 const PROBE_EVERY_S: f64 = 0.1;
@@ -52,7 +52,7 @@ pub(super) struct CandidateBench<'a> {
     noise_n: f64,
     contact: (f64, ContactRule),
     withdrawal_m_per_s: f64,
-    /// At a variance of 1; the threshold gives the wanted run length.
+    /// At a variance of 1.
     drift: f64,
     threshold: f64,
 }

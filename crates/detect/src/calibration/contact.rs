@@ -25,13 +25,13 @@ const NOISE_STDS: f64 = 6.0;
 const MIN_FORCE_N: f64 = 0.05;
 /// Maximum share of samples above the noise before the contact.
 const STRAY_SHARE: f64 = 0.02;
-/// One sample in this many, at the lowest positions, decides whether the needle is free there.
+/// One sample in this many decides whether the needle is free at the lowest positions.
 const LOWEST_SHARE: usize = 20;
 const MIN_LOWEST: usize = 20;
 /// The full gain begins some distance below the contact.
 const BELOW_LOWEST_M: f64 = 5e-3;
 
-/// Contact in m, from positions, forces and the noise of the force.
+/// In m, from positions, forces and the noise of the force.
 pub(super) fn contact(position_m: &[f64], force_n: &[f64], noise_n: f64) -> (f64, ContactRule) {
     let mut samples: Vec<(f64, f64)> = with_capacity(position_m.len());
     for (sample, (&position_m, &force_n)) in position_m.iter().zip(force_n).enumerate() {

@@ -22,14 +22,14 @@ const FIGURES: &str = "calibration/";
 pub struct CalibrationStudy<'a> {
     pub name: &'a str,
     pub calibration: &'a Calibration,
-    /// Sections of the recording and its sensor, as TOML.
+    /// As TOML.
     pub inputs: String,
     report: DetectionReport,
     samples: Samples,
 }
 
 impl<'a> CalibrationStudy<'a> {
-    /// `ruptures_s` are labels in s after the first sample.
+    /// `ruptures_s` are in s after the first sample.
     pub fn new(
         name: &'a str,
         calibration: &'a Calibration,
@@ -44,7 +44,7 @@ impl<'a> CalibrationStudy<'a> {
 impl Study for CalibrationStudy<'_> {
     fn document(&self) -> Document<'_> {
         let mut document = self.calibration.document(self.name);
-        // Missed ruptures depend on the labels, so their warnings are dropped.
+        // Missed ruptures depend on the labels.
         let found = self.report.warnings.iter().filter(|warning| warning.code != Code::MissedRupture);
         document.warnings.extend(found.cloned());
         let mut alarms = Section::new("alarms", "Alarms");
@@ -84,7 +84,6 @@ impl Calibration {
         candidates.table(self.candidates_table());
         let mut chosen = Section::new("chosen", "Chosen");
         chosen.table(self.chosen_table(&settings));
-        // Reports show the file itself.
         let mut toml = Section::new("settings", "Settings").shown(Shown::OnTerminal);
         toml.text(self.toml().trim_end());
         let mut sections = vec![measured];
@@ -100,7 +99,7 @@ impl Calibration {
         }
     }
 
-    /// Rounds computed numbers to four significant digits, but not a given contact.
+    /// To four significant digits, except a given contact.
     pub fn rounded_settings(&self) -> Candidate {
         let four = |value: &mut f64| *value = rounded(*value, 4);
         let mut chosen = *self.settings();
@@ -128,7 +127,6 @@ impl Calibration {
         let number = |value: f64| format!("{value:?}");
         let mut text = String::from("[estimator]\n");
         let mut line = |name: &str, value: String| {
-            // Writing to a string cannot fail.
             let _ = writeln!(text, "{name} = {value}");
         };
         line("normalisation", number(estimator.normalisation));

@@ -24,7 +24,7 @@ pub(super) struct Excursion {
     pub(super) peak_at: usize,
 }
 
-/// Excursions of a CUSUM on squared residuals that could raise an alarm; drift and threshold in N².
+/// Excursions that could raise an alarm; drift and threshold in N².
 pub(super) fn excursions(
     signal: &Signal<'_>,
     residuals: &Residuals,

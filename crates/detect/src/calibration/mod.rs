@@ -77,9 +77,9 @@ pub struct Calibration {
     pub quiet_std_n: f64,
     /// 0 if the noise gives `σ_0`.
     pub quiet_blocks: usize,
-    /// The longest interval in contact and without a rupture, in s after the first sample.
+    /// In contact and without a rupture, in s after the first sample.
     pub quiet_segment_s: Option<(f64, f64)>,
-    /// Test of the residual in that interval.
+    /// Of the residual in that interval.
     pub whiteness: Option<Whiteness>,
     /// In s after the first sample.
     pub ruptures_s: Vec<f64>,
@@ -157,7 +157,6 @@ pub enum CalibrationError {
     },
 }
 
-/// Labelled ruptures do not count as quiet.
 pub fn calibrate(spec: &DetectionSpec, request: &CalibrationRequest) -> Result<Calibration, CalibrationError> {
     calibrate_with_progress(spec, request, &|_, _| ())
 }

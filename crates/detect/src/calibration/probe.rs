@@ -1,4 +1,4 @@
-//! Ruptures added to a recording, to test settings.
+//! Ruptures added to a recording.
 
 use super::Candidate;
 use super::signal::{Residuals, Signal};

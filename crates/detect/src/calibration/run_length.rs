@@ -39,7 +39,7 @@ impl RunLength {
         let threshold = threshold_for(drift, wanted);
         let chunks = alarms.div_ceil(RUNS_PER_STREAM);
         let samples = map(chunks as usize, |chunk| {
-            // Every chunk of every run length has a separate stream.
+            // A separate stream for every chunk.
             let seed = (wanted as u64).wrapping_mul(2) + ((chunk as u64) << 40);
             let samples = simulate(drift, threshold, RUNS_PER_STREAM, seed);
             done();

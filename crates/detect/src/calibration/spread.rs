@@ -18,7 +18,7 @@ pub(super) fn root_mean_square(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
-/// Standard deviation of the white noise; 0 for fewer than three samples.
+/// 0 for fewer than three samples.
 ///
 /// The second difference of white noise has six times its variance. An encoder is quiet at rest and a rupture is not
 /// noise, hence the upper quartile over blocks of 50 samples.

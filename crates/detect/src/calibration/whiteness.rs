@@ -33,7 +33,7 @@ impl Whiteness {
         self.ljung_box_p < REJECTED || self.jarque_bera_p < REJECTED
     }
 
-    /// `None` for a constant or for fewer than five times [`LAGS`] residuals.
+    /// `None` for a constant or too few residuals.
     pub fn of(residual: &[f64]) -> Option<Self> {
         let count = residual.len() as f64;
         let centred = Centred::of(residual).filter(|_| residual.len() >= 5 * LAGS)?;

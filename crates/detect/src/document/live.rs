@@ -2,7 +2,7 @@ use crate::LiveSummary;
 use trocar_document::{counted, show, significant};
 use trocar_metrics::Unit;
 
-/// `rows` counts the rows below the header, `malformed` the unreadable ones; `ended` names the cause of the end.
+/// `malformed` counts unreadable rows; `ended` names the cause of the end.
 pub fn live_text(summary: &LiveSummary, rows: u64, malformed: u64, ended: &str) -> String {
     let seconds = |value: f64| format!("{} s", significant(value));
     let newton = |value| show(value, Unit::Newton);

@@ -35,7 +35,6 @@ const MEANINGS: &str = "The residual e is the measured minus the estimated force
 #[derive(Debug)]
 pub struct DetectionStudy {
     pub name: String,
-    /// Path by which events refer to the recording.
     pub file: String,
     pub values: Values,
     pub report: DetectionReport,

@@ -58,7 +58,7 @@ fn rate_hz(signal: &Signal, times: &Times<'_>) -> Option<f64> {
     (duration_s > 0.0).then(|| (signal.samples - 1) as f64 / duration_s)
 }
 
-/// A capital word stands for a missing signal.
+/// A capital word is a missing signal.
 fn command(file: &str, signals: &[Signal]) -> String {
     let roles = Roles::of(signals);
     let mut words = vec!["detect".to_owned(), file.to_owned()];

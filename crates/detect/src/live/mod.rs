@@ -30,7 +30,7 @@ pub enum TimestampAnomaly {
         last_s: f64,
         time_s: f64,
     },
-    /// After ten consecutive rows that are earlier than the last sample. The detection restarts.
+    /// After ten consecutive earlier rows. The detection restarts.
     SetBack {
         /// Time of the last sample.
         last_s: f64,
@@ -108,8 +108,8 @@ impl LiveDetector {
         Ok(detector)
     }
 
-    /// Calls `emit` for each completed tick, and returns the anomaly of the sample's time. A sample with a number that
-    /// is not finite is an error and is omitted.
+    /// Calls `emit` for each completed tick, and returns the anomaly of the sample's time. A sample that is not finite
+    /// is an error.
     pub fn take(
         &mut self,
         sample: &LiveSample,
@@ -205,7 +205,7 @@ impl LiveDetector {
     fn restart(&mut self, sample: &LiveSample, emit: &mut impl FnMut(&LiveStep)) {
         let Some(interval_s) = self.interval_s else { return };
         self.summary.restarts += 1;
-        // Cannot fail: the interval and the settings are unchanged.
+        // Cannot fail: interval and settings are unchanged.
         let restarted = |chain: DetectionChain| chain.restarted(&self.settings, interval_s, self.velocity).ok();
         self.chain = self.chain.take().and_then(restarted);
         self.tick(sample, emit);

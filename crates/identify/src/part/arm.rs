@@ -81,7 +81,7 @@ impl Structure {
         match self {
             Self::Spring => vec![vec![stiffness, damping, offset_m]],
             Self::MassAtMaster => vec![vec![stiffness, damping, mass_kg, offset_m]],
-            // From a stiff grip on a soft arm to the opposite, with the same series of both springs.
+            // From a stiff grip on a soft arm to the opposite.
             Self::TwoSprings => STIFFNESS_RATIOS
                 .into_iter()
                 .flat_map(|ratio| START_MASSES_KG.map(|mass_kg| (ratio, mass_kg)))

@@ -14,7 +14,7 @@ use crate::measured::{fit_percent, span};
 use crate::problem::Problem;
 use crate::whiteness::Whiteness;
 
-/// Minimum relative range of a held-out part for comparing structures on it.
+/// Minimum relative range of a held-out part.
 const EXCITED_SHARE: f64 = 1.0 / 3.0;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -35,17 +35,17 @@ pub struct PartFit {
     pub whiteness: Option<Whiteness>,
 }
 
-/// Maximum held-out error relative to the smallest one; the simplest structure within it is chosen.
+/// Relative to the smallest one; the simplest structure within it is chosen.
 const TOLERANCE: f64 = 1.05;
 
-/// Two solutions differ if the ratio of an essential parameter exceeds this.
+/// Maximum ratio of an essential parameter in equal solutions.
 const OTHER_RATIO: f64 = 2.0;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Criterion {
     /// Fit on held-out parts.
     HeldOut,
-    /// Bayes' information criterion, because the held-out parts have too little motion.
+    /// Bayes' information criterion, for held-out parts with too little motion.
     Bayes,
 }
 
@@ -96,7 +96,7 @@ struct Fitted<'a> {
     is_ambiguous: bool,
 }
 
-/// Deterministic. `progress` receives the numbers of finished and of all steps.
+/// `progress` receives the numbers of finished and of all steps.
 pub fn identify_part(
     part: Part,
     request: PartRequest,
@@ -172,7 +172,6 @@ pub fn identify_part(
     })
 }
 
-/// Cuts recordings of a tissue at a rupture.
 fn whole(part: Part, recordings: Vec<Signals>) -> Result<(Vec<Signals>, Vec<NamedRupture>), IdentifyError> {
     let mut ruptures = vec![];
     let mut whole = vec![];

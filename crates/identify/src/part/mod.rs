@@ -20,11 +20,8 @@ use rupture::Rupture;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
-    /// From the position of the needle and the force on it.
     Tissue,
-    /// From the position of the master, the force of the hand and the desired position.
     Arm,
-    /// From its position, the force of the hand and the force of its motor.
     Master,
 }
 
@@ -94,7 +91,7 @@ impl Spec {
     }
 }
 
-/// The predicted signal of a recording; `None` if it diverges.
+/// `None` if it diverges.
 type Simulation = Box<dyn Fn(&[f64], &Signals) -> Option<Vec<f64>>>;
 
 struct Candidate {
@@ -104,11 +101,11 @@ struct Candidate {
     /// One value per parameter in each start.
     starts: Vec<Vec<f64>>,
     simulate: Simulation,
-    /// If one of these cannot be distinguished from 0, a simpler structure is used.
+    /// If indistinguishable from 0, a simpler structure is used.
     essential: Vec<&'static str>,
-    /// With another estimate of the velocity; the interval includes the change of a value.
+    /// With another estimate of the velocity; the interval includes its effect.
     alternative: Option<Simulation>,
-    /// Factors by which the rounding of the positions reduces parameters.
+    /// By the rounding of the positions.
     reductions: Vec<(&'static str, f64)>,
 }
 

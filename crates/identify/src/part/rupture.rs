@@ -1,5 +1,3 @@
-//! The rupture of a tissue in a recording, which ends the intact part.
-
 use super::signals::Signals;
 use crate::filter::half;
 use crate::measured::span;
@@ -10,7 +8,7 @@ const FALL_S: f64 = 5e-3;
 /// Share of the force's range so far, or of half the whole range.
 const FALL_SHARE: f64 = 0.4;
 
-/// Multiple of the median change of the force in the same time, by noise or by the motion of the needle.
+/// Multiple of the median change of the force in the same time.
 const UNUSUAL: f64 = 4.0;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,8 +22,8 @@ pub(super) struct Rupture {
 }
 
 impl Rupture {
-    /// Finds the first large fall of the force within 5 ms in which the needle does not retreat. The force must stay
-    /// low, which excludes single wrong samples and noise.
+    /// The first large fall of the force within 5 ms in which the needle does not retreat. The force must stay low,
+    /// which excludes single wrong samples.
     pub(super) fn of(signals: &Signals) -> Option<Self> {
         let Signals { force_n, position_m, interval_s, .. } = signals;
         let window = half(FALL_S, *interval_s);

@@ -18,7 +18,7 @@ pub struct PartColumns {
     /// Force on the needle, positive when it resists; otherwise of the hand, positive when it pushes the master
     /// forwards.
     pub force: Column,
-    /// Desired position in m of an arm, or force in N of a master's motor, positive when it pushes forwards.
+    /// Desired position of an arm (m), or force of a master's motor (N), positive when it pushes forwards.
     pub input: Option<Column>,
 }
 
@@ -91,7 +91,7 @@ impl Signals {
         }
     }
 
-    /// The 2-norm of the predicted signal's deviation from its mean; above 0.
+    /// 2-norm of the predicted signal's deviation from its mean; above 0.
     pub(super) fn variation(&self, part: Part) -> f64 {
         deviation(self.predicted(part)).max(1e-12)
     }

@@ -24,7 +24,7 @@ pub(super) struct Motions<'a> {
 }
 
 impl TwoSprings {
-    /// In N. The first state of the arm, which acts linearly, minimises the squared error of the force.
+    /// The first state of the arm minimises the squared error.
     pub(super) fn forces_n(&self, signals: &Signals, motions: &Motions<'_>) -> Vec<f64> {
         let share = self.k_a / (self.k_a + self.k_h);
         let between = |master: f64, desired: f64| share * master + (1.0 - share) * desired;
@@ -83,7 +83,7 @@ fn between([a, b, c, d]: [f64; 4], at: f64) -> f64 {
     b + 0.5 * at * (c - a + at * (2.0 * a - 5.0 * b + 4.0 * c - d + at * (3.0 * (b - c) + d - a)))
 }
 
-/// Coefficients of two columns whose sum is closest to the targets; regularised if the columns are similar.
+/// Coefficients of two columns; regularised if the columns are similar.
 fn plane(first: &[f64], second: &[f64], targets: &[f64]) -> [f64; 2] {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let (aa, ab, bb) = (dot(first, first), dot(first, second), dot(second, second));

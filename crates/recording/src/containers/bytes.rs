@@ -1,5 +1,3 @@
-//! Reads numbers in either byte order, with bounds checks.
-
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Order {
     Little,
@@ -59,8 +57,8 @@ impl Scalar {
     }
 }
 
-/// Whole numbers of a column as floating-point numbers. Beyond 2⁵³, as for nanoseconds since 1970, they count from the
-/// first one, because a floating-point number does not have their digits.
+/// Whole numbers as floating-point numbers. Beyond 2⁵³, as for nanoseconds since 1970, they count from the first one,
+/// to keep their digits.
 #[derive(Debug, Default)]
 pub(super) struct Wide {
     first: Option<i64>,

@@ -22,7 +22,7 @@ const CELL_BYTES: usize = 96;
 
 enum Cell {
     Number(f64),
-    /// A time, in s.
+    /// In s.
     Time(f64),
     Text(Box<str>),
 }
@@ -33,7 +33,7 @@ impl Cell {
     }
 }
 
-/// The cells of a sheet, by column and row.
+/// By column and row.
 type Sheet = BTreeMap<u32, BTreeMap<u32, Cell>>;
 
 struct Stored {
@@ -141,14 +141,13 @@ fn keep(sheet: &mut Sheet, (row, column): (u32, u32), cell: Cell, room: &Room) -
     Ok(())
 }
 
-/// The letters of a column, counted from 0: A to Z, AA, …
+/// A to Z, AA, …
 fn letters(column: u32) -> String {
     let last = char::from(b'A' + (column % 26) as u8);
     if column < 26 { last.to_string() } else { format!("{}{last}", letters(column / 26 - 1)) }
 }
 
-/// Checks the unpacked size and the number of texts that the list of texts states, for which the library allocates memory.
-/// Returns the size of the longest part in bytes.
+/// Checks the stated sizes, for which the library allocates memory. Returns the size of the longest part in bytes.
 fn check_archive(bytes: &[u8], room: &Room) -> Result<usize, Problem> {
     let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(damaged)?;
     let mut longest = 0;

@@ -1,4 +1,4 @@
-//! The boundary to libraries that may panic on a damaged file.
+//! The boundary to libraries that may panic.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
@@ -11,10 +11,9 @@ thread_local! {
     static IS_GUARDED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs code of another library. A panic becomes the error of a damaged file, and prints nothing.
+/// A panic becomes the error of a damaged file, and prints nothing.
 ///
-/// The library must not continue to use state that a panic can leave inconsistent: everything that it opened is dropped
-/// with the error.
+/// State that a panic can leave inconsistent must not be used again: everything that the library opened is dropped.
 pub(crate) fn guarded<T, E: From<Problem>>(format: Format, work: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
     static QUIET_HOOK: Once = Once::new();
     QUIET_HOOK.call_once(|| {

@@ -40,7 +40,7 @@ struct Walk<'a> {
     room: &'a Room,
     found: Hdf5,
     is_matlab: bool,
-    /// The names in each group that contains the present one.
+    /// The names in each enclosing group.
     outer: Vec<Vec<String>>,
 }
 
@@ -224,7 +224,7 @@ fn scalar(kind: &Datatype) -> Option<(Scalar, Order)> {
 }
 
 impl Stored {
-    /// The stated sizes are checked before the library allocates memory for them.
+    /// Checks the stated sizes before the library allocates memory for them.
     fn values(&self, room: &Room) -> Result<Vec<f64>, Fault> {
         let chunk = self.dataset.chunk_shape().map_err(damaged)?.unwrap_or_default();
         let size = self.dataset.element_size().map_err(damaged)?;

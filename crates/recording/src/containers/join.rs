@@ -1,7 +1,7 @@
-//! Joins signals of different clocks by time, such as those of two topics of a log.
+//! Joins signals of different clocks, such as those of two topics of a log.
 //!
-//! The times of the fastest signal become those of the recording, within the time that all signals cover. The other
-//! signals are interpolated linearly.
+//! The times are those of the fastest signal, within the time that all signals cover. The other signals are
+//! interpolated linearly.
 
 use super::Array;
 use super::name::Vector;
@@ -13,8 +13,7 @@ pub(super) struct Timed {
     pub(super) values: Vec<f64>,
 }
 
-/// The index of the array with the times of a signal that has another clock than `time`; `None` if both have one clock,
-/// or nothing in the file says otherwise.
+/// `None` if both have one clock, or nothing in the file says otherwise.
 pub(super) fn other_clock(arrays: &[Array], time: &Vector, signal: &Vector) -> Option<Clock> {
     let (of_time, of_signal) = (&arrays[time.array], &arrays[signal.array]);
     if let (Some(clock), Some(other)) = (of_time.clock, of_signal.clock) {
@@ -38,7 +37,7 @@ pub(super) fn other_clock(arrays: &[Array], time: &Vector, signal: &Vector) -> O
 pub(super) enum Clock {
     /// The index of the array with its times.
     Times(usize),
-    /// The given time is not shared by both; this one is.
+    /// The given time is not shared; this one is.
     NotShared(String),
 }
 
@@ -82,7 +81,7 @@ fn interpolated(signal: &Timed, time_s: &[f64]) -> Vec<f64> {
         }
         let (from_s, to_s) = (times[left], times[left + 1]);
         let share = ((time_s - from_s) / (to_s - from_s)).clamp(0.0, 1.0);
-        // A time of the signal gives its value, bit for bit.
+        // A time of the signal gives its exact value.
         if share == 0.0 {
             values[left]
         } else if share == 1.0 {

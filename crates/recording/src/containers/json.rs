@@ -22,11 +22,11 @@ pub(super) struct JsonColumns {
 }
 
 impl JsonColumns {
-    /// Adds an object. Numbers and Booleans are values; texts are values only if they are dates.
+    /// Texts are values only if they are dates.
     pub(super) fn push(&mut self, text: &[u8], room: &Room) -> Result<(), Refusal> {
         let json = serde_json::from_slice(text).map_err(|error| error.to_string())?;
         let row = self.rows;
-        // Most objects have the same names in the same order.
+        // Most objects have the same order.
         let mut expected = 0;
         visit(&json, &mut String::new(), &mut |name, value| {
             let known = match self.names.get(expected) {
@@ -54,7 +54,7 @@ impl JsonColumns {
                 }
             };
             expected = index + 1;
-            // Pads for the objects without this number. A name that occurs twice in an object keeps its last number.
+            // Pads for the objects without this number. The last of equal names counts.
             self.columns[index].resize(row, f64::NAN);
             self.columns[index].push(number.unwrap_or(f64::NAN));
             Ok(())

@@ -5,7 +5,6 @@ use crate::room::Room;
 pub(crate) struct Loaded {
     arrays: Vec<Array>,
     values: Vec<Vec<f64>>,
-    /// The line of each sample, in a text.
     lines: Option<Vec<u64>>,
 }
 

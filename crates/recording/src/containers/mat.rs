@@ -1,5 +1,5 @@
 //! MATLAB files of versions 5 to 7, by MathWorks' "MAT-File Format": arrays of numbers, also inside structures, cells
-//! and old-style objects, compressed or not. Text, sparse arrays, functions and objects of classes are skipped.
+//! and old-style objects. Text, sparse arrays, functions and objects of classes are skipped.
 //!
 //! An element consists of a tag (the type and the number of bytes) and its data, padded to a multiple of 8 bytes.
 
@@ -83,8 +83,7 @@ impl Mat {
     }
 }
 
-/// Reads the type and the data range of the next element. `at_top`: at the top level, a compressed element has no
-/// padding.
+/// Returns type and data range. `at_top`: at the top level, a compressed element has no padding.
 fn element(at: &mut Cursor<'_>, at_top: bool) -> Option<(u32, Range<usize>)> {
     let first = at.u32()?;
     // A small element stores its size and up to four bytes of data in the tag.
@@ -152,7 +151,7 @@ enum Content {
 }
 
 impl Walk<'_> {
-    /// Notes an object of a class, such as a timetable: its name, the system of classes and its class follow the flags.
+    /// An object of a class, such as a timetable.
     fn object(&mut self, at: &mut Cursor<'_>, bytes: &[u8]) {
         let mut text = || {
             let (_, range) = element(at, false)?;
@@ -178,7 +177,7 @@ impl Walk<'_> {
         let (_, flags) = part(&mut at)?;
         let flags = Cursor::new(slice(bytes, flags)?, self.order).u32().ok_or(Stop::Damaged)?;
         let class = flags & 0xff;
-        // Objects of classes and functions have no dimensions here.
+        // Objects of classes have no dimensions here.
         if matches!(class, 16 | 17) {
             if class == 17 && given.is_none() {
                 self.object(&mut at, bytes);
@@ -187,7 +186,7 @@ impl Walk<'_> {
         }
         let (_, dims) = part(&mut at)?;
         let dims = slice(bytes, dims)?;
-        // More dimensions are refused.
+        // More are refused.
         let dims = Scalar::I32.read_all(&dims[..dims.len().min(4 * (MAX_DIMENSIONS + 1))], self.order);
         let dims: Vec<usize> = dims.into_iter().map(|dim| dim as usize).collect();
         let (_, own) = part(&mut at)?;
@@ -195,7 +194,7 @@ impl Walk<'_> {
         check_name(own.len())?;
         let own = String::from_utf8_lossy(own).into_owned();
         let name = given.unwrap_or(&own);
-        // The workspace of functions has no name.
+        // The workspace of functions is unnamed.
         if name.is_empty() {
             return Ok(Content::Other);
         }

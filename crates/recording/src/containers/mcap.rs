@@ -34,7 +34,7 @@ pub(super) fn open(bytes: &[u8], room: &Room) -> Result<Loaded, Problem> {
         let channel = &message.channel;
         let describe = || {
             let schema = channel.schema.as_ref().map_or(0, |schema| schema.data.len());
-            // The channels of a log can refer to one definition.
+            // Channels can share one definition.
             room.take(DEFINITION_BYTES * schema)?;
             Ok((channel.topic.clone(), kind(&message)))
         };

@@ -1,7 +1,6 @@
 //! Files of named arrays, one module per format.
 //!
-//! A [`Container`] lists its arrays with names and sizes; [`name`] selects a signal from them, and [`read`] combines
-//! signals to a recording. A new format needs a module here, a line in [`Format`] and one in [`open`].
+//! A new format needs a module here, a line in [`Format`] and one in [`open`].
 
 mod array_file;
 mod bytes;
@@ -39,7 +38,7 @@ use name::{has_signals, listed};
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Array {
     pub(super) name: String,
-    /// Other names, such as the header of a column.
+    /// Such as the header of a column.
     pub(super) aliases: Vec<String>,
     pub(super) dims: Vec<usize>,
     /// True if the first index varies fastest in [`Container::values`], false if the last does.
@@ -47,7 +46,7 @@ pub(super) struct Array {
     pub(super) label: Option<String>,
     pub(super) unit: Option<String>,
     pub(super) clock: Option<usize>,
-    /// True for times that count from one time in all topics of a log.
+    /// True for times that all topics of a log share.
     pub(super) is_shared_time: bool,
 }
 
@@ -91,7 +90,7 @@ impl From<Problem> for Fault {
 pub(super) trait Container {
     fn arrays(&self) -> &[Array];
 
-    /// All elements of an array, in its order; NaN if the file has no number. The caller takes the room for them.
+    /// NaN if the file has no number. The caller takes the room for them.
     fn values(&mut self, index: usize, room: &Room) -> Result<Vec<f64>, Fault>;
 
     fn unfinished(&self) -> Option<&str> {

@@ -1,5 +1,5 @@
-//! Names of signals. An array of one signal gives the signal its name. An array of several signals gives `name[:,1]`,
-//! where `:` stands for the samples and numbers count from 0.
+//! Names of signals. An array of several signals gives `name[:,1]`, where `:` stands for the samples and numbers count
+//! from 0.
 
 use super::Array;
 use crate::Quantity;
@@ -8,7 +8,7 @@ use crate::header::nearest;
 
 const MAX_LISTED: usize = 32;
 
-/// A signal: elements of an array at a constant stride.
+/// Elements of an array at a constant stride.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Vector {
     pub(crate) array: usize,
@@ -145,8 +145,7 @@ pub(super) fn find(arrays: &[Array], wanted: &str, quantity: Quantity) -> Result
     })
 }
 
-/// Finds an array by its name, an alias, its name without `[0]` for parts that occur once, or the unique end of its
-/// path.
+/// Accepts a name, an alias, a name without `[0]` for parts that occur once, or the unique end of a path.
 fn named(arrays: &[Array], name: &str) -> Result<Option<usize>, Problem> {
     let without_zeros = |name: &str| name.replace("[0]", "");
     // The end of a path may be a field of a message, as in `force.z`.

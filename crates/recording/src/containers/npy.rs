@@ -1,4 +1,4 @@
-//! NumPy's files: an array in `.npy`, or several arrays in a ZIP archive, `.npz`.
+//! NumPy's files: an array in `.npy`, or several in a ZIP archive, `.npz`.
 //!
 //! A structured array gives a signal per field. Texts, objects and complex numbers are omitted.
 
@@ -11,8 +11,7 @@ use super::{Array, Format, Loaded};
 use crate::error::Problem;
 use crate::room::{Room, check_name, recover};
 
-/// Largest depth of brackets in a header. A structured array has a list of pairs in a dictionary. The parser of headers
-/// takes exponential time in the depth.
+/// Largest depth of brackets in a header, because its parser takes exponential time in the depth.
 const MAX_DEPTH: i32 = 16;
 
 const MAX_HEADER_BYTES: usize = 1 << 20;

@@ -20,8 +20,7 @@ const BATCH: usize = 1 << 16;
 
 const MAX_FOOTER_BYTES: u32 = 4 << 20;
 
-/// Stack for the library, which follows groups within one another on it: a group has at least eight bytes in the footer
-/// and takes at most 2 KiB.
+/// The library recurses into groups: a group has at least eight bytes in the footer and takes at most 2 KiB of stack.
 const STACK_BYTES: usize = 1 << 20;
 const STACK_BYTES_PER_FOOTER_BYTE: usize = 256;
 
@@ -56,7 +55,7 @@ impl Parquet {
                 left_out.push(format!("{path} has {kind}"));
                 continue;
             }
-            // A list per row: the number of its elements follows from the number of values.
+            // The number of values gives the length of the lists.
             let values: i64 = reader.metadata().row_groups().iter().map(|group| group.column(index).num_values()).sum();
             let length = usize::try_from(values).unwrap_or(0) / rows.max(1);
             let is_list = column.max_rep_level() == 1;
@@ -117,7 +116,7 @@ impl Parquet {
 }
 
 fn reader(mut file: File) -> Result<SerializedFileReader<File>, Problem> {
-    // The size of the footer and the signature are the last eight bytes. The library reports a file without them.
+    // The library reports a file without them.
     let mut size = [0; 4];
     let mut tail = || {
         file.seek(SeekFrom::End(-8))?;
@@ -159,7 +158,7 @@ fn time_unit(unit: &TimeUnit) -> &'static str {
     }
 }
 
-/// The lists of a column; without lists their length is 1.
+/// Without lists the length is 1.
 #[derive(Clone, Copy)]
 struct List {
     rows: usize,

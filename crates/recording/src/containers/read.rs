@@ -99,7 +99,7 @@ pub(crate) fn read(
     let [Some(mut time_s), Some(mut position_m), mut velocity_m_per_s, Some(mut force_n)] = signals else {
         return Err(Place::file(file).error(Problem::TooFewSamples(0)));
     };
-    // Some programs write the first time twice. The last row with it counts.
+    // Some programs write the first time twice. The last row counts.
     let repeated = time_s.iter().take_while(|other| **other == time_s[0]).count() - 1;
     for column in [Some(&mut time_s), Some(&mut position_m), velocity_m_per_s.as_mut(), Some(&mut force_n)] {
         column.into_iter().for_each(|column| drop(column.drain(..repeated)));
@@ -159,10 +159,10 @@ fn values(
     Ok(values)
 }
 
-/// An array with less than this share of the longest signal's samples is a setting, such as the style of a plot.
+/// An array with a smaller share of the longest signal's samples is a setting, such as the style of a plot.
 const MIN_SHARE: f64 = 0.01;
 
-/// An array with fewer samples than [`MIN_SHARE`] is left out. If no array is readable, the error is that of the first one.
+/// If no array is readable, the error is that of the first one.
 pub(crate) fn scan(file: &str, container: &mut dyn Container, room: &Room) -> Result<Vec<Signal>, RecordingError> {
     let mut vectors = vectors(container.arrays());
     let longest = vectors.iter().map(|vector| vector.len).max().unwrap_or(0);

@@ -1,9 +1,8 @@
-//! ROS messages: definitions as text (`.msg` of ROS 1 and ROS 2, followed by the definitions that they use), and the
-//! numbers of serialised messages.
+//! ROS messages: definitions as text (`.msg`), and the numbers of serialised messages.
 //!
 //! ROS 2 serialises by the Common Data Representation of the Object Management Group (CDR, version 1), which aligns a
 //! number to its size. ROS 1 packs the numbers without gaps. A time stamp is one number, in seconds since the first
-//! stamp of the log with the same path, such as `header.stamp`: the stamps of all topics count from one time.
+//! stamp of the log with the same path, such as `header.stamp`.
 
 use std::collections::HashMap;
 
@@ -11,8 +10,7 @@ use super::bytes::{Cursor, Order, Scalar};
 use super::topics::Refusal;
 use crate::room::{Room, check_name as check_path};
 
-/// Maximum number of elements of an array that is read. Longer arrays, such as images and point clouds, are not
-/// signals.
+/// Longer arrays, such as images and point clouds, are not signals.
 pub(super) const MAX_ELEMENTS: usize = 64;
 
 const MAX_DEPTH: usize = 16;
@@ -153,7 +151,7 @@ pub(super) struct Decoder {
     definition: Definition,
     names: Option<Vec<String>>,
     lengths: Vec<usize>,
-    /// The index of each time stamp among the numbers, and the time from which it counts, in nanoseconds.
+    /// Index among the numbers, and the time from which it counts, in nanoseconds.
     stamps: Vec<(usize, i64)>,
 }
 
@@ -236,7 +234,7 @@ fn cut_off() -> String {
 }
 
 impl Reader<'_> {
-    /// Reads the representation; only the plain representations of version 1 are supported.
+    /// Only the plain representations of version 1 are supported.
     fn header(&mut self) -> Result<(), String> {
         self.cursor.order = match self.cursor.take(4).ok_or_else(cut_off)? {
             [0, 0, ..] => Order::Big,
@@ -306,7 +304,7 @@ impl Reader<'_> {
     }
 
     fn array(&mut self, kind: &Kind, count: usize, depth: usize) -> Result<(), Refusal> {
-        // An element has at least one byte, so that the number of bytes bounds this loop.
+        // An element has at least one byte, which bounds this loop.
         if count > self.cursor.rest().len() {
             return Err(cut_off().into());
         }
@@ -343,7 +341,7 @@ impl Reader<'_> {
             Kind::Stamp(seconds) => {
                 let (seconds, fraction) = (self.number(*seconds)?, self.number(Scalar::U32)?);
                 let stamp = 1_000_000_000 * seconds as i64 + fraction as i64;
-                // The first message sets what its stamps count from when it is complete.
+                // The first complete message sets what its stamps count from.
                 let (_, first) = self.known_stamps.get(self.stamps.len()).copied().unwrap_or((0, stamp));
                 self.stamps.push((self.values.len(), stamp));
                 seconds_between(first, stamp)

@@ -1,8 +1,8 @@
 //! LabVIEW's TDMS files, by National Instruments' "TDMS File Format Internal Structure": a signal `/group/channel` per
 //! channel of numbers, and `time(/group/channel)` for a channel with a time increment. Raw data of DAQmx is rejected.
 //!
-//! A file is a list of segments. A segment has a list of objects, which is new or continues the previous segment's
-//! list, and chunks of raw data. Each chunk contains some values of every object.
+//! A segment has a list of objects, which is new or continues the previous segment's list, and chunks of raw data. Each
+//! chunk contains some values of every object.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -30,7 +30,7 @@ enum Kind {
     /// Seconds since 1904, and a fraction in 2^-64 s.
     Stamp,
     Text,
-    /// A type without numbers, with the size of a value in bytes.
+    /// The size of a value in bytes.
     Other(usize),
 }
 
@@ -87,7 +87,7 @@ struct Index {
     size: usize,
 }
 
-/// The values of a channel in a segment: `count` values, `stride` bytes apart, in each of `chunks` chunks.
+/// `count` values, `stride` bytes apart, in each of `chunks` chunks.
 #[derive(Debug, Clone, Copy)]
 struct Run {
     start: usize,
@@ -175,8 +175,8 @@ struct Reader<'a> {
     room: &'a Room,
     channels: Vec<Channel>,
     by_path: HashMap<String, usize>,
-    /// The objects of the segment with raw data, in the order of their data, with their entries. An object with another
-    /// entry is no longer active at this place.
+    /// The objects of the segment with raw data, in the order of their data. An object with another entry is no longer
+    /// active at this place.
     active: Vec<(usize, u64)>,
     entries: u64,
     layout: Layout,
@@ -210,7 +210,7 @@ impl Reader<'_> {
             return Err(damaged("it has raw data of DAQmx, which is not scaled"));
         }
         let left = self.bytes.len() - lead_in.at;
-        // LabVIEW writes the length of a segment when the segment ends. Without the length, this segment is the last.
+        // LabVIEW writes the length when the segment ends.
         if next == u64::MAX {
             self.unfinished = Some("its last segment has no end".to_owned());
         }

@@ -28,9 +28,9 @@ struct Topic {
 
 #[derive(Debug)]
 pub(super) enum Refusal {
-    /// The messages of the topic are omitted.
+    /// Omits the topic.
     Message(String),
-    /// The file is refused.
+    /// Refuses the file.
     File(Problem),
 }
 
@@ -61,9 +61,9 @@ impl Kind {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Meaning {
     Number,
-    /// Times in s that count from one time in all topics.
+    /// In s, from one time in all topics.
     SharedTime,
-    /// Times in s that count from the first one of the column.
+    /// In s, from the first one of the column.
     OwnTime,
 }
 

@@ -10,10 +10,10 @@ use super::stamp::Stamps;
 use super::table::Rows;
 use super::{Column, Columns, IgnoredUnit, Limits, Quantity, Recording, RecordingError};
 
-/// Reads a recording from CSV text; `source` is its name in messages.
+/// `source` is its name in messages.
 ///
-/// The header must contain each requested name exactly once; other columns may contain anything. The manual lists the
-/// accepted forms of tables (*Read the files of a lab*).
+/// The header must contain each requested name exactly once. The manual lists the accepted forms of tables (*Read the
+/// files of a lab*).
 pub fn read_csv<R: Read>(
     source: &str,
     reader: R,
@@ -50,7 +50,7 @@ pub(super) fn names_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Re
     Rows::open(source, reader, limits, |names| Ok(names.to_vec())).map(|(_, names)| names)
 }
 
-/// Lists the columns of a table that contain a number, as signals. Other fields count as undefined.
+/// Lists the columns that contain a number. Other fields count as undefined.
 pub fn scan_csv<R: Read>(source: &str, reader: R, limits: &Limits) -> Result<Vec<Signal>, RecordingError> {
     let (mut rows, names) = Rows::open(source, reader, limits, |names| Ok(names.to_vec()))?;
     let room = Room::new(limits);
@@ -100,7 +100,7 @@ struct Samples<'a> {
     velocity_m_per_s: Vec<f64>,
     force_n: Vec<f64>,
     lines: Lines,
-    /// Number of rows that were read, with those that repeat the first time.
+    /// With the rows that repeat the first time.
     rows: usize,
 }
 
@@ -122,7 +122,7 @@ impl<'a> Samples<'a> {
         rows.check_room(self.rows, self.limits.max_samples)?;
         rows.check_width(layout.width)?;
         let time_s = self.time_s(rows, layout)?;
-        // Some programs write the first time twice. The last row with it counts.
+        // Some programs write the first time twice. The last row counts.
         if self.time_s == [time_s] {
             *self = Self { rows: self.rows, ..Self::new(self.columns, self.limits) };
         }
@@ -202,7 +202,7 @@ pub(super) fn check_times(
 ) -> Result<(), RecordingError> {
     let limit_s = limits.max_gap_s.unwrap_or(Limits::GAP_IN_MEDIANS * median_s);
     let mut pairs = time_s.windows(2);
-    // Gaps equal to the limit are allowed, up to the rounding of decimal times; a limit of NaN allows no gap.
+    // Up to the rounding of decimal times; a limit of NaN allows no gap.
     let allowed = |gap_s: f64| gap_s <= limit_s * (1.0 + 1e-9);
     let Some(before) = pairs.position(|pair| !allowed(pair[1] - pair[0])) else { return Ok(()) };
     let place = Place::file(source).at(row(before + 1));
@@ -215,7 +215,7 @@ pub(super) fn check_times(
     }))
 }
 
-/// The line of each row. Most rows are on consecutive lines, so only the start of each run of lines is stored.
+/// The start of each run of consecutive lines.
 #[derive(Default)]
 struct Lines(Vec<(usize, u64)>);
 

@@ -1,5 +1,3 @@
-//! The animation as an animated PNG, for slides.
-
 use plotters::coord::Shift;
 use plotters::drawing::{DrawingArea, IntoDrawingArea};
 use plotters::prelude::DrawingBackend;
@@ -12,7 +10,6 @@ use super::{Backend, DrawError};
 use trocar_document::animation::{Anchor, Animation, Role, Shape};
 use trocar_document::figure::{Color, Shade, Stroke};
 
-/// Size of the picture in pixels.
 const WIDTH: u32 = 960;
 const HEIGHT: u32 = 400;
 
@@ -25,7 +22,7 @@ const SCALE: f64 = 1.25;
 /// Only every third frame is painted, for a small file.
 const EVERY: usize = 3;
 
-/// Duration of the last frame in a loop, in ms.
+/// Of the last frame in a loop.
 const REST_MS: u16 = 1500;
 
 const HEAD: f64 = 40.0;
@@ -162,7 +159,7 @@ fn draw_shapes<B: DrawingBackend>(area: &DrawingArea<B, Shift>, shapes: &[Shape]
     Ok(())
 }
 
-/// The smallest rectangle with all changes: first column and row, and the ones after its end.
+/// First column and row of the changes, and the ones after their end.
 fn changed(before: &Pixmap, now: &Pixmap) -> ((u32, u32), (u32, u32)) {
     let (mut from, mut to) = ((WIDTH, HEIGHT), (0, 0));
     for (y, (before, now)) in (0..).zip(rows(before).zip(rows(now))) {

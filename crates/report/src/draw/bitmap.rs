@@ -1,5 +1,3 @@
-//! Figures as PNG, painted by tiny-skia.
-
 use plotters_backend::BackendCoord;
 use tiny_skia::{FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, Transform};
 use ttf_parser::OutlineBuilder;

@@ -1,5 +1,3 @@
-//! The common part of plotters backends with smooth shapes.
-
 use std::convert::Infallible;
 
 use plotters::prelude::DrawingBackend;

@@ -5,8 +5,7 @@ use trocar_document::figure::{Axis, Point};
 /// Points are clamped to this many axis ranges around an axis: values such as 1e300 would overflow.
 const FAR: f64 = 1e6;
 
-/// The parts of a line through `samples` within the limits. A non-finite sample breaks the line. A single sample
-/// between gaps is a line with one point.
+/// A non-finite sample breaks the line. A single sample between gaps is a line with one point.
 pub(super) fn visible(samples: impl IntoIterator<Item = Point>, x: &Axis, y: &Axis) -> Vec<Vec<Point>> {
     let mut lines = Lines { x, y, done: vec![], open: vec![], pen: None, is_single: false };
     for at in samples {
@@ -81,7 +80,7 @@ impl Lines<'_> {
     }
 }
 
-/// The part of a segment within the limits; `None` if it is outside (Liang and Barsky).
+/// `None` if it is outside (Liang and Barsky).
 fn clip(a: Point, b: Point, x: &Axis, y: &Axis) -> Option<(Point, Point)> {
     let (dx, dy) = (b.0 - a.0, b.1 - a.1);
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);

@@ -6,19 +6,15 @@ const MM_PER_INCH: f64 = 25.4;
 const MIN_WIDTH_IN: f64 = 2.5;
 const MAX_WIDTH_IN: f64 = 20.0;
 
-/// The format of a figure's file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FigureFormat {
-    /// Scalable Vector Graphics. Texts stay texts, in the viewer's typeface.
     Svg,
-    /// Portable Network Graphics, at 300 dots per inch.
+    /// At 300 dots per inch.
     Png,
-    /// Portable Document Format, with an embedded typeface.
     Pdf,
 }
 
 impl FigureFormat {
-    /// All formats.
     pub const ALL: [Self; 3] = [Self::Png, Self::Svg, Self::Pdf];
 }
 
@@ -39,7 +35,7 @@ pub struct FigureWidth {
 }
 
 impl Default for FigureWidth {
-    /// The width of a page with two columns, 7.16 in.
+    /// A page with two columns, 7.16 in.
     fn default() -> Self {
         Self { inches: 7.16 }
     }
@@ -70,12 +66,9 @@ impl FromStr for FigureWidth {
     }
 }
 
-/// The style of the figures in a folder.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FigureStyle {
-    /// The width.
     pub width: FigureWidth,
-    /// The formats; each figure has a file in each.
     pub formats: Vec<FigureFormat>,
 }
 

@@ -13,7 +13,6 @@ const MARGIN: f64 = 3.0;
 const COLUMN_GAP: f64 = 8.0;
 /// Minimum width of a column; in narrower figures panels are stacked.
 const MIN_COLUMN: f64 = 170.0;
-/// Gap between a legend and the axes below it, and above a row.
 const GAP: f64 = 4.0;
 const LETTER: f64 = 16.0;
 /// Row height that does not shrink with the width.
@@ -36,7 +35,6 @@ impl<'a> Sheet<'a> {
         // A narrow figure is also lower.
         let shrink = 0.5 + 0.5 * (width / full).min(2.0);
         let rows: Vec<Shelf<'_>> = figure.rows.iter().flat_map(|row| Shelf::of(row, most, shrink)).collect();
-        // Axes below each other are aligned.
         let labels = |row: &Shelf<'_>, c: usize| {
             let alike = rows.iter().filter(|other| other.panels.len() == row.panels.len());
             alike.filter_map(|row| Some(label_width(row.panels.get(c)?, row.height))).fold(0.0, f64::max)

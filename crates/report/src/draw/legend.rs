@@ -1,5 +1,3 @@
-//! Legends above the panels, with entries in lines.
-
 use plotters::prelude::DrawingBackend;
 
 use super::fonts;

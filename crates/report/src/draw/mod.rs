@@ -1,5 +1,3 @@
-//! Figures as SVG, PNG and PDF.
-//!
 //! A figure is laid out on a sheet and drawn with plotters. Coordinates are integers, [`UNITS`] per point. The typeface
 //! is bundled, so a figure has the same bytes everywhere.
 
@@ -31,31 +29,21 @@ use trocar_document::Figure;
 /// Units of a drawing per point: finer than printers, and small files.
 const UNITS: f64 = 100.0;
 
-/// An error of writing a figure in a format.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DrawError {
-    /// The figure is too large for a bitmap.
     #[error("the figure is too large for a bitmap; choose a smaller --figure-width, or --figure-format svg,pdf")]
     Size,
-    /// The bitmap cannot be encoded.
     #[error("the figure cannot be encoded as PNG")]
     Png(#[from] png::EncodingError),
-    /// The typeface cannot be embedded.
     #[error("the typeface cannot be embedded in a PDF")]
     Font,
-    /// The PDF cannot be compressed.
     #[error("the figure cannot be compressed")]
     Deflate(#[source] std::io::Error),
-    /// The backend failed.
     #[error("the figure cannot be drawn: {0}")]
     Backend(String),
 }
 
-/// The file of a figure in a format, at a width.
-///
-/// # Errors
-/// [`DrawError`].
 pub fn file(figure: &Figure<'_>, format: FigureFormat, width: FigureWidth) -> Result<Vec<u8>, DrawError> {
     let sheet = Sheet::of(figure, width.points());
     match format {
@@ -91,12 +79,11 @@ pub(super) mod tests {
     use super::canvas::{Canvas, Rgb};
     use super::*;
 
-    /// The SVG document of a figure at a width in points.
     pub(crate) fn svg(figure: &Figure<'_>, width: f64) -> String {
         svg::document(&Sheet::of(figure, width)).expect("a document")
     }
 
-    /// Collects the texts of a drawing with their left, top, right and bottom in points.
+    /// With left, top, right and bottom in points.
     #[derive(Default)]
     pub(crate) struct Texts(pub(crate) Vec<(String, [f64; 4])>);
 

@@ -1,4 +1,4 @@
-//! Figures as PDF, with the used letters of the typeface embedded.
+//! The used letters of the typeface are embedded.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Draws styled lines, areas and texts with plotters, which supports neither dashes nor our typeface.
+//! plotters supports neither dashes nor our typeface.
 
 use std::cell::RefCell;
 
@@ -14,9 +14,7 @@ use super::fonts;
 use trocar_document::animation::Anchor;
 use trocar_document::figure::{BLACK, Color, Point, Stroke};
 
-/// Size of all text in figures, in points.
 pub(super) const TEXT: f64 = 8.0;
-/// Height of a line of text in points.
 pub(super) const LINE: f64 = 10.0;
 
 /// Tolerance of a merged straight line, in points.
@@ -61,7 +59,7 @@ impl<'a, B: DrawingBackend> Pen<'a, B> {
         Self { area, units, dashed: RefCell::default() }
     }
 
-    /// Converts a length to units, limited against overflow of sums.
+    /// Limited against overflow of sums.
     pub(crate) fn units(&self, points: f64) -> i32 {
         (self.units * points).round().clamp(-1e8, 1e8) as i32
     }
@@ -150,8 +148,7 @@ pub(super) fn shape(color: Color) -> ShapeStyle {
     ShapeStyle::from(rgb(color).to_rgba())
 }
 
-/// Fills an outline in the coordinates of an area. An upright rectangle has no smooth edges, against seams between
-/// neighbours.
+/// An upright rectangle has no smooth edges, against seams between neighbours.
 pub(super) fn fill<B: DrawingBackend, C: CoordTranslate<From = (T, T)>, T: Copy + PartialEq + 'static>(
     area: &DrawingArea<B, C>,
     outline: &[(T, T)],
@@ -192,7 +189,7 @@ fn beside(p: BackendCoord, a: BackendCoord, b: BackendCoord) -> f64 {
     (ox - t * dx).hypot(oy - t * dy)
 }
 
-/// The dashes of a line. Each dash is shortened by the line's width, because its ends are round.
+/// Each dash is shortened by the line's width, because its ends are round.
 fn cut(line: &[BackendCoord], dashes: &[f64], width: f64) -> Vec<Vec<BackendCoord>> {
     let mut lengths = dashes.iter().enumerate().cycle().map(|(index, length)| {
         let change = if index % 2 == 0 { -width.min(length - 1.0) } else { width.min(dashes[index - 1] - 1.0) };

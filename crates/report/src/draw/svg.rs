@@ -1,4 +1,4 @@
-//! Figures as SVG, by the backend of plotters. Texts stay texts for search and editing.
+//! Texts stay texts for search and editing.
 
 use std::fmt::Write as _;
 

@@ -4,7 +4,6 @@ use trocar_document::{Block as Part, Document, Shown, Table};
 
 const INTERVALS: usize = 1000;
 
-/// Instructions for reproducing a page.
 pub struct Again {
     /// The original command without its flags.
     pub command: &'static str,
@@ -12,7 +11,6 @@ pub struct Again {
     pub files: Vec<(String, String)>,
     /// The steps before the command.
     pub note: &'static str,
-    /// The command that reproduces the page.
     pub line: String,
 }
 
@@ -23,9 +21,6 @@ impl Again {
 }
 
 /// Renders the page of a document.
-///
-/// # Errors
-/// [`HtmlError`].
 pub fn document_html(document: &Document<'_>, again: &Again) -> Result<String, HtmlError> {
     let mut drawn = Drawn { animation: document.animation.clone(), ..Drawn::default() };
     let mut sections = vec![];

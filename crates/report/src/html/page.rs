@@ -16,7 +16,6 @@ use trocar_document::Animation;
 const STYLE: [&str; 2] = [assets::THEME_CSS, assets::REPORT_CSS];
 const SCRIPT: [&str; 3] = [assets::CHARTS_JS, assets::ANIMATION_JS, assets::REPORT_JS];
 
-/// An error of rendering a page.
 #[derive(Debug, Error)]
 #[error("cannot render the report: {0}")]
 pub struct HtmlError(String);
@@ -50,7 +49,6 @@ pub(super) struct Row {
     pub(super) meaning: &'static str,
 }
 
-/// A time interval that a button displays.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Window {
     pub(super) label: String,

@@ -4,8 +4,7 @@ use rand_chacha::ChaCha8Rng;
 use super::settings::{Arms, Delays, PopulationSettings, Tissues};
 use trocar_base::quantiles::{normal_quantile, normal_share};
 
-/// Number of independent dimensions: the grip, the five parameters of the arm, stiffness and damping of the tissue, and
-/// the delay.
+/// The grip, the five parameters of the arm, stiffness and damping of the tissue, and the delay.
 pub const DIMENSIONS: usize = 9;
 
 /// Standard deviations at which the log-normal distribution is truncated.
@@ -18,7 +17,7 @@ pub struct Draw {
     pub arm: [f64; 5],
     pub stiffness: f64,
     pub damping: f64,
-    /// The delay of each direction in s; `None` for the scenario's.
+    /// Each direction in s; `None` for the scenario's.
     pub delay_s: Option<f64>,
 }
 
@@ -35,8 +34,8 @@ pub fn log_normal(spread: f64, coordinate: f64) -> f64 {
 }
 
 impl PopulationSettings {
-    /// The member at a point of the unit cube, on which members are uniformly distributed. The coordinates have the
-    /// order of [`DIMENSIONS`]; dimensions that are not drawn are ignored.
+    /// Members are uniformly distributed on the unit cube. The coordinates have the order of [`DIMENSIONS`]; those that
+    /// are not drawn are ignored.
     pub fn at(&self, point: &[f64; DIMENSIONS]) -> Draw {
         let arm = match self.arms {
             Arms::None => [1.0; 5],
@@ -66,7 +65,7 @@ impl PopulationSettings {
         [arm, arm, arm, arm, arm, arm, tissue, tissue, self.delays != Delays::None]
     }
 
-    /// Draws a member at random, from the seed and its index. Its arm does not depend on the other drawn quantities.
+    /// The arm does not depend on the other drawn quantities.
     pub fn drawn(&self, seed: u64, index: u64) -> Draw {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(index);

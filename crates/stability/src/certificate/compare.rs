@@ -2,7 +2,7 @@ use nalgebra::DMatrix;
 
 use super::{Certificate, Inequality, Lyapunov, StateMap, Summand};
 
-/// Relative: computers may round `exp` differently, and the verification uses the required numbers.
+/// Relative: computers may round `exp` differently.
 const TOLERANCE: f64 = 1e-9;
 
 /// Relative to the largest entry of the matrix, for sums that cancel.

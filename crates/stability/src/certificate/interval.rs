@@ -59,7 +59,6 @@ impl Sub for Interval {
 impl Mul for Interval {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
-        // Fast path: most entries of the maps are 0.
         if self.is_zero() || other.is_zero() {
             return Self::exact(0.0);
         }
@@ -146,7 +145,7 @@ pub(crate) fn transpose(a: &Enclosure) -> Enclosure {
 pub(crate) fn is_positive_definite(matrix: &Enclosure) -> bool {
     let n = matrix.len();
     let mut rest = matrix.clone();
-    // Scaling by powers of two is exact and makes all rows of similar size.
+    // Scaling by powers of two is exact.
     let scales: Vec<f64> = (0..n).map(|k| (-0.5 * rest[k][k].high.abs().log2()).round().exp2()).collect();
     for (i, row) in rest.iter_mut().enumerate() {
         for (j, entry) in row.iter_mut().enumerate() {

@@ -156,7 +156,7 @@ impl Certificate {
         let Choice { contraction, rate_per_s, .. } = self.choice;
         let longer = dwell_ticks.saturating_sub(self.choice.dwell_ticks);
         let decay = (-tick_s * rate_per_s).exp();
-        // The factor covers the roundings of the power.
+        // Covers the roundings of the power.
         (contraction * decay.powf(longer as f64)).sqrt() * (1.0 + 1e-12)
     }
 

@@ -8,8 +8,7 @@ use crate::SwitchingSettings;
 use crate::switching::required;
 
 impl Certificate {
-    /// Takes only claims, functions and scales from the certificate and rebuilds the rest. Returns the number of
-    /// conditions.
+    /// Takes only claims, functions and scales from the certificate. Returns the number of conditions.
     pub fn verify(&self, settings: &SwitchingSettings) -> Result<u64, String> {
         let required = required(self, settings)?;
         self.check_parts(&required)?;
@@ -87,7 +86,7 @@ fn first_unverified(certificate: &Certificate, maps: &[Enclosure], inequality: &
     })
 }
 
-/// `M^n R` for a range of `n`, as products of few powers to limit the rounding.
+/// `M^n R` as products of few powers, to limit the rounding.
 pub(crate) struct Powers {
     begin: u64,
     /// `M^k` for `k` below the stride.

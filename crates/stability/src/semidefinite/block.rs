@@ -8,7 +8,7 @@ use super::triangle::{entries, row, symmetric};
 #[derive(Debug, Clone)]
 pub(in super::super) struct Congruence {
     pub(in super::super) factor: f64,
-    /// The first variable of `Z`; its triangle follows column by column.
+    /// Column by column from here.
     pub(in super::super) start: usize,
     pub(in super::super) map: DMatrix<f64>,
 }

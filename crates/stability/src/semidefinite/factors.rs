@@ -1,8 +1,7 @@
 //! Cholesky factors of a sparse symmetric matrix.
 //!
 //! Row `i` of the factor begins at the first nonzero entry of row `i` of the matrix (its envelope; George and Liu,
-//! *Computer Solution of Large Sparse Positive Definite Systems*, 1981). The unknown matrices form a chain, so most
-//! rows begin near the diagonal.
+//! *Computer Solution of Large Sparse Positive Definite Systems*, 1981).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -33,7 +32,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 const TILE: usize = 32;
 
-/// Works tile by tile, because the transpose is read across columns.
+/// By tiles, because the transpose is read across columns.
 pub(super) fn add_transpose_to_upper(matrix: &mut DMatrix<f64>) {
     let n = matrix.nrows();
     for first_column in (0..n).step_by(TILE) {

@@ -32,7 +32,7 @@ impl Unknown {
 
 const MIN_ACCURACY: f64 = 1e-4;
 
-/// Maximises the common margin of the conditions, or reaches `enough`. The conditions are feasible if it is positive.
+/// Maximises the common margin, or reaches `enough`; feasible if positive.
 pub(crate) fn solve(
     unknowns: &[Unknown],
     conditions: &[Condition],

@@ -93,7 +93,7 @@ impl<'a> Newton<'a> {
         let target = |scaling: &Scaling| -DMatrix::from_diagonal(&scaling.lambda);
         let predictor = self.direction(Some(&self.scalings.iter().map(target).collect::<Vec<_>>()));
         let (by_s, by_x) = self.longest_steps(&predictor);
-        // A short step indicates a point near the boundary, so the target moves towards the central path.
+        // A short step indicates a point near the boundary.
         let centring = (1.0 - by_s.min(by_x).min(1.0)).powi(3) * self.complementarity();
         let target = |((scaling, s), x): ((&Scaling, &DMatrix<f64>), &DMatrix<f64>)| {
             let product = s * x;

@@ -1,5 +1,3 @@
-//! Products of small matrices, without the packing for large ones.
-
 use nalgebra::DMatrix;
 
 pub(in super::super) fn times(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {

@@ -1,8 +1,7 @@
-//! A greedy adversary, to compare the bounds of [`Peaks`](super::Peaks) with motions that exist.
+//! A greedy adversary finds motions to compare with the bounds of [`Peaks`](super::Peaks).
 //!
 //! Under forces `|w| <= 1`, the position `c x_N` reaches `Σ |p_{k+1}ᵀ b_k|` with `p_N = c` and `p_k = M_kᵀ p_{k+1}`.
-//! Backwards from the last tick, the adversary chooses the tissue that makes `p_k` largest, or one tissue for all
-//! ticks.
+//! Backwards from the last tick, the adversary chooses the tissue that makes `p_k` largest, or one for all ticks.
 
 use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
@@ -39,7 +38,7 @@ pub fn adversary(
     Ok(largest)
 }
 
-/// The choices of a tick, and true if the additional force acts.
+/// True if the additional force acts.
 type Step = (Choices, bool);
 
 fn sequence(steps: &Steps<'_>, events: usize, rng: &mut ChaCha8Rng) -> Vec<Step> {
@@ -52,7 +51,7 @@ fn sequence(steps: &Steps<'_>, events: usize, rng: &mut ChaCha8Rng) -> Vec<Step>
         all.push((Arc::clone(&steps.freeze), false));
         all.extend(force(&steps.frozen, rng.random_range(phases.held.0..=phases.held.1)));
         all.push((Arc::clone(&steps.release), false));
-        // The gap closes at any rate, before the required teleoperation begins.
+        // The gap closes before the required teleoperation begins.
         let closes_in = if modes.gap_closes() { rng.random_range(0..2 * phases.blend + 1) } else { phases.blend };
         for tick in 0..phases.blend.max(closes_in) {
             all.extend(force(steps.blends.get(tick as usize).unwrap_or(&steps.teleoperation), 1));

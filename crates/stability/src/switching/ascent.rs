@@ -35,7 +35,7 @@ pub struct Cycle {
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Growth {
-    /// Factor per event: a lower bound of the maximum.
+    /// A lower bound of the maximum.
     pub found: f64,
     pub cycle: Option<Cycle>,
     pub changes: usize,
@@ -290,7 +290,7 @@ pub(super) fn growth(steps: &Steps<'_>, dwell: u64) -> Result<Growth, StabilityE
         let (found, chosen) = ascend(modes, &steps.cycle(cycle), first)?;
         Ok::<_, StabilityError>((found, cycle, chosen.windows(2).filter(|pair| pair[0] != pair[1]).count()))
     })?;
-    // The first of equal results, independent of the order of the threads.
+    // The first of equal results, independent of the threads.
     let best = results.into_iter().reduce(|best, one| if one.0 > best.0 { one } else { best });
     Ok(best.map_or(Growth { found: 0.0, cycle: None, changes: 0 }, |(found, cycle, changes)| Growth {
         found,

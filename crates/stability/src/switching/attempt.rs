@@ -10,12 +10,12 @@ use crate::certificate::interval::middle;
 use crate::certificate::{Certificate, Choice, unverified};
 use crate::semidefinite::inequalities as sdp;
 
-/// Far above the solver's accuracy of 1e-8, so every computer finds the same dwell.
+/// Far above the solver's accuracy of 1e-8.
 const MIN_MARGIN: f64 = 1e-3;
 
 const MIN_DRIVEN_MARGIN: f64 = 2e-6;
 
-/// Shares of a range of ticks; the verification covers the whole range.
+/// The verification covers the whole range.
 const KNOWN_SHARES: [f64; 8] = [0.0, 0.005, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0];
 
 const MAX_ROUNDS: usize = 5;
@@ -94,7 +94,7 @@ impl<'a> ForSolver<'a> {
     }
 }
 
-/// `None` if the solver fails: the states of an unstable loop cannot be scaled.
+/// `None` if the solver fails.
 pub(super) fn certify(modes: &Modes, phases: Phases, choice: Choice) -> Result<Option<Certificate>, StabilityError> {
     match attempt(modes, phases, choice) {
         Err(StabilityError::Solver { .. }) => Ok(None),

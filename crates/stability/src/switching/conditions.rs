@@ -122,7 +122,7 @@ fn number(value: f64) -> Interval {
     Interval::exact(value)
 }
 
-/// `ρ`: the factor of `V` from event to event without the decay `μ^(d-1)`.
+/// `ρ`, without the decay `μ^(d-1)`.
 pub(super) fn at_entry(choice: Choice, tick_s: f64) -> f64 {
     let decay = (-tick_s * choice.rate_per_s).exp();
     let of_dwell = power(&vec![vec![number(decay)]], choice.dwell_ticks - 1)[0][0];
@@ -192,7 +192,7 @@ impl Builder<'_> {
         let fading = fade.len() + 1;
         // A gap that fades needs no branches.
         let is_held = modes.has_gap() && !modes.gap_fades();
-        // Linked functions are adjacent to keep the solver's matrix narrow.
+        // Keeps the solver's matrix narrow.
         let (mut frozen, mut constants) = (vec![], None);
         if !modes.is_frozen_map_unique() {
             let shortest = self.phases.held.0 as f64;
@@ -336,7 +336,7 @@ impl Builder<'_> {
         let rows = self.driven(self.modes.teleoperated());
         let level = self.at_events(roles, rows);
         if let (true, [(released, _)]) = (self.modes.is_frozen_map_unique(), &roles.frozen[..]) {
-            // The additional force acts only at the first tick and at the release.
+            // The additional force acts only at both ends.
             self.freeze(*released, None, (rows, &level));
         } else if roles.frozen.is_empty() {
             for vertex in self.releases() {

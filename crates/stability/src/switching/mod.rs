@@ -1,8 +1,8 @@
 //! Events as a switched linear system: teleoperation, frozen, re-engaging.
 //!
 //! The paper does not analyse its event-based scheme, which "would require hybrid modelling". Here semidefinite
-//! programming finds a certificate that every sequence of events with a minimum dwell decays, and `crate::certificate`
-//! verifies it. The worst sequences found (`ascent`, `products`) show how tight it is.
+//! programming finds a certificate that every sequence of events with a minimum dwell decays. The worst sequences found
+//! (`ascent`, `products`) show how tight it is.
 
 mod adversary;
 mod ascent;
@@ -58,7 +58,7 @@ pub struct Switching {
     pub covers_lost_contact: Option<bool>,
     pub peaks: Option<Peaks>,
     pub growth: Growth,
-    /// The worst on one constant stiffness, which a scenario can simulate.
+    /// On one constant stiffness, which a scenario can simulate.
     pub shown: SimulatedGrowth,
     pub growing_dwell_ticks: Option<u64>,
     pub by_dwell: Vec<DwellPoint>,
@@ -147,7 +147,7 @@ impl Switching {
         Ok(search.shortest()?.map(|found| found.choice.dwell_ticks))
     }
 
-    /// Much cheaper than [`Switching::certified_dwell`].
+    /// Cheaper than [`Switching::certified_dwell`].
     pub fn certifies(settings: &SwitchingSettings, dwell_ticks: u64) -> Result<bool, StabilityError> {
         let settings = &settings.with_least_damping();
         let modes = Modes::new(settings)?;
@@ -162,7 +162,7 @@ impl Switching {
         self.at_refractory.as_ref().map(|found| found.choice.contraction.sqrt())
     }
 
-    /// A gap that out of contact does not change is no growth.
+    /// A gap that does not change is no growth.
     pub fn shows_growth(&self) -> bool {
         self.shown.found > 1.0 + 1e-6
     }

@@ -431,8 +431,8 @@ impl Modes {
         map
     }
 
-    /// `amplify` has a floor: `share` is 1 above it and 0 for the constant `F*`; the floored force lies between. For
-    /// `damp`, `share` is the risen part of the damping.
+    /// For `damp`, `share` is the risen part of the damping. For `amplify`, it is 1 above the floor and 0 for the
+    /// constant `F*`; the floored force lies between.
     pub(super) fn frozen(&self, vertex: usize, share: f64) -> DMatrix<f64> {
         let fed_back = match self.law {
             ForceMap::Decays { ratio, .. } => {

@@ -44,7 +44,7 @@ pub struct Peaks {
     pub certificate: Certificate,
     pub needle_m_per_n: f64,
     pub hand_m_per_n: f64,
-    /// Lower bounds: without events, on one of the springs.
+    /// Lower bounds, on one of the springs.
     pub found_m_per_n: [f64; 2],
     pub decay_per_s: f64,
     tried: usize,
@@ -107,7 +107,7 @@ impl Peaks {
     }
 }
 
-/// The sum of the magnitudes of the impulse response, on the worst constant spring and damper.
+/// On the worst constant spring and damper.
 fn largest_without_events(modes: &Modes, rows: &[DMatrix<f64>; 2], slowest_per_s: f64) -> [f64; 2] {
     let ticks = ((TIME_CONSTANTS / slowest_per_s).min(LONGEST_S) / modes.tick_s) as u64;
     let narrow = [0, 1].map(|k: usize| modes.row(&rows[k], Space::Loop));

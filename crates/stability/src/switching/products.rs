@@ -41,7 +41,7 @@ struct Node {
     min_norm: f64,
 }
 
-/// Assumes motions so small that a ramp closes its gap in one tick and the force of `amplify` stays above its floor.
+/// For motions so small that a ramp closes its gap in one tick and the force of `amplify` stays above its floor.
 fn matrix(modes: &Modes, phases: Phases, cycle: SimulatedCycle) -> DMatrix<f64> {
     let SimulatedCycle { held_ticks, dwell_ticks, vertex } = cycle;
     let space = if modes.gap_closes() { Space::Loop } else { Space::LoopGap };

@@ -57,7 +57,7 @@ impl Condition {
     }
 }
 
-/// Takes only claims, functions and scales from `stated`.
+/// Takes only claims, functions and scales.
 pub(crate) fn required(stated: &Certificate, settings: &SwitchingSettings) -> Result<Certificate, String> {
     let choice = stated.choice;
     if settings.keeps_gap() {

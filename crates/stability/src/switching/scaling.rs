@@ -7,7 +7,7 @@ use crate::certificate::interval::{Enclosure, exact, product, rounded, solved};
 /// 2^40 ticks exceed any transient.
 const DOUBLINGS: usize = 40;
 
-/// Lower triangular maps from the unit ball to the states that the loop's inputs reach.
+/// Lower triangular maps from the unit ball to the reachable states.
 #[derive(Debug, Clone)]
 pub(super) struct Scales {
     of_loop: DMatrix<f64>,
@@ -23,7 +23,7 @@ fn power_of_two(value: f64) -> f64 {
 
 impl Scales {
     pub(super) fn new(modes: &Modes) -> Result<Self, StabilityError> {
-        // The delayed hand positions have the hand's scale; the rest is scaled without a delay.
+        // Delayed hand positions have the hand's scale.
         let (n, machines) = (modes.states(), modes.states() - modes.delay());
         let direct = modes.without_delay();
         let of_loop = |map: &DMatrix<f64>| map.view((0, 0), (machines, map.ncols().min(machines))).into_owned();

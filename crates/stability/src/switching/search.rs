@@ -12,7 +12,7 @@ const DWELLS_S: [f64; 6] = [0.01, 0.03, 0.1, 0.3, 1.0, LONGEST_DWELL_S];
 
 const HOLDS_S: [f64; 4] = [0.1, 0.2, 0.05, 0.4];
 
-/// Relative to the slowest mode's; the first with a certificate is used.
+/// Relative to the slowest mode's.
 const RATES: [f64; 2] = [0.95, 0.0];
 
 const MAX_GROWTH_RATIO: f64 = 2.0;
@@ -110,7 +110,7 @@ impl<'a> Search<'a> {
         Ok(Some(best))
     }
 
-    /// The simulated growth `found` is a lower bound.
+    /// `found` is a lower bound.
     pub(super) fn tightest(&self, dwell: u64, found: f64) -> Result<Option<Certificate>, StabilityError> {
         let Some(hold_s) = self.hold_s else { return Ok(None) };
         let slowest = self.modes.slowest_decay_per_s()?;

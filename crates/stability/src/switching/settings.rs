@@ -10,7 +10,7 @@ use trocar_scenario::Scenario;
 pub struct SwitchingSettings {
     pub of_loop: LinearLoop,
     pub augmentation: AugmentationSettings,
-    /// Range of `K(t)` in `K(t) p + B v`: covers every nonlinear tissue whose force stays in the sector.
+    /// Covers every nonlinear tissue whose force stays in the sector.
     pub stiffness_n_per_m: (f64, f64),
     /// May change at any tick.
     pub damping_n_s_per_m: (f64, f64),
@@ -25,7 +25,7 @@ const MAX_DELAY_TICKS: u64 = 24;
 pub struct Phases {
     pub held: (u64, u64),
     pub blend: u64,
-    /// Enforced by the supervisor between two events.
+    /// Enforced by the supervisor.
     pub refractory: u64,
 }
 

@@ -1,5 +1,3 @@
-//! The animation of one or two runs around their first rupture.
-
 mod scene;
 mod tissue;
 
@@ -30,7 +28,6 @@ const RUPTURING_S: f64 = 0.06;
 
 const MARGIN: f64 = 0.12;
 
-/// Maximum height of a drawn surface, relative to the motion.
 const MAX_BULGE_SHARE: f64 = 2.5;
 
 const MIN_RANGE_MM: f64 = 4.0;
@@ -46,7 +43,6 @@ pub fn animation(runs: &[&Run]) -> Option<Animation> {
     Played::of(&runs[..runs.len().min(2)]).map(|played| played.animation())
 }
 
-/// With pictures for a file; `None` if a run has no ticks.
 pub fn animation_with_pictures(runs: &[&Run]) -> Option<Animation> {
     let played = Played::of(&runs[..runs.len().min(2)])?;
     let pictures = played.runs.iter().zip(&played.frames);
@@ -95,7 +91,6 @@ impl<'a> Played<'a> {
         let ends = |(low, high): (f64, f64), mm: f64| (low.min(mm), high.max(mm));
         let (low, high) = positions_mm.filter(|mm| mm.is_finite()).fold((f64::MAX, f64::MIN), ends);
         let (low, high) = if low < high { (low, high) } else { (low.min(0.0), low.min(0.0) + MIN_RANGE_MM) };
-        // A surface that leaves too little room for the motion is not drawn.
         let tops = frames.iter().filter_map(|frames| frames.surface_mm(low));
         let low = tops.filter(|top| *top > low - MAX_BULGE_SHARE * (high - low)).fold(low, f64::min);
         let margin = MARGIN * (high - low).max(MIN_RANGE_MM);
@@ -153,7 +148,7 @@ impl<'a> Played<'a> {
     }
 }
 
-/// The overshoot's window, extended until the needle has caught up after an event.
+/// Extended until the needle has caught up after an event.
 fn after_s(runs: &[&Run], rupture_s: f64) -> f64 {
     let caught_up = runs.iter().flat_map(|run| &run.metrics.events).filter_map(|event| {
         let is_of_rupture = (0.0..RUPTURE_WINDOW_S).contains(&(event.start_s - rupture_s));
@@ -169,14 +164,13 @@ fn time_of_largest_force(run: &Run) -> f64 {
 }
 
 impl Frames {
-    /// The deepest top above a depth.
     fn surface_mm(&self, depth_mm: f64) -> Option<f64> {
         self.layers.iter().map(|layer| layer.top_mm).filter(|top| *top < depth_mm).reduce(f64::max)
     }
 
     fn new(run: &Run, times_s: &[f64], ticks: &[usize]) -> Self {
         let (trace, scenario) = (&run.trace, &run.scenario);
-        // A diverged run ends earlier than the other one.
+        // A diverged run ends early.
         let last = trace.len() - 1;
         let mut tissue = DrawnTissue::of_run(run);
         let (overshoot, event) = (Overshoot::of(run), Event::of(scenario));

@@ -1,4 +1,4 @@
-//! One moment of a run as shapes. Pages and the animated picture only place them.
+//! One moment of a run as shapes.
 
 use serde_json::{Value as Json, json};
 
@@ -65,10 +65,9 @@ pub(super) struct Moment {
     pub(super) felt_n: f64,
     pub(super) mode: u8,
     pub(super) alarm_mm: Option<f64>,
-    /// Depth of each layer's top at the needle, and true for torn layers.
     pub(super) tops_mm: Vec<f64>,
     pub(super) torn: Vec<bool>,
-    /// Position of the tip at the rupture and the advance since then in mm, with a text.
+    /// Tip position at the rupture and advance since then, in mm, with a text.
     pub(super) overshoot: Option<(f64, f64, String)>,
 }
 
@@ -188,7 +187,6 @@ impl Scene<'_> {
         let unit = if is_wide { " N" } else { "" };
         let scale = format!("{}{unit}", trocar_document::plain(self.full_n));
         shapes.push(Shape::text(Role::Label, (bar + bar_width + 2.0, MARGIN + 5.0), Anchor::Start, scale));
-        // A narrow drawing has no room for the word.
         shapes.push(Shape::text(Role::Label, (2.0, foot), Anchor::Start, "force").shown_if(is_wide));
         let range_mm = self.range_mm.1 - self.range_mm.0;
         let length_mm = LENGTHS_MM.into_iter().rfind(|mm| *mm <= range_mm / 3.0).unwrap_or(range_mm / 4.0);
@@ -202,7 +200,7 @@ impl Scene<'_> {
     fn top(&self, flat: f64, dip: f64) -> Vec<(f64, f64)> {
         let Form { width, tissue, needle, is_wide, .. } = self.form;
         let (half, reach) = (NEEDLE + 1.0, if is_wide { 90.0_f64 } else { 60.0 });
-        // Half a dip as a Bézier curve, horizontal at both ends; control points at 0.2 and 0.45 of its reach.
+        // Half a dip as a Bézier curve, horizontal at both ends.
         let side = (0..=DIP_POINTS).map(|k| f64::from(k) / f64::from(DIP_POINTS)).map(|t| {
             let rest = 1.0 - t;
             let across = 3.0 * rest * t * (0.2 * rest + 0.45 * t) + t.powi(3);

@@ -1,5 +1,4 @@
-//! The drawn tissue. The simulation computes no shape: the drawing assumes that an intact interface lies at the tip
-//! once touched, and that a torn one returns to its place.
+//! The drawn tissue. The simulation computes no shape: the drawing assumes that an intact interface lies at the tip.
 
 use crate::run::Run;
 use trocar_engine::tissue::{StatedLayer, TissueSettings};
@@ -14,7 +13,6 @@ const TOUCH_SHARE: f64 = 0.1;
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
-    /// Empty for a tissue without layers.
     pub(super) label: String,
     pub(super) top_mm: f64,
     pub(super) torn_s: Option<f64>,
@@ -76,7 +74,6 @@ impl DrawnTissue {
             let top_mm = tip_mm - 1e3 * stated[index].deflection_m;
             let moved_mm = top_mm - layers[index].top_mm;
             layers[index].torn_s = trace.time_s.get(tick).copied();
-            // Only the first layer lies at the surface.
             let first = if index == 0 { layers.len() } else { index };
             for layer in &mut layers[first..] {
                 layer.top_mm += moved_mm;
@@ -154,7 +151,7 @@ fn contact_m(scenario: &Scenario) -> f64 {
     of("tissue.contact_m").unwrap_or(scenario.contact_m)
 }
 
-/// The last tick at which the force has hardly risen from its minimum since tick `from`.
+/// The last tick at which the force has hardly risen since tick `from`.
 fn touch(force_n: &[f64], from: usize, rupture: usize) -> usize {
     let Some(before) = force_n.get(from..rupture).filter(|before| !before.is_empty()) else { return rupture };
     let min_n = before.iter().copied().fold(f64::INFINITY, f64::min);

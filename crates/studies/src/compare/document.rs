@@ -46,7 +46,6 @@ impl Study for ComparisonReport<'_> {
 }
 
 impl<'a> ComparisonReport<'a> {
-    /// Borrows only the runs.
     pub(super) fn into_document(self, schemes: Option<&[SchemeRow]>) -> Document<'a> {
         let runs: Vec<&'a Run> = self.comparison.runs.iter().collect();
         let names: Vec<&str> = runs.iter().map(|run| run.scenario.name.as_str()).collect();

@@ -56,7 +56,7 @@ pub struct ComparisonTable {
 }
 
 impl Comparison {
-    /// Runs scenarios without and with added noise; the results do not depend on the threads.
+    /// The results do not depend on the threads.
     pub fn of(scenarios: Vec<Scenario>) -> Result<Self, RunError> {
         let noise = || try_map(scenarios.len(), |index| check_in_noise(&scenarios[index]));
         let runs = || try_map(scenarios.len(), |index| run(scenarios[index].clone()));

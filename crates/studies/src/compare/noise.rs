@@ -1,5 +1,3 @@
-//! Detection in added noise.
-
 use schemars::JsonSchema;
 use serde::Serialize;
 

@@ -19,7 +19,6 @@ impl Study for SchemeReport<'_> {
             "The felt impedance is that of a hand that oscillates by 1 mm in a tissue of 200 N/m over this link; the tissue's own is 31.8 \
              N·s/m at 1 Hz and 6.4 at 5 Hz.",
         );
-        // The table of the schemes replaces the short table.
         for main in document.sections.iter_mut().filter(|section| section.id == "main") {
             main.shown = Shown::WithAll;
         }

@@ -41,7 +41,6 @@ pub struct SchemeRow {
 /// A scenario with every scheme that its architecture allows.
 #[derive(Debug, Clone)]
 pub struct SchemeStudy {
-    /// In the order of the rows.
     pub comparison: Comparison,
     pub rows: Vec<SchemeRow>,
 }

@@ -117,7 +117,7 @@ pub struct SeedStudy {
 }
 
 impl SeedStudy {
-    /// Runs every scenario with consecutive seeds. The results do not depend on the threads.
+    /// The results do not depend on the threads.
     pub fn of(scenarios: &[Scenario], seeds: u64, done: impl Fn() + Sync) -> Result<Self, RunError> {
         let run = |scenario: &Scenario, offset: u64| {
             let metrics = measure(&scenario.with_seed(scenario.seed.wrapping_add(offset)));

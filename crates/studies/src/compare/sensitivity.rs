@@ -48,7 +48,6 @@ impl Sensitivity {
         Some(Self { d_prime: quantile(signals) - quantile(others), std_error })
     }
 
-    /// True if 0 lies in the 95 % interval.
     pub fn is_none(&self) -> bool {
         self.d_prime.abs() <= -normal_quantile(0.025) * self.std_error
     }

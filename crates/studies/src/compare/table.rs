@@ -51,7 +51,7 @@ impl Row {
         match shown {
             Shown::Main | Shown::Always => true,
             Shown::First | Shown::MainWhereDefined | Shown::WhereDefined => self.values.iter().any(Option::is_some),
-            // Omits rows of links that have no effect.
+            // Omits rows without effect.
             Shown::WhereNonZero => self.values.iter().flatten().any(|value| *value != 0.0),
             Shown::Never => false,
         }

@@ -1,5 +1,3 @@
-//! The results of runs in sentences, which every user interface shows.
-
 use super::{SeedStudy, SeedTotals, Spread, SpreadRow};
 use crate::run::{Run, outcome};
 use crate::stability_check::LoopVerdict;
@@ -183,7 +181,7 @@ struct Distances<'a> {
 }
 
 impl<'a> Distances<'a> {
-    /// `None` if a run has no distance. Only the last ruptures can lack one, near the end of the run.
+    /// Only the last ruptures can lack a distance, near the end of the run.
     fn of(runs: &[&Run], whose: &'a [String], read: fn(&RuptureMetrics) -> Option<f64>) -> Option<Self> {
         let of_run = |(run, whose): (&&Run, &'a String)| {
             let ruptures = &run.metrics.ruptures;

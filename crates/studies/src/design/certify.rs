@@ -1,8 +1,7 @@
 //! The certificate of a candidate for all patients and persons.
 //!
-//! Patients with equal machines, arms and delays share a certificate over every stiffness and damping of their tissues.
-//! Designs that differ only in the hold share one over all durations, if it exists. A certificate is stored under all
-//! that it depends on.
+//! Patients with equal machines, arms and delays share a certificate over every stiffness and damping of their tissues,
+//! and designs that differ only in the hold share one over all durations, if it exists.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::{Mutex, PoisonError};
@@ -28,18 +27,16 @@ type Loops = Result<Covered, String>;
 #[derive(Debug, Clone, Default)]
 struct Covered {
     loops: Vec<(String, SwitchingSettings)>,
-    /// Parts of the scenario outside the certificates.
     left_out: BTreeSet<String>,
 }
 
-/// Indices of designs in the archive.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Front {
     pub shown: Vec<usize>,
     pub knee: Option<usize>,
     /// Candidates that are on the front without their certificates.
     pub uncertified: Vec<usize>,
-    /// The reason for the first of them, if there can be none.
+    /// The reason for the first of them.
     pub reason: Option<String>,
     pub left_out: Vec<String>,
     pub candidates: usize,
@@ -160,7 +157,6 @@ impl<'a> Certification<'a> {
         Ok(())
     }
 
-    /// `None` if unknown.
     pub fn statement(&self, known: &BTreeMap<String, bool>, coordinates: &[f64]) -> Result<Option<bool>, RunError> {
         let Ok(Covered { loops, .. }) = self.loops(coordinates)? else { return Ok(Some(false)) };
         let found: Vec<Option<bool>> = loops.iter().map(|(key, _)| known.get(key).copied()).collect();
@@ -247,7 +243,7 @@ fn essential(settings: &SwitchingSettings) -> SwitchingSettings {
         Reengage::Ramp { .. } => Reengage::default(),
         other => other,
     };
-    // A release needs a quiet time after the alarm, so the shorter of both has no effect.
+    // Only the longer of quiet time and hold has an effect.
     let automaton = AutomatonSettings {
         min_hold_s: min_hold_s.max(exit_quiet_s),
         max_hold_s,

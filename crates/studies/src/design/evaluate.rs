@@ -17,7 +17,7 @@ use trocar_scenario::{CaseFactory, Scenario, Value};
 /// 64 MB over all threads.
 const MAX_NUMBERS_KEPT: usize = 8 << 20;
 
-/// Parts of the patients after which a candidate can be stopped, as divisors.
+/// Divisors of the patients after which a candidate can be stopped.
 const PARTS: [usize; 3] = [4, 2, 1];
 
 const LANES: usize = crate::run::PACK;
@@ -28,7 +28,6 @@ pub enum Ended {
     Complete,
     /// Stopped after a part of the patients.
     Stopped,
-    /// The scenario is invalid.
     Refused(String),
 }
 

@@ -86,17 +86,14 @@ const MAX_SEED: u64 = i64::MAX as u64 >> 1;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Size {
     pub patients: u64,
-    /// Noise seeds per patient and person.
     pub seeds: u64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SearchSettings {
     pub candidates: usize,
-    /// Number with the first, random one.
     pub generations: u64,
     pub seed: u64,
-    /// Maximum number of shown designs.
     pub front: usize,
 }
 

@@ -67,7 +67,6 @@ pub struct Constraint {
 pub struct Goals {
     pub objectives: Vec<Objective>,
     pub constraints: Vec<Constraint>,
-    /// Name of the constraint that every motion is certified to decay.
     pub certified: Option<String>,
 }
 

@@ -21,8 +21,7 @@ pub(super) struct LoopFacts {
 }
 
 impl LoopFacts {
-    /// True if no cheap condition excludes a certificate: the loop is stable with every stiffness of the tissue and in
-    /// free motion, the kind of event is covered, and no gap is kept.
+    /// True if no cheap condition excludes a certificate.
     pub(super) fn may_be_certified(&self, scenario: &Scenario) -> bool {
         let Some(linear) = self.linear.as_ref().filter(|_| self.is_stable) else {
             return false;
@@ -44,7 +43,6 @@ pub(super) struct Loops {
 }
 
 impl Loops {
-    /// `None` if nothing needs the loop.
     pub(super) fn of(free: &[Axis], quantities: &[Quantity], is_certified: bool) -> Option<Self> {
         let needs_margins = quantities.iter().any(Quantity::is_of_loop);
         if !needs_margins && !is_certified {
@@ -61,7 +59,6 @@ impl Loops {
         if let Some(facts) = known(&key) {
             return facts;
         }
-        // Two threads may compute the same loop, with equal results.
         let linear = linear_loop(scenario).ok();
         let is_stable = linear.as_ref().is_some_and(|linear| linear.in_range().is_ok_and(|verdict| verdict.is_stable));
         let values = if self.needs_margins {

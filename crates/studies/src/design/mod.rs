@@ -1,5 +1,5 @@
-//! Settings of a scenario that are best for a group of patients, on whom an evolutionary [`Search`] tries them. The
-//! results are judged on other patients with other noise ([`Validation`]).
+//! Settings of a scenario that are best for a group of patients, found by an evolutionary [`Search`] and judged on
+//! other patients with other noise ([`Validation`]).
 
 mod bootstrap;
 mod certify;

@@ -55,6 +55,6 @@ pub(super) fn reference_population(
 ) -> Result<Population, ScenarioError> {
     let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
     Population::of(problem, used, &[], &settings)
-        // The fixed keys of the design may have no effect with these settings.
+        // The fixed keys may have no effect with these settings.
         .or_else(|_| Population::of(&problem.without_fixed("augmentation."), used, &[], &settings))
 }

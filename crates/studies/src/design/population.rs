@@ -18,14 +18,14 @@ pub enum Use {
     Validation,
 }
 
-/// Runs are ordered by patient, person, seed. All candidates share them (common random numbers).
+/// Ordered by patient, person, seed. All candidates share the runs (common random numbers).
 #[derive(Debug)]
 pub struct Population {
     templates: Vec<Template>,
     persons: Vec<&'static Person>,
     seeds: u64,
     first_seed: u64,
-    /// One per patient and person, with the computed steps of its machines.
+    /// One per patient and person.
     prototypes: Vec<Scenario>,
 }
 
@@ -95,7 +95,7 @@ impl Population {
         self.persons_of_patient() * self.seeds as usize
     }
 
-    /// Runs that a bootstrap draws together: those of a patient, or of a seed if there is only one patient.
+    /// Those of a patient, or of a seed if there is only one patient.
     pub fn clusters(&self) -> Vec<Vec<usize>> {
         let of_patient = self.runs_of_patient();
         if self.patients() > 1 {
@@ -119,7 +119,6 @@ impl Population {
         self.templates.iter().map(Template::factory).collect()
     }
 
-    /// One scenario per person, with the first seed.
     pub(super) fn with_persons(
         &self,
         factory: &mut CaseFactory<'_>,

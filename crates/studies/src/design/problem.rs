@@ -20,16 +20,13 @@ pub struct Problem {
     pub question: Option<String>,
     /// Empty for the operator of the scenario.
     pub persons: Vec<&'static Person>,
-    /// Keys that differ between patients.
     pub patients: Vec<Axis>,
     pub correlations: Vec<Correlation>,
     pub free: Vec<Axis>,
     pub goals: Goals,
-    /// Patients of the search.
     pub training: Size,
     /// The first seed of patients and noise.
     pub seed: u64,
-    /// Patients on whom the results are judged.
     pub validation: Size,
     pub search: SearchSettings,
     base: Source,
@@ -39,13 +36,12 @@ pub struct Problem {
     canonical: String,
 }
 
-/// True if the file has free keys or objectives.
 pub fn is_design(source: &Source) -> bool {
     entries(source).is_ok_and(|entries| entries.iter().any(is_design_goal))
 }
 
 impl Problem {
-    /// `settings` are `section.key=value` texts that override the file.
+    /// `settings` override the file.
     pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
         let file = DesignFile::of(entries(source)?)?;
         let no_base = || {

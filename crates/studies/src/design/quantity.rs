@@ -4,7 +4,7 @@ use trocar_metrics::{Declaration, EventMetrics, Metric, Metrics, RuptureMetrics,
 use trocar_scenario::nearest_of;
 use trocar_stability::MAX_GAIN_MARGIN;
 
-/// Ruptures of a candidate relative to those without augmentation.
+/// Relative to the ruptures without augmentation.
 pub(super) const REACHED: &str = "reached_share";
 
 const REACHED_MEANING: &str = "Number of ruptures, relative to the number in the same runs without augmentation: a needle \
@@ -15,7 +15,6 @@ const TOO_SLOW: [&str; 3] = ["is_decay_certified", "certified_dwell_s", "is_stab
 
 #[derive(Debug, Clone)]
 enum Measure {
-    /// Value of the run or of the loop.
     One(Column),
     Ruptures(&'static Metric<fn(&RuptureMetrics) -> Option<f64>>),
     Events(&'static Metric<fn(&EventMetrics) -> Option<f64>>),
@@ -24,7 +23,7 @@ enum Measure {
 
 #[derive(Debug, Clone)]
 pub struct Quantity {
-    /// Name in files, for example `rupture_excess_advance_m`.
+    /// For example `rupture_excess_advance_m`.
     pub name: String,
     pub label: String,
     pub meaning: &'static str,
@@ -106,7 +105,7 @@ impl Quantity {
         matches!(self.measure, Measure::Reached)
     }
 
-    /// `None` for other quantities. An infinite margin counts as the largest one, so that means stay finite.
+    /// An infinite margin counts as the largest one, so that means stay finite.
     pub(super) fn of_loop(&self, of_case: &LoopOfCase<'_>) -> Option<f64> {
         let Measure::One(column) = &self.measure else { return None };
         column.value_of_loop(of_case).map(|value| value.min(MAX_GAIN_MARGIN))
@@ -140,7 +139,6 @@ pub enum Aggregate {
 }
 
 impl Aggregate {
-    /// Text such as `mean` or `95 % quantile`.
     pub fn word(self) -> String {
         match self {
             Self::Mean => "mean".to_owned(),
@@ -155,7 +153,6 @@ impl Aggregate {
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Samples {
     values: Vec<f64>,
-    /// Index after the last value of each run.
     ends: Vec<usize>,
     /// Divisor of each run's sum.
     weights: Vec<f64>,
@@ -185,7 +182,6 @@ impl Samples {
         (self.of_run(run).iter().sum(), self.weights[run])
     }
 
-    /// `None` without values.
     pub fn aggregate(&self, how: Aggregate) -> Option<f64> {
         self.aggregate_over(how, 0..self.runs())
     }

@@ -14,7 +14,7 @@ use super::goals::{Direction, Goals, Limit};
 use super::nsga::{Point, pareto_dominates};
 use super::quantity::{Aggregate, Samples};
 
-/// Standard errors. Chosen here: 1 child in 700 exceeds them by chance in one direction.
+/// Standard errors. Chosen here: 1 child in 700 exceeds them by chance.
 const MARGIN: f64 = 3.0;
 
 /// Minimum for a standard error.
@@ -73,7 +73,7 @@ impl<'a> Race<'a> {
         is_violated || self.parents.iter().any(is_worse)
     }
 
-    /// Cost on the runs so far, improved by the margin.
+    /// Improved by the margin.
     fn improved(&self, samples: &Samples, aggregate: Aggregate, direction: Direction) -> Option<f64> {
         match aggregate {
             Aggregate::Mean => {

@@ -15,20 +15,18 @@ use trocar_base::parallel::map_unless;
 
 const ATTEMPTS: usize = 8;
 
-/// The search continues from it with the same results.
+/// The search continues from it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
     pub design_sha256: String,
     pub generations: u64,
-    /// Survivors of the last generation.
     pub parents: Vec<Evaluation>,
-    /// Candidates evaluated on all patients, by generation, without values of runs.
+    /// By generation, without values of runs.
     pub archive: Vec<Evaluation>,
     /// Size of the archive after each generation.
     pub archived: Vec<usize>,
     pub runs: u64,
     pub stopped: u64,
-    /// Candidates with an invalid scenario.
     pub refused: u64,
     pub first_refusal: Option<String>,
     /// True if found; keys are the SHA-256 of all that a certificate depends on.
@@ -90,7 +88,7 @@ impl<'a> Search<'a> {
         self.training.population().runs()
     }
 
-    /// The result does not depend on the number of threads. If `stop` was set, the state is unchanged.
+    /// The result does not depend on the threads. If `stop` was set, the state is unchanged.
     pub fn advance(&self, state: &mut State, stop: &AtomicBool, done: &(dyn Fn(u64) + Sync)) -> Result<(), Stopped> {
         let children = match state.generations {
             0 => self.first(),
@@ -193,8 +191,7 @@ const MAX_OBJECTIVES: usize = 4;
 const MAX_POINTS: usize = 500;
 
 impl State {
-    /// Volume that the front after three quarters of the generations dominates, as a share of the final one. `None` for
-    /// too many objectives or points.
+    /// Volume of the front after three quarters of the generations, as a share of the final one.
     pub fn settled_share(&self, problem: &Problem) -> Option<f64> {
         let points = self.points(problem);
         let last = front(&points);
@@ -219,7 +216,7 @@ impl State {
     }
 }
 
-/// Without the candidates for which no certificate was found.
+/// Leaves out the refused candidates.
 pub fn front_of(points: &[Point], refused: &HashSet<usize>) -> Vec<usize> {
     let mut points = points.to_vec();
     refused.iter().for_each(|&index| points[index].violation = f64::INFINITY);

@@ -6,7 +6,7 @@ use super::nsga::{Gene, Point};
 use super::problem::Problem;
 use trocar_base::quantiles::{rank_correlation, standard_ranks};
 
-/// Maximum difference of equally good candidates in an objective, as a share of its range on the front.
+/// As a share of the objective's range on the front.
 pub const EQUAL: f64 = 0.05;
 
 /// The influence of a free key on an objective over the feasible candidates.
@@ -59,7 +59,7 @@ fn correlation_ratio(choices: &[u64], count: u64, values: &[f64]) -> Option<f64>
     Some((0..count).map(between).sum::<f64>() / ranks.len().max(1) as f64)
 }
 
-/// Feasible candidates that are as good as one of them. `front` gives the ranges of the objectives.
+/// `front` gives the ranges of the objectives.
 pub fn as_good_as(points: &[Point], front: &[usize], index: usize) -> Vec<usize> {
     let range = |objective: usize| {
         let values = || front.iter().map(|&index| points[index].objectives[objective]);

@@ -26,7 +26,7 @@ pub trait Follower: Sync {
 
     fn advance(&self, units: u64);
 
-    /// Called after every generation and every search for certificates. An error ends the design.
+    /// Called after every generation and every search for certificates.
     fn keep(&self, state: &State) -> Result<(), Self::Error>;
 }
 
@@ -52,7 +52,7 @@ pub struct Design {
 }
 
 impl Design {
-    /// After an error, `state` is that of the last complete generation or certificates.
+    /// After an error, `state` is the last complete one.
     pub fn of<F: Follower>(
         problem: &Problem,
         state: &mut State,
@@ -121,7 +121,7 @@ impl<F: Follower> Stages<'_, F> {
             if self.stop.load(Ordering::Relaxed) {
                 return Err(DesignError::Stopped(Stage::Certificates));
             }
-            // The state is stored after one certificate per thread: an interruption loses these only.
+            // An interruption loses one certificate per thread.
             let at_once = rayon::current_num_threads();
             certification.certify(state, &front.shown, at_once, &|| self.follower.advance(1))?;
             self.follower.keep(state).map_err(DesignError::Keep)?;

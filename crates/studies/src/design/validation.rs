@@ -18,11 +18,8 @@ pub type Estimates = Vec<Option<Estimate>>;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Designed {
     pub name: String,
-    /// Evaluation in the search.
     pub candidate: Evaluation,
-    /// Values on the patients of the search.
     pub training: Estimates,
-    /// Values on other patients.
     pub validation: Estimates,
     /// Share of the runs on other patients.
     pub diverged: f64,

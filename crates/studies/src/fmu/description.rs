@@ -147,7 +147,6 @@ fn units(variables: &[Variable]) -> String {
     text + "</UnitDefinitions>\n"
 }
 
-/// The library of the unit checks `token`.
 pub fn describe(model: Model, version: Version, scenario: &Scenario, variables: &[Variable], token: &str) -> String {
     let identifier = model.identifier();
     let name = escaped(&scenario.name);

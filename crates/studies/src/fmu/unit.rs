@@ -9,7 +9,7 @@ use super::variables::Model;
 use super::version::Version;
 use trocar_scenario::{Scenario, ScenarioError, Source, Values};
 
-/// Description and library compute the token from the scenario.
+/// Description and library compute it from the scenario.
 pub fn token(model: Model, scenario: &str) -> String {
     let hash = Sha256::new().chain_update(model.identifier()).chain_update([0]).chain_update(scenario).finalize();
     let mut text = String::from("{");
@@ -47,12 +47,11 @@ const PAGE: &str = "<!DOCTYPE html><html lang=\"en\"><meta charset=\"utf-8\"><ti
 /// The licences are not included.
 #[derive(Debug)]
 pub struct Unit {
-    /// Path in the archive, and content.
     pub files: Vec<(String, Vec<u8>)>,
 }
 
 impl Unit {
-    /// `library` is the content of the library for this machine.
+    /// `library` is for this machine.
     pub fn new(
         source: &Source,
         settings: &[String],

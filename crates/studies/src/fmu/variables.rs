@@ -35,7 +35,6 @@ pub enum Type {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Scalar {
     Real(f64),
-    /// Whole number, or index of a word.
     Integer(i64),
     Boolean(bool),
 }
@@ -150,7 +149,6 @@ pub const POSITION: usize = 0;
 /// Index of the flag that the position leads the simulation.
 pub const IS_LED: usize = 1;
 
-/// First output among the columns of the trace.
 pub const FIRST_COLUMN: usize = 1;
 
 fn simulation_outputs() -> Vec<Declared> {
@@ -185,7 +183,6 @@ impl Model {
         }
     }
 
-    /// Name of the model and of its library.
     pub fn identifier(self) -> &'static str {
         match self {
             Self::Rig => "trocar_rig",
@@ -221,8 +218,7 @@ impl Model {
         inputs.chain(outputs).chain(self.parameters(scenario)).collect()
     }
 
-    /// Only keys with a type of the standard: no lists, texts, files, missing values, or whole numbers beyond the 32
-    /// bits of FMI 2.0.
+    /// Only types of FMI 2.0: no lists, texts, files, missing values, or whole numbers beyond 32 bits.
     fn parameters(self, scenario: &Scenario) -> Vec<Variable> {
         let values: Vec<(KeyAt, Option<Value>)> = match self {
             Self::Rig => scenario.rig_values().map(|(key, value)| (key.into(), value)).collect(),

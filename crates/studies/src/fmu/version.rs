@@ -1,14 +1,10 @@
-/// A version of the standard.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Version {
-    /// FMI 2.0.
     Two,
-    /// FMI 3.0.
     Three,
 }
 
 impl Version {
-    /// The folder of the library for this machine.
     pub fn platform(self) -> String {
         let (system, architecture) = (std::env::consts::OS, std::env::consts::ARCH);
         match self {

@@ -108,7 +108,7 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// `None` if the threshold of the settings was not evaluated.
+    /// `None` without the settings' threshold.
     pub fn at_own_threshold(&self) -> Option<&Point> {
         // `total_cmp` treats NaN as equal to itself.
         self.points.iter().find(|point| point.threshold.total_cmp(&self.own_threshold).is_eq())

@@ -47,7 +47,7 @@ impl DetectorBank {
     pub fn evaluate(&self, input: &[DetectorInput<f64>], tick_s: f64, alarm: &mut dyn FnMut(usize, usize)) {
         let settings: Vec<DetectorSettings> = (0..self.thresholds.len()).map(|index| self.settings_at(index)).collect();
         for (group, settings) in settings.chunks(LANES).enumerate() {
-            // In an incomplete last group, the last threshold fills the remaining lanes.
+            // The last threshold fills an incomplete group.
             let of = |pick: fn(&DetectorSettings) -> f64| {
                 ThresholdLanes(std::array::from_fn(|i| pick(&settings[i.min(settings.len() - 1)])))
             };

@@ -325,7 +325,7 @@ fn characteristic_view(curve: &Curve) -> CharacteristicView<'_> {
     }
 }
 
-/// Without a false alarm in less than three hours, the 95 % interval includes one per hour.
+/// Without a false alarm in three hours, the 95 % interval includes one per hour.
 fn unresolved(point: &Point) -> Option<String> {
     let is_unresolved = point.false_alarms == 0 && point.hours * STATED_FALSE_ALARMS_PER_HOUR < 3.0;
     is_unresolved.then(|| format!("not resolvable: {} observed", observed(point.hours)))

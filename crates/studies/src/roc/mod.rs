@@ -1,8 +1,7 @@
 //! Receiver operating characteristics of a detector by threshold.
 //!
-//! A case is a signal whose force has white noise of one seed. The estimator runs once per case, then every detector
-//! evaluates the residual with many thresholds. A [`Tally`] has integers only, so the results do not depend on the
-//! order of the cases.
+//! A case is a signal with white noise of one seed. The estimator runs once per case, then every detector evaluates the
+//! residual with many thresholds.
 
 mod curve;
 mod detector_bank;

@@ -13,7 +13,7 @@ use trocar_detect as detect;
 use trocar_recording::{Columns, InVivoLikeVariant, Limits, RUPTURES_S, in_vivo_like_variant_csv, read_csv};
 use trocar_scenario::{DetectionSpec, RecordingSpec, Scenario, ScenarioError};
 
-/// Different from the stream of the synthetic recording.
+/// Differs from the stream of the synthetic recording.
 const NOISE_STREAM: u64 = 0x6e_6f69_7365;
 
 /// Seed of the shipped recording.
@@ -22,7 +22,6 @@ const SYNTHETIC_SEED: u64 = 1;
 #[derive(Debug, Clone)]
 pub struct Signal {
     pub name: String,
-    /// Differences from the shipped insertion.
     pub variant: InVivoLikeVariant,
     pub kind: SignalKind,
     pub estimator: RlsSettings,
@@ -34,9 +33,8 @@ pub struct Signal {
 pub enum SignalKind {
     /// A recording with added noise.
     Recorded(Samples),
-    /// A synthetic recording for each seed.
     Trials,
-    /// The augmented run depends on the threshold, so augmentation is off.
+    /// Augmentation is off, because it would depend on the threshold.
     ClosedLoop(Box<Scenario>),
 }
 

@@ -136,8 +136,8 @@ impl Study {
         self.signals.iter().flat_map(|signal| self.noise_std_n.iter().map(move |&noise| (signal, noise))).collect()
     }
 
-    /// Runs the cases one after the other. `alarms` receives the index of a detector, the inputs of a case and the
-    /// sampling interval (s), and writes the alarm samples.
+    /// `alarms` receives the index of a detector, the inputs of a case and the sampling interval (s), and writes the
+    /// alarm samples.
     pub fn run_user_defined<E: From<RocError>>(
         &self,
         detectors: usize,
@@ -159,7 +159,7 @@ impl Study {
         Ok(tallies.into_iter().map(UserDefinedPoints::of).collect())
     }
 
-    /// [`Study::run_user_defined`] in parallel; `alarms` creates a new detector for each case.
+    /// `alarms` creates a new detector for each case.
     pub fn run_user_defined_side_by_side<E: From<RocError> + Send>(
         &self,
         detectors: usize,
@@ -189,7 +189,7 @@ impl Study {
         Ok(tallies.into_iter().map(UserDefinedPoints::of).collect())
     }
 
-    /// Once `stop` is set, no new case starts. The results do not depend on the threads.
+    /// Once `stop` is set, no new case starts.
     // Dynamic dispatch, so that the detectors are compiled once.
     pub fn run(&self, stop: &AtomicBool, done: &(dyn Fn() + Sync)) -> Result<Characteristics, RocError> {
         let banks = self.detector_banks()?;
@@ -292,7 +292,6 @@ impl Study {
     }
 }
 
-/// `point` receives a threshold and its index among all thresholds.
 fn curves(banks: &[DetectorBank], point: impl Fn((f64, usize)) -> Point) -> Vec<Curve> {
     let mut index = 0;
     let mut next = || {

@@ -13,11 +13,9 @@ const ROUNDING_S: f64 = 1e-9;
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Tally {
     pub cases: u64,
-    /// Cases with every rupture detected in time and no false alarm.
     pub clean_cases: u64,
     /// Indexed by the rupture in the case.
     pub ruptures: Vec<u64>,
-    /// Indexed by the rupture in the case.
     pub detected: Vec<u64>,
     pub late: u64,
     pub false_alarms: u64,
@@ -39,7 +37,7 @@ pub(super) struct Labels {
 struct Label {
     time_s: f64,
     within_s: f64,
-    /// Further alarms during the fall are not false, because it may have several steps.
+    /// Alarms during the fall are not false.
     fall_s: f64,
     /// A rupture that noise hides is neither missed nor detected, and its alarms are not false.
     counts: bool,
@@ -54,7 +52,7 @@ impl Labels {
         labels
     }
 
-    /// Alarms may come until `within_s`, or three samples, after the end of the fall.
+    /// Alarms may come until `within_s`, or three samples, after the fall.
     pub(super) fn of_trial(trial: &Trial, within_s: f64) -> Self {
         let slack_s = within_s.max(3.0 * trial.tick_s);
         let label = |fall: &Fall| Label {

@@ -24,7 +24,7 @@ impl Study for RunReport<'_> {
     fn document(&self) -> Document<'_> {
         let run = self.run;
         let mut verdict = verdict(&[run]);
-        // The verdict on a run that diverges begins with its state.
+        // A diverged run begins with its state.
         if !matches!(run.metrics.outcome, Outcome::Diverged { .. }) {
             verdict.sentences.insert(0, format!("{}.", state(run)));
         }
@@ -187,7 +187,6 @@ impl<'a> RunFile<'a> {
 }
 
 impl RunReport<'_> {
-    /// The content of `summary.json`.
     pub fn summary(self) -> Json {
         json_of(&RunFile::of(self.run))
     }

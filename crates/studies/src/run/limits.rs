@@ -1,5 +1,3 @@
-//! Warnings about limits of the safety stage that acted.
-
 use super::RunReport;
 use trocar_base::warning::{Code, Warning};
 use trocar_document::{counted, significant};

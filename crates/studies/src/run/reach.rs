@@ -6,7 +6,7 @@ use trocar_engine::operator::MotionSettings;
 use trocar_metrics::{ALARM_WINDOW_S, Outcome, RUPTURE_WINDOW_S};
 use trocar_scenario::{OperatorSpec, Scenario, TissueSpec};
 
-/// Maximum remaining share of a movement without a warning.
+/// Remaining share of a movement.
 const MAX_LEFT_SHARE: f64 = 0.01;
 
 enum Unreached<'a> {
@@ -172,7 +172,6 @@ pub(super) fn motion_beyond_run(scenario: &Scenario) -> Option<Warning> {
             } else if in_s + motion.hold_s < run_s {
                 ("operator.withdrawal_s", in_s + motion.hold_s + motion.withdrawal_s, [ends[1], ends[0]])
             } else {
-                // A run without the withdrawal is intended.
                 return None;
             }
         }

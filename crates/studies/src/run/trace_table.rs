@@ -9,7 +9,7 @@ pub fn trace_table(trace: &Trace, is_kept: impl Fn(&str) -> bool) -> DataTable<'
     for (name, values) in COLUMNS.into_iter().zip(trace.columns()).filter(|(name, _)| is_kept(name)) {
         table = table.with(name, column_values(values));
     }
-    // Only if needed: it takes time, and its source columns may be missing.
+    // Its source columns may be missing.
     let needs_trust = TRUST_COLUMNS.iter().any(|column| is_kept(column.name));
     if let Some(trust) = needs_trust.then(|| trace.trust()).flatten() {
         let columns = TRUST_COLUMNS.iter().zip(trust.into_columns());

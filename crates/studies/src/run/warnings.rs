@@ -12,9 +12,6 @@ use trocar_metrics::{Miss, MissReason, Outcome, RuptureMetrics};
 use trocar_run::{Swing, lasting_swing};
 use trocar_scenario::{OperatorSpec, Scenario, TissueSpec, idle_keys};
 
-/// Mean power that no person sustains: trained people sustain about 100 W with one arm at a crank.
-const MAX_HAND_POWER_W: f64 = 100.0;
-
 /// The controllers' lag stores and returns some energy.
 const MAX_GIVEN_J: f64 = 1e-3;
 const MAX_GIVEN_SHARE: f64 = 0.1;
@@ -46,7 +43,6 @@ impl<'a> RunReport<'a> {
         self.run.user_defined_parts.contains(&role)
     }
 
-    /// The unmatched alarm has a separate warning.
     fn is_of_stray_alarm(self, miss: &Miss) -> bool {
         let MissReason::AlarmOfAnother { alarm_s } = miss.reason else { return false };
         let half_tick_s = 0.5 * self.run.scenario.grid.tick_s();
@@ -100,19 +96,6 @@ impl<'a> RunReport<'a> {
 
     fn energy_of_the_hand(self) -> Option<Warning> {
         let (hand_j, tissue_j) = (self.run.metrics.operator_energy_j?, self.run.metrics.tissue_energy_j?);
-        let duration_s = self.run.metrics.ticks as f64 * self.run.scenario.grid.tick_s();
-        let power_w = hand_j.abs() / duration_s;
-        if power_w > MAX_HAND_POWER_W {
-            let message = format!(
-                "hand and master exchange {hand_j:.3e} J in {duration_s:.3} s, {power_w:.3e} W on average, more than \
-                 a person can"
-            );
-            return Some(
-                Warning::new(Code::HandEnergyImpossible, message)
-                    .at("scaling.force")
-                    .remedy("reduce scaling.force, the delays or the stiffness until the run settles"),
-            );
-        }
         let is_model = matches!(self.run.scenario.tissue, TissueSpec::Model(_)) && !self.is_user_defined("tissue");
         let is_passive = is_model && !self.run.scenario.organ_motion.moves();
         let allowed_j = MAX_GIVEN_J.max(MAX_GIVEN_SHARE * tissue_j.abs());
@@ -149,7 +132,6 @@ impl RunReport<'_> {
     }
 }
 
-/// Warnings that need no run.
 pub fn foreseen(scenario: &Scenario) -> Vec<Warning> {
     let mut all: Vec<Warning> = motion_beyond_run(scenario).into_iter().collect();
     all.extend(delay_beyond_run(scenario));
@@ -162,7 +144,7 @@ fn replayed(scenario: &Scenario) -> Vec<Warning> {
     let replays_position = scenario.values().optional_word("operator.kind") == Some("recording");
     match (&scenario.operator, &scenario.tissue) {
         (OperatorSpec::Recording(position_m), TissueSpec::Recording { force_n, .. }) if replays_position => {
-            // The recorded positions are those of the needle, hence of the slave.
+            // The recorded positions are those of the slave.
             recorded_warnings(scenario.grid.tick_s(), position_m, force_n)
         }
         _ => vec![],
@@ -189,7 +171,7 @@ pub fn delays_rounded(scenario: &Scenario) -> Vec<Warning> {
     let tick_s = scenario.grid.tick_s();
     let acting = [scenario.forward, scenario.backward].map(|delay| delay.whole as f64 + delay.share);
     let of = |(key, delay_s): (&'static str, f64), ticks: f64| {
-        // A smaller difference is a rounding error of the division.
+        // Ignores rounding errors.
         (ticks - delay_s / tick_s > 1e-9 * ticks.max(1.0)).then(|| {
             let why = if scenario.timing == ControlTiming::Sampled {
                 "sampled controllers read samples at their ticks"

@@ -36,7 +36,6 @@ pub(super) struct Certificates {
 }
 
 impl CertificateFile {
-    /// `None` without a certificate.
     pub(super) fn of(switching: &Switching) -> Option<Self> {
         let certificates = Certificates {
             shortest_dwell: switching.certificate.clone(),

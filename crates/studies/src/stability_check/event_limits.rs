@@ -15,9 +15,8 @@ pub struct EventLimit {
     pub value: f64,
     /// True if larger values are more difficult to certify.
     pub is_largest: bool,
-    /// Certified, while a value that differs by at most 5 % is not.
+    /// Certified; a value at most 5 % further is not.
     pub certified: Option<f64>,
-    /// True if the end of the search is certified.
     pub is_beyond_search: bool,
 }
 

@@ -23,7 +23,6 @@ struct Demonstration {
     held_ticks: u64,
 }
 
-/// The sequence that grows fastest or decays slowest.
 fn demonstration(switching: &Switching) -> Demonstration {
     let phases = switching.phases;
     let (softest, stiffest) = switching.settings.stiffness_n_per_m;
@@ -44,8 +43,7 @@ fn demonstration(switching: &Switching) -> Demonstration {
     }
 }
 
-/// The needle rests in a spring and a damper with the force reading zeroed. The hand starts near its desired position,
-/// and alarms occur only at the times of the sequence.
+/// The needle rests in a spring and a damper. Alarms occur only at the times of the sequence.
 pub fn worst_events(source: &Source, settings: &[String], switching: &Switching) -> Result<Scenario, ScenarioError> {
     let Demonstration { stiffness_n_per_m, starts, held_ticks } = demonstration(switching);
     let phases = switching.phases;

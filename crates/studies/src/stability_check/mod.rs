@@ -1,6 +1,5 @@
-//! Comparison of the linear verdicts with the engine. A run begins at rest on a spring and a damper that the needle
-//! cannot leave. The hand moves by a micrometre and back, and the needle's late motion is compared with its earlier
-//! motion.
+//! Comparison of the linear verdicts with the engine: the hand moves by a micrometre and back, and the needle's late
+//! motion is compared with its earlier motion.
 
 mod certificate;
 mod document;
@@ -55,16 +54,11 @@ pub fn linear_loop(scenario: &Scenario) -> Result<LinearLoop, CheckError> {
     Ok(LinearLoop::of(scenario, tissue_range(scenario)?)?)
 }
 
-/// A point at which a run does not confirm the linear verdict.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unconfirmed {
-    /// First parameter of the map.
     pub x: f64,
-    /// Second parameter of the map.
     pub y: f64,
-    /// Verdict of the linear loop.
     pub analytic_stable: bool,
-    /// Verdict of the engine.
     pub simulated: Verdict,
     /// True within [`BAND`] of the boundary.
     pub is_near_boundary: bool,
@@ -81,7 +75,6 @@ pub struct Check {
 }
 
 impl Check {
-    /// Numbers of agreeing, disagreeing and undecided judged points.
     pub fn counts(&self) -> [usize; 3] {
         let judged = |points: &[Unconfirmed]| points.iter().filter(|point| !point.is_near_boundary).count();
         let [disagreeing, undecided] = [&self.disagreements, &self.undecided].map(|points| judged(points));

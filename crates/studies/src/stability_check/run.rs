@@ -19,7 +19,7 @@ const NUDGE_S: f64 = 0.02;
 /// A motion has grown beyond this distance from the start.
 const GROWN_M: f64 = 3e-3;
 
-/// A motion has decayed below this fraction of the maximum squared speed.
+/// Fraction of the maximum squared speed.
 const DECAYED: f64 = 1e-18;
 
 /// The round-trip delay extends a run.
@@ -58,7 +58,7 @@ impl Observer<f64> for SpeedObserver {
         let now = (signals.tick / self.quarter).min(3) as usize;
         self.sums[now] += square;
         self.max = self.max.max(square);
-        // False for NaN, which also counts as grown.
+        // False for NaN.
         let is_small = position.abs() < GROWN_M && square.is_finite();
         if !is_small {
             self.verdict = Some(Verdict::Grows);

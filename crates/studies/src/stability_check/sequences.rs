@@ -1,5 +1,3 @@
-//! Random sequences of events in the engine, to test the bounds of an analysis.
-
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;
@@ -26,7 +24,6 @@ const DAMPING_N_S_PER_M: f64 = 5.0;
 /// The supervisor ignores alarms that are too early.
 const SPACINGS: [u64; 3] = [5, 50, 250];
 
-/// A needle at rest in a tissue that begins to move, with events, on one stiffness.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EventRun {
     /// `K`.
@@ -46,7 +43,6 @@ pub struct EventRecord {
     /// Maximum distance from the resting position.
     pub slave_m: f64,
     pub events: u64,
-    /// Position of the slave at the beginning of each event.
     pub at_events_m: Vec<f64>,
     is_augmented: bool,
 }

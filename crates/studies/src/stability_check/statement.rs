@@ -1,7 +1,7 @@
 use super::StabilityStudy;
 use trocar_stability::Peaks;
 
-/// Multiple of the largest motion found up to which a bound is useful.
+/// Maximum multiple of the largest motion found.
 const LOOSE: f64 = 10.0;
 
 pub(super) const ASSUMPTIONS: [&str; 3] = [
@@ -15,8 +15,8 @@ pub enum Statement<'a> {
     /// Everything decays under any sequence of events that keeps the enforced times, and an additional tissue force
     /// moves needle and hand within bounds.
     Decays(&'a Peaks),
-    /// A sustained swing within bounds is not excluded, because the steps and the noise of the force sensor are an
-    /// additional force that does not end, of this size in N.
+    /// A sustained swing is not excluded, because the steps and the noise of the force sensor are an additional force,
+    /// of this size in N.
     Bounded(&'a Peaks, f64),
     /// Neither is certified, for this reason.
     None(&'a str),

@@ -24,7 +24,6 @@ pub struct StabilityStudy {
     /// At the worst stiffness of the tissue.
     pub analysis: Analysis,
     pub map: StabilityMap,
-    /// An error is the reason why there is no analysis.
     pub switching: Result<Switching, String>,
     pub measured: Option<MeasuredLoop>,
     pub z_width: Option<ZWidth>,
@@ -44,7 +43,7 @@ pub struct StabilityStudy {
 }
 
 impl StabilityStudy {
-    /// `sector` is a range of stiffness (N/m) that satisfies [`is_tissue`]; the default is the scenario's.
+    /// `sector` is a range of stiffness (N/m); the default is the scenario's.
     pub fn of(scenario: &Scenario, (x, y): (Axis, Axis), sector: Option<(f64, f64)>) -> Result<Self, CheckError> {
         let settings = linear_loop(scenario)?;
         let sector = sector.unwrap_or_else(|| settings.tissue.sector_n_per_m());
@@ -120,14 +119,12 @@ impl StabilityStudy {
         Ok(())
     }
 
-    /// Does nothing without an analysis of the switching.
     pub fn make_worst_events(&mut self, source: &Source, settings: &[String]) -> Result<(), ScenarioError> {
         self.worst_events =
             self.switching.as_ref().ok().map(|switching| worst_events(source, settings, switching)).transpose()?;
         Ok(())
     }
 
-    /// The tissue for which the analysis holds.
     pub fn tissue(&self) -> &TissueRange {
         &self.analysis.settings.tissue
     }

@@ -9,11 +9,11 @@ use trocar_stability::{
 
 #[derive(Debug, Clone)]
 pub struct LoopVerdict {
-    /// At the worst spring and damper of the tissue.
+    /// At the worst point of the tissue.
     pub settings: LinearLoop,
     pub mode: Mode,
     pub margins: Margins,
-    /// At every spring and damper of the tissue, and out of contact.
+    /// At every point of the tissue, and out of contact.
     pub range: RangeVerdict,
     /// Parts with unknown effect on the stability.
     pub left_out: Vec<LeftOut>,
@@ -58,7 +58,7 @@ impl LoopVerdict {
         document::verdict::sentence(self)
     }
 
-    /// Continues "the loop is" with the largest stable force scale, for an unstable loop.
+    /// Continues "the loop is".
     pub fn instability(&self) -> Result<Option<String>, StabilityError> {
         if self.is_stable() != Some(false) {
             return Ok(None);
@@ -68,7 +68,6 @@ impl LoopVerdict {
         Ok(Some(document::verdict::instability(self, &limit)))
     }
 
-    /// First part of `stability.json`.
     pub fn json(&self) -> serde_json::Value {
         json_of(&LoopPart::of(self))
     }

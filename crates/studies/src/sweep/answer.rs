@@ -6,14 +6,13 @@ use trocar_scenario::unit_of;
 
 const MAX_METRICS: usize = 4;
 
-/// Minimum share of the variance of a decisive axis.
+/// Share of the variance of a decisive axis.
 const MIN_SHARE: f64 = 0.1;
 
 /// Relative to the metric's largest magnitude.
 const SMALL_CHANGE: f64 = 0.01;
 
-/// For the first varying metrics in focus: the axis with the largest influence, and its values with the smallest and
-/// largest mean.
+/// For the first varying metrics in focus: the axis with the largest influence.
 pub(super) fn sentences(findings: &Findings) -> Vec<String> {
     let varies = |of: &&Influences| !findings.summaries[of.column].is_unchanged(findings.cases);
     let sentence = |of: &Influences| of_metric(&findings.summaries[of.column], of);

@@ -79,7 +79,6 @@ impl Axis {
         }
     }
 
-    /// Empty for a range without points, and for words.
     pub fn numbers(&self) -> Vec<f64> {
         let count = self.count().unwrap_or(0);
         (0..count).filter_map(|k| number(&self.value((k as f64 + 0.5) / count as f64))).collect()
@@ -100,7 +99,6 @@ impl Axis {
         }
     }
 
-    /// Values as in a sweep file.
     pub fn to_toml(&self) -> String {
         match &self.levels {
             Levels::List(list) => toml::Value::Array(list.iter().map(Value::to_toml).collect()).to_string(),

@@ -4,7 +4,6 @@ use trocar_scenario::{Kind, Value};
 
 #[derive(Debug, Clone, PartialEq)]
 pub enum AxisColumn {
-    /// Numbers and signs.
     Number(Vec<f64>),
     Whole(Vec<i64>),
     Flag(Vec<bool>),

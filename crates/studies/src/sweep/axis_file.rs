@@ -3,7 +3,6 @@ use super::design::{MAX_CASES, SamplingScheme};
 use super::file_values::{flag, must, whole};
 use trocar_scenario::{Entry, KeyAt, Kind, ScenarioError, Value, find_key, nearest_key};
 
-/// Words of the error messages about a section.
 #[derive(Debug)]
 pub(crate) struct Section {
     pub(crate) name: &'static str,

@@ -3,7 +3,7 @@ use super::correlation::Correlation;
 use super::file::SweepFile;
 use trocar_scenario::{Entry, Place, Scenario, ScenarioError, Source, entries};
 
-/// An axis has an effect in the first case, or because another axis varies the keys on which it depends.
+/// An axis has an effect in the first case, or through another axis.
 pub(crate) fn check_acting(
     axes: &[Axis],
     others: &[Axis],

@@ -10,7 +10,7 @@ use super::design::Design;
 use trocar_base::hexadecimal::hexadecimal;
 use trocar_scenario::{OperatorSpec, Scenario, TissueSpec};
 
-/// `signals` is the hash of the signals that the scenario reads.
+/// `signals` is a hash.
 pub(crate) fn resolved_toml(scenario: &Scenario, signals: Sha256) -> String {
     let mut text = String::new();
     let _ = write!(
@@ -21,7 +21,7 @@ pub(crate) fn resolved_toml(scenario: &Scenario, signals: Sha256) -> String {
     );
     let echo = scenario.echo();
     let mut is_in_section = false;
-    // Each layer is written as a section with its name.
+    // A section for each layer.
     let mut in_list = None;
     for line in echo.lines() {
         if let Some(list) = line.strip_prefix("[[").and_then(|line| line.strip_suffix("]]")) {

@@ -49,7 +49,6 @@ impl Column {
         Self { name, label, meaning: declaration.meaning, unit: declaration.unit, measure }
     }
 
-    /// Accepts current and former names.
     pub fn named(name: &str) -> Option<Self> {
         let of_loop = || LoopOfCase::METRICS.iter().find(|metric| metric.declaration.key(1) == name);
         let of_run = RunMetric::named(name).map(Measure::Run);
@@ -77,7 +76,7 @@ impl Column {
         matches!(self.measure, Measure::Loop(_))
     }
 
-    /// The energies at the ports are computed from the trace of a run.
+    /// Needs the trace of a run.
     pub fn is_of_ports(&self) -> bool {
         matches!(self.measure, Measure::Run(metric) if metric.declaration().scope == Scope::Port)
     }

@@ -1,6 +1,5 @@
 use trocar_base::quantiles::{normal_quantile, normal_share};
 
-/// Axes with equal pairwise correlation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Correlation {
     pub name: String,
@@ -9,8 +8,7 @@ pub struct Correlation {
     pub coefficient: f64,
 }
 
-/// A Gaussian copula: normal numbers are mixed with the Cholesky factor of their correlation, and each coordinate
-/// remains uniformly distributed.
+/// A Gaussian copula: each coordinate remains uniformly distributed.
 #[derive(Debug, Clone)]
 pub(super) struct Mixer {
     axes: Vec<usize>,

@@ -17,13 +17,11 @@ pub enum SamplingScheme {
     Grid,
     Random {
         points: u64,
-        /// Seed of the random numbers.
         seed: u64,
     },
-    /// Each of `points` equal parts of every axis contains one point at a random position.
+    /// Each of `points` equal parts of every axis contains one point.
     LatinHypercube {
         points: u64,
-        /// Seed of the random numbers.
         seed: u64,
     },
     /// The points are shifted digitally by a random number.
@@ -34,13 +32,11 @@ pub enum SamplingScheme {
     },
     /// The k-th values of all axes are a point.
     List {
-        /// Number of values of each axis.
         points: u64,
     },
 }
 
 impl SamplingScheme {
-    /// Names in sweep files.
     pub const WORDS: [&'static str; 5] = ["grid", "random", "latin-hypercube", "sobol", "list"];
 
     /// Ordered like [`SamplingScheme::WORDS`].
@@ -77,7 +73,6 @@ pub struct Design {
     pub axes: Vec<Axis>,
     pub correlations: Vec<Correlation>,
     pub scheme: SamplingScheme,
-    /// Noise seeds per point.
     pub seeds: u64,
     pub first_seed: u64,
     /// Seeds that are not consecutive.
@@ -152,7 +147,6 @@ pub struct UnitCoordinates<'a> {
 }
 
 impl UnitCoordinates<'_> {
-    /// Each coordinate is from 0 to below 1.
     pub fn of(&self, case: u64, coordinates: &mut Vec<f64>) {
         let point = case / self.design.seeds;
         coordinates.clear();

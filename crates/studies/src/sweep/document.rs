@@ -40,7 +40,7 @@ impl Study for SweepReport<'_> {
             document.figure("tornado", tornado(design, findings));
             document.data.push(tornado_columns(design, findings));
         }
-        // A report begins with the maps, which show the answer.
+        // The maps show the answer.
         let mut maps = Section::new("maps", "Maps over two axes").shown(Shown::InReports);
         for map in &findings.heat_maps {
             let name = format!("heat_{}", design.columns[map.column].name);

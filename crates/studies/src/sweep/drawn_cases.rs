@@ -7,7 +7,6 @@ const MAX_CASES: u64 = 2_000;
 
 const MAX_CHARTS: usize = 16;
 
-/// Classes for medians over an axis without levels, or with too many.
 const CLASSES: usize = 20;
 
 #[derive(Clone, Debug)]
@@ -18,7 +17,7 @@ pub struct DrawnCases {
 }
 
 impl DrawnCases {
-    /// The position within each of equal parts varies, because a regular step could skip a level of an axis.
+    /// A regular step could skip a level of an axis.
     pub fn of(design: &Design, rows: &Rows) -> Result<Self, SweepError> {
         let all = design.cases();
         let parts = all.min(MAX_CASES);

@@ -21,20 +21,18 @@ const MAX_NUMBERS_KEPT: usize = 8 << 20;
 #[derive(Debug, Clone, Copy)]
 pub struct Execution {
     pub threads: usize,
-    /// True if cases that differ only in the detector's threshold share runs.
+    /// Cases that differ only in the detector's threshold share runs.
     pub shares_runs: bool,
 }
 
 pub struct Progress<'a> {
-    /// Once set, no new pack starts; packs in progress are completed and stored.
+    /// Once set, no new pack starts.
     pub stop: &'a AtomicBool,
-    /// Number of cases that were complete before.
     pub begun: &'a dyn Fn(u64),
-    /// Number of newly completed cases.
     pub done: &'a (dyn Fn(u64) + Sync),
 }
 
-/// Returns the number of complete cases. An error is that of the failed case with the lowest number.
+/// An error is that of the failed case with the lowest number.
 pub fn execute(plan: &Plan, part: &Part, how: Execution, progress: &Progress<'_>) -> Result<u64, SweepError> {
     let Execution { threads, shares_runs } = how;
     let before = part.cases_done()?;
@@ -55,7 +53,7 @@ pub fn execute(plan: &Plan, part: &Part, how: Execution, progress: &Progress<'_>
     let layout = part.layout();
     let cases = layout.cases_of(packs.start).start..layout.cases_of(packs.end).start;
     let shared = if shares_runs { SharedRuns::of(plan, cases) } else { None };
-    // A thread takes whole groups of cases that share runs, but at most a share, so every thread has work.
+    // At most a share, so every thread has work.
     let fair_share = (packs.end - packs.start) / (4 * threads as u64);
     let packs_per_turn = shared.as_ref().map_or(1, |shared| shared.span().div_ceil(PACK_CASES).min(fair_share).max(1));
     let work = || {
@@ -110,7 +108,7 @@ impl<'a> Worker<'a> {
         let missing: Vec<u64> = cases.clone().filter(|case| !known.contains_key(case)).collect();
         if !missing.is_empty() {
             known.extend(self.run_cases(&missing)?);
-            // Marks these results as read.
+            // Marks them as read.
             missing.iter().for_each(|&case| drop(self.shared.and_then(|shared| shared.take(case))));
         }
         self.rows.clear();

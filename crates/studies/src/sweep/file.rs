@@ -56,7 +56,6 @@ impl SweepFile {
         if is_stored {
             entries.retain(|entry| !entry.path.starts_with("resolved."));
         }
-        // An empty section is ignored.
         let is_bare = |entry: &Entry| entry.value.as_table().is_some_and(|table| table.is_empty());
         entries.retain(|entry| !(matches!(entry.path.as_str(), "axes" | "set" | "design") && is_bare(entry)));
         // A key is the same with and without quotes, as in axes."scaling.force".
@@ -178,7 +177,6 @@ fn grid<'a>(find: &impl Fn(&str) -> Option<&'a Entry>) -> Result<SamplingScheme,
     }
 }
 
-/// Other schemes are unchanged.
 fn with_listed_points(scheme: SamplingScheme, axes: &[Axis]) -> Result<SamplingScheme, ScenarioError> {
     let SamplingScheme::List { .. } = scheme else { return Ok(scheme) };
     let points = axes.first().and_then(Axis::count).unwrap_or(1);

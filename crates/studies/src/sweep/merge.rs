@@ -1,5 +1,3 @@
-//! Joins the parts of a sweep that was computed in shards.
-
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -26,7 +24,6 @@ pub struct Manifest {
     pub is_complete: bool,
 }
 
-/// Files of a part's folder.
 pub const MANIFEST: &str = "manifest.json";
 pub const SWEEP: &str = "sweep.toml";
 pub const CASES: &str = "cases.part";

@@ -1,9 +1,8 @@
 //! Many runs of a scenario with varied keys and noise seeds.
 //!
-//! A sweep file ([`Plan`]) gives the values of keys and their combination ([`Design`]). Case `i` is computed from `i`
-//! alone, so its result is the same in a separate run, a pack or a shard and on any number of threads, and the memory
-//! does not grow with the number of cases. An interrupted sweep continues from the stored packs of its [`Part`]. Parts
-//! of different shards are joined by reading them in sequence.
+//! Case `i` is computed from `i` alone, so its result is the same in a separate run, a pack or a shard and on any
+//! number of threads, and the memory does not grow with the number of cases. An interrupted sweep continues from the
+//! stored packs of its [`Part`].
 
 mod answer;
 mod axis;

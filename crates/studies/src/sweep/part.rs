@@ -1,6 +1,5 @@
-//! The stored results of the cases. Every pack has a slot at an offset that follows from its number, with a checksum
-//! over its content, its number and the sweep's hash. A torn, empty or foreign slot is computed again, so an
-//! interruption loses only the packs in progress.
+//! The stored results of the cases. Every pack has a slot with a checksum over its content, its number and the sweep's
+//! hash, so an interruption loses only the packs in progress.
 
 use std::fs::{File, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -58,9 +57,7 @@ impl Outcome {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
     pub key: u64,
-    /// Values per case.
     pub columns: usize,
-    /// Cases of the whole sweep.
     pub cases: u64,
     pub packs: Range<u64>,
 }
@@ -127,7 +124,7 @@ pub struct Part {
 }
 
 impl Part {
-    /// Opens or creates a part, and locks it until it is dropped.
+    /// Locks it until it is dropped.
     pub fn open(path: &Path, layout: Layout) -> Result<Self, SweepError> {
         let file = File::options().read(true).write(true).create(true).truncate(false).open(path);
         let part = Self::with(path, layout, file)?;
@@ -163,7 +160,7 @@ impl Part {
         SweepError::Io { path: self.path.clone(), source }
     }
 
-    /// After an error, for example a full disk, the pack counts as missing.
+    /// After an error, the pack counts as missing.
     pub fn write(&self, pack: u64, rows: &mut PackRows) -> Result<(), SweepError> {
         if let Some((sum, words)) = rows.0.split_first_mut() {
             *sum = self.layout.checksum(pack, words);

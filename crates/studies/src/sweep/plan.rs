@@ -28,14 +28,13 @@ pub fn is_sweep(source: &Source) -> bool {
 }
 
 impl Plan {
-    /// Checks the corners of the axes. `settings` are `section.key=value` texts that override the file.
+    /// Checks the corners of the axes. `settings` override the file.
     pub fn load(source: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
         let file = SweepFile::of(entries(source)?, false)?;
         let (varied, place) = base_of(&file, source)?;
         Self::of(file, source, (&varied, Some(place)), settings)
     }
 
-    /// The sweep file names no base.
     pub fn over(source: &Source, base: &Source, settings: &[String]) -> Result<Self, ScenarioError> {
         let file = SweepFile::of(entries(source)?, false)?;
         if let Some(entry) = &file.base {
@@ -79,7 +78,6 @@ impl Plan {
         sha256(self.canonical.as_bytes())
     }
 
-    /// True if no other key determines the value.
     pub fn gives(&self, path: &str) -> bool {
         self.template.gives(path)
     }
@@ -106,7 +104,6 @@ impl Plan {
         self.template.whole(&values, self.design.seed(case))
     }
 
-    /// Reports invalid values in advance.
     fn check_corners(&self) -> Result<(), ScenarioError> {
         let axes = &self.design.axes;
         let mut factory = self.template.factory();
@@ -185,7 +182,6 @@ fn design(file: SweepFile, stem: String, first_seed: u64) -> Design {
     }
 }
 
-/// The source is a stored canonical text.
 pub fn stored_design(source: &Source) -> Result<Design, ScenarioError> {
     Ok(design(SweepFile::of(entries(source)?, true)?, harmless_name(&source.stem()), 1))
 }

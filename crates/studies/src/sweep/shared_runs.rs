@@ -37,19 +37,19 @@ struct Known {
 
 #[derive(Debug)]
 struct Group {
-    /// Index in `rows` for each threshold.
+    /// Index in `rows`, by threshold.
     places: Vec<Option<u32>>,
     rows: Vec<Row>,
-    /// Cases of the group that have not been read.
+    /// Cases that have not been read.
     unread: usize,
 }
 
 impl SharedRuns {
-    /// `None` if no cases differ only in the threshold.
+    /// `None` if all cases differ otherwise.
     pub(super) fn of(plan: &Plan, cases: Range<u64>) -> Option<Self> {
         let design = &plan.design;
         let at = design.axes.iter().position(|axis| axis.key.path == "detector.threshold")?;
-        // A cap derived from the threshold differs, too, and metrics of the closed loop are computed for each case.
+        // A derived cap differs, too.
         let is_usable = design.scheme == SamplingScheme::Grid && plan.gives("detector.cap");
         if !is_usable || design.columns.iter().any(Column::is_of_loop) {
             return None;
@@ -95,7 +95,6 @@ impl SharedRuns {
         Some(row)
     }
 
-    /// Thresholds below `cap` to track in a case that starts now.
     pub(super) fn higher(&self, case: u64, cap: f64) -> Vec<f64> {
         let (first, at) = self.place(case);
         let mut known = self.known();

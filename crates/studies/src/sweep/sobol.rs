@@ -28,7 +28,6 @@ const TABLE: [(u64, &[u64]); 20] = [
     (4, &[1, 3, 7, 13, 13, 15, 69]),
 ];
 
-/// One coordinate of Sobol's sequence.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sobol {
     /// Index 0 is the lowest bit of the index; the leading bit of a coordinate is bit 51.
@@ -57,7 +56,7 @@ impl Sobol {
     }
 
     /// In [0, 1), in the order of the Gray code (Antonov and Saleev, 1979). The 52 lowest bits of `shift` invert bits,
-    /// which keeps the sequence even and moves the first point off the corner.
+    /// which moves the first point off the corner.
     pub fn coordinate(&self, index: u64, shift: u64) -> f64 {
         let mut left = index ^ (index >> 1);
         let mut sum = shift & ((1 << BITS) - 1);

@@ -58,12 +58,11 @@ impl Law {
     }
 }
 
-/// Estimate of the needle's velocity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Velocity {
     /// Over 5 ms, for tissues.
     Slope,
-    /// To the sample before, as the program of a virtual tissue computes it.
+    /// As the program of a virtual tissue computes it.
     Difference,
 }
 
@@ -96,7 +95,7 @@ impl Velocity {
                 Self::Difference => 2.0,
             };
             let velocities = self.of(one);
-            // The rounding error of a needle at rest does not change.
+            // Rounding does not change at rest.
             let moving = velocities.iter().filter(|velocity| **velocity != 0.0).count();
             rounding += moving as f64 * weights * (step_m / one.interval_s).powi(2) / 12.0;
             total += deviation(&velocities).powi(2);

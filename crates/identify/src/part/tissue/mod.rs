@@ -120,8 +120,7 @@ impl Structure {
             let (depth_m, moved_m) = (here_m - contact_m, here_m - before_m);
             before_m = here_m;
             let velocity = delayed(&velocities, sample, lag_s, *interval_s);
-            // The needle crosses the surface at an unknown time within an interval. Without this ramp the errors would
-            // be discontinuous in the position of the surface.
+            // The needle crosses the surface within an interval. Without this ramp the errors would be discontinuous.
             let contact = (0.5 + depth_m / (velocity.abs() * interval_s).max(1e-9)).clamp(0.0, 1.0);
             if contact == 0.0 {
                 grip_n = 0.0;
@@ -201,7 +200,7 @@ pub(super) fn conclusions(training: &[Signals], chosen: &Chosen<'_>) -> Conclusi
     Conclusions { open, file: TextFile { name: "tissue.toml".into(), text: scenario(training, chosen, &fitted) } }
 }
 
-/// Refits the other values at the nearest power that a scenario can have.
+/// Refits at the nearest power that a scenario can have.
 fn with_quarter_power(training: &[Signals], chosen: &Chosen<'_>) -> Vec<f64> {
     let Candidate { specs, simulate, .. } = chosen.candidate;
     let mut start = chosen.values.to_vec();

@@ -1,4 +1,4 @@
-//! A spring and damper that roughly follows the recordings, to start the optimiser.
+//! A rough spring and damper, to start the optimiser.
 
 use super::super::regression::{Regression, regression};
 use super::super::signals::Signals;
@@ -14,14 +14,13 @@ const MAX_LAGS: usize = 25;
 /// Share of the range of positions that may be free of contact.
 const LOWEST_SHARE: f64 = 0.15;
 
-/// Maximum rise of the force without contact, relative to its rise in the whole recording.
+/// Maximum rise of the force without contact, relative to the whole recording.
 const FLAT_SHARE: f64 = 1.0 / 3.0;
 
-/// Maximum standard deviation of the force without contact, relative to its range.
+/// Maximum standard deviation without contact, relative to the force's range.
 const QUIET_SHARE: f64 = 0.1;
 
 pub(super) struct Rough {
-    /// Mean force without contact.
     pub(super) zero_n: Option<f64>,
     pub(super) contact_m: f64,
     pub(super) stiffness_n_per_m: f64,
@@ -76,7 +75,7 @@ impl Rough {
             return None;
         }
         let regressed_m = lowest_m - (coefficients[2] - zero_n.unwrap_or(0.0)) / stiffness;
-        // A line through all forces of a stiffening tissue would begin too deep.
+        // A line through all forces would begin too deep.
         let contact_m = if free.is_some() {
             regressed_m.clamp(begin_m - 0.1 * span_m, begin_m + 0.1 * span_m)
         } else {

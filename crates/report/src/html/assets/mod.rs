@@ -1,10 +1,7 @@
-//! The embedded files of every page.
-
 /// Colours, fonts and spacing, for the light and the dark theme.
 pub const THEME_CSS: &str = include_str!("theme.css");
 /// Charts from the descriptions of figures.
 pub const CHARTS_JS: &str = include_str!("charts.js");
-/// The animation of a rupture.
 pub const ANIMATION_JS: &str = include_str!("animation.js");
 pub(super) const REPORT_HTML: &str = include_str!("report.html");
 pub(super) const REPORT_CSS: &str = include_str!("report.css");

@@ -44,7 +44,7 @@ impl PaperStudy {
         self.noisy_seeds.0.iter().map(|seeds| seeds.iter().filter(|seed| is_so(seed)).count()).collect()
     }
 
-    /// The strings are section, subject, the paper's words, condition and reason.
+    /// Strings: section, subject, the paper's words, condition, reason.
     fn of_seeds(
         &self,
         [section, what, paper, condition, why]: [&'static str; 5],

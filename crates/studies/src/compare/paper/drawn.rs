@@ -7,7 +7,7 @@ use trocar_figures::{self as figures, EstimationView, FigureError, RunView};
 /// Time of the puncture in figures 4 and 5 of the paper (3.2.1).
 pub(super) const PUNCTURE_S: f64 = 4.6;
 
-/// Forces that resist insertion become negative, times later by `shift_s`.
+/// Forces that resist insertion become negative.
 pub(super) fn in_the_papers_terms(run: &Run, shift_s: f64) -> Run {
     let mut run = run.clone();
     let trace = &mut run.trace;

@@ -35,7 +35,7 @@ fn true_viscous_share(run: &Run, velocity: f64) -> Option<f64> {
     Some(factor / (1.0 + factor))
 }
 
-/// The strings are section, subject and the paper's number.
+/// Strings: section, subject, the paper's number.
 fn of_settings(
     [section, what, text]: [&'static str; 3],
     paper: f64,

@@ -64,7 +64,7 @@ pub(super) fn terms(run: &Run) -> [Vec<f64>; 2] {
 }
 
 pub(super) fn tick(run: &Run, time_s: f64) -> usize {
-    // Half a tick earlier, because the times of ticks are rounded.
+    // Times of ticks are rounded.
     let from_s = time_s - 0.5 * run.scenario.grid.tick_s();
     run.trace.time_s.partition_point(|time| *time < from_s).min(run.trace.len().saturating_sub(1))
 }

@@ -25,7 +25,7 @@ use variations::{NoisySeed, OfSettings, Varied};
 /// Figures 2 and 3 are photographs.
 pub const FIGURES: [u8; 14] = [1, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16];
 
-/// In the order of the fields of [`PaperStudy`].
+/// Ordered as in [`PaperStudy`].
 const RUNS: [(&str, &[&str]); 12] = [
     ("layers/direct-access", &[]),
     ("layers/direct-access", &["estimator.parameters=stiffness"]),
@@ -49,22 +49,17 @@ pub const PAPER_VARIANCE_N2: f64 = 4e-4;
 
 #[derive(Debug, Clone)]
 pub struct PaperFigure {
-    /// `None` for the statements that no figure shows.
     pub number: Option<u8>,
-    /// What the paper's figure shows.
     pub shows: &'static str,
-    /// What the reproduced figure shows.
     pub ours: &'static str,
     pub differs: &'static str,
     pub statements: Vec<Statement>,
 }
 
-/// A part of an insertion without a sudden change.
 #[derive(Debug, Clone)]
 pub struct QuietStretch {
     pub from_to_s: (f64, f64),
     pub residual_n: Vec<f64>,
-    /// `None` if the stretch is too short.
     pub tests: Option<Whiteness>,
 }
 
@@ -167,7 +162,6 @@ impl PaperStudy {
         })
     }
 
-    /// Every figure, then the statements that no figure shows.
     pub fn figures(&self) -> Vec<PaperFigure> {
         let figure = |number: Option<u8>| {
             let [shows, ours, differs] = texts::texts(number);

@@ -68,7 +68,7 @@ pub struct Statement {
 }
 
 impl Statement {
-    /// The strings are section, subject, the paper's number and the condition for *reproduced*.
+    /// Strings: section, subject, the paper's number, condition for *reproduced*.
     pub(super) fn checked(
         [section, what, paper, condition]: [&'static str; 4],
         ours: impl Into<String>,
@@ -80,7 +80,7 @@ impl Statement {
         Self { number, section, what, paper, condition, ours, judgement, why }
     }
 
-    /// The strings are section, subject and the paper's number.
+    /// Strings: section, subject, the paper's number.
     pub(super) fn open(
         [section, what, paper]: [&'static str; 3],
         ours: impl Into<String>,

@@ -1,7 +1,6 @@
 const GENERATED: &str =
     "The paper's recording was never published; a generator makes one from the facts that the paper states.";
 
-/// The paper's figure, the reproduced figure and their differences.
 pub(super) fn texts(figure: Option<u8>) -> [&'static str; 3] {
     match figure {
         Some(1) => [

@@ -1,5 +1,3 @@
-//! Variations of details that the paper does not state.
-
 use std::sync::Arc;
 
 use super::measures::{Errors, contrast, squared_changes_n2};
@@ -151,7 +149,7 @@ pub(super) fn in_noise() -> Result<Varied<Vec<NoisySeed>>, PaperError> {
     Ok(Varied(FALLS_S.into_iter().map(of_fall).collect::<Result<_, _>>()?))
 }
 
-/// The smallest and largest factor that detect both ruptures without a false alarm, for each of [`FALLS_S`].
+/// The smallest and largest working factor for each of [`FALLS_S`].
 pub(super) fn working_thresholds(distance: &str) -> Result<Varied<Option<(f64, f64)>>, PaperError> {
     let base = load("paper/classical", &[format!("detector.distance={distance}")])?;
     let steps = -THRESHOLD_STEPS..=THRESHOLD_STEPS;

@@ -1,5 +1,3 @@
-//! Every strategy against a rupture over patients, persons and seeds.
-
 mod catalogue;
 mod document;
 mod people;
@@ -39,7 +37,6 @@ pub struct StrategyOptions {
     pub persons: Vec<&'static Person>,
     /// Maximum number of points of the sweep file, or of members of a group.
     pub patients: u64,
-    /// Seeds per patient and person.
     pub seeds: u64,
 }
 
@@ -383,8 +380,8 @@ impl StrategyRow {
 }
 
 impl StrategyStudy {
-    /// The results do not depend on the threads. False alarms are raised in separate runs, with the first seed, halfway
-    /// to the patient's first rupture.
+    /// The results do not depend on the threads. False alarms are raised in separate runs, halfway to the patient's
+    /// first rupture.
     pub fn of(
         source: &Source,
         settings: &[String],
@@ -472,7 +469,7 @@ fn run_unit(
     patient: u64,
     alarm_s: Option<f64>,
 ) -> Result<Tally, RunError> {
-    // The seeds of a person share the machines, whose steps are computed once.
+    // The steps of a person's machines are computed once.
     let firsts = cases.of_patient(&options.persons, patient)?;
     let with_seed = |first: &Scenario, offset: u64| {
         let mut other = first.clone();

@@ -17,7 +17,6 @@ pub struct Person {
     pub meaning: &'static str,
     /// Sets the person's perception, or the group's medians.
     pub decide: fn(&mut PerceptionSettings),
-    /// `None` for one person.
     pub group: Option<Group>,
 }
 
@@ -95,7 +94,7 @@ impl Person {
         PERSONS.iter().find(|person| person.name == name)
     }
 
-    /// All groups draw the same random numbers, so they differ only by their settings.
+    /// All groups draw the same random numbers.
     pub(crate) fn replace_operator(&self, scenario: &mut Scenario, patient: u64) {
         let Perception::Psychometric(perception) = &mut scenario.perception else { return };
         (self.decide)(perception);

@@ -20,7 +20,6 @@ pub struct DesignStudy<'a> {
     pub front: &'a Front,
     pub validation: &'a Validation,
     pub fresh: &'a Patients,
-    /// Number of patients of the search.
     pub patients: usize,
 }
 

@@ -11,7 +11,7 @@ use std::collections::HashSet;
 use trocar_document::{Cell, DataTable, Number, Table, plain, show};
 use trocar_scenario::Value;
 
-/// Maximum distance of a binding constraint's value from its limit, as a share.
+/// Maximum distance from the limit, as a share.
 const BINDS: f64 = 0.02;
 
 fn interval(estimate: Option<Estimate>, quantity: &Quantity) -> Cell {

@@ -2,10 +2,10 @@
 //! 2002).
 //!
 //! A point is *constraint-dominant* over another if it is feasible against infeasible, less violated among infeasible
-//! points, or Pareto-dominant among feasible ones. Points of the same rank are compared by their crowding distance.
+//! points, or Pareto-dominant among feasible ones. Ties are broken by the crowding distance.
 //!
-//! All objectives are minimised. Random numbers depend only on the seed, the generation and the index of the child, so
-//! a stored search continues with the same results.
+//! Random numbers depend only on the seed, the generation and the index of the child, so a stored search continues with
+//! the same results.
 
 #[cfg(test)]
 mod tests;
@@ -25,7 +25,6 @@ pub struct Point {
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Standing {
-    /// 0 for points that no other point dominates.
     pub rank: usize,
     /// Infinite for a point with an extreme objective.
     pub crowding: f64,
@@ -105,7 +104,6 @@ pub fn survivors(points: &[Point], count: usize) -> Vec<usize> {
     order
 }
 
-/// Indices of the feasible points that no other one dominates, ascending.
 pub fn front(points: &[Point]) -> Vec<usize> {
     let is_feasible = |point: &&Point| point.violation <= 0.0;
     let on_front = |point: &Point| {
@@ -115,8 +113,7 @@ pub fn front(points: &[Point]) -> Vec<usize> {
     (0..points.len()).filter(|&index| on_front(&points[index])).collect()
 }
 
-/// At most `count` points, ascending: `first`, the extremes of every objective, then repeatedly the point that is
-/// farthest from all chosen ones.
+/// At most `count` points, ascending: `first`, the extremes, then repeatedly the point farthest from all chosen ones.
 pub fn spread(points: &[Point], front: &[usize], first: Option<usize>, count: usize) -> Vec<usize> {
     let scaled = scaled(points, front);
     let mut chosen: Vec<usize> = front.iter().position(|index| first == Some(*index)).into_iter().collect();
@@ -133,7 +130,7 @@ pub fn spread(points: &[Point], front: &[usize], first: Option<usize>, count: us
     while chosen.len() < count.min(front.len()) {
         let nearest = |place: usize| chosen.iter().map(|&other| distance(place, other)).fold(f64::INFINITY, f64::min);
         let rest = (0..front.len()).filter(|place| !chosen.contains(place));
-        // The first of equal points, so that the result does not depend on rounding.
+        // The first of equal points, independent of rounding.
         let farthest = rest.map(|place| (nearest(place), place)).max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
         let Some((_, place)) = farthest else { break };
         chosen.push(place);
@@ -143,7 +140,7 @@ pub fn spread(points: &[Point], front: &[usize], first: Option<usize>, count: us
     indices
 }
 
-/// The point with the smallest distance to the ideal point.
+/// Closest to the ideal point.
 pub fn knee(points: &[Point], front: &[usize]) -> Option<usize> {
     let distance = |scaled: &Vec<f64>| scaled.iter().map(|share| share * share).sum::<f64>();
     let distances: Vec<f64> = scaled(points, front).iter().map(distance).collect();

@@ -12,7 +12,6 @@ const CROSSOVER: f64 = 0.9;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Gene {
     Number,
-    /// Number of choices, each with an equal part of the coordinates.
     Choice(u64),
 }
 
@@ -28,8 +27,7 @@ impl Gene {
 
 const LAST: f64 = 1.0 - f64::EPSILON;
 
-/// Each parent is the preferred one of two random points. Numbers use bounded simulated binary crossover and polynomial
-/// mutation; a choice is that of either parent, or another one by mutation. On average one gene mutates.
+/// Each parent is the preferred one of two random points. On average one gene mutates.
 pub fn child(genes: &[Gene], parents: &[&[f64]], standings: &[Standing], random: &mut ChaCha8Rng) -> Vec<f64> {
     let mut select = || {
         let (a, b) = (random.random_range(0..parents.len()), random.random_range(0..parents.len()));

@@ -17,7 +17,7 @@ pub enum Hand {
 /// Desired position, smooth or linear between points.
 #[derive(Debug, Clone)]
 pub(super) struct Path {
-    /// Time in s and position in m, ascending in time.
+    /// Time in s and position in m.
     points: Vec<(f64, f64)>,
     is_even: bool,
     tremor_m: f64,

@@ -2,7 +2,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{STEP_S, log_uniform, uniform};
 
-/// Minimum distance of falls: a force sensor cannot distinguish two steps.
+/// A force sensor cannot distinguish two closer falls.
 const APART_S: f64 = 0.05;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -26,8 +26,7 @@ pub struct Fall {
 }
 
 impl Fall {
-    /// Merges falls that begin within [`APART_S`] of the previous one's end, and measures their drops in noise-free
-    /// forces.
+    /// Merges falls that begin within [`APART_S`] of the previous one's end.
     pub(super) fn merged(all: Vec<Self>, forces: &[f64], tick_s: f64) -> Vec<Self> {
         let mut merged: Vec<Self> = vec![];
         for fall in all {
@@ -74,7 +73,6 @@ impl Layer {
         let share = (since_s / self.duration_s).min(1.0);
         let fallen_n = self.drop_n * (0.5 - 0.5 * libm::cos(std::f64::consts::PI * share));
         let left_n = self.rupture_n - self.drop_n;
-        // The remaining force relaxes after the fall.
         let relaxed_n = left_n * (1.0 - libm::exp(-(since_s - self.duration_s).max(0.0) / self.relaxation_s));
         let open = ((position_m - self.surface_m) / 1e-3).clamp(0.0, 1.0);
         open * (self.rupture_n - fallen_n - relaxed_n)
@@ -159,7 +157,7 @@ impl Contact {
         if is_machine && self.matter != Matter::RigidStop { 1e-5 } else { 1.0 / log_uniform(random, 1000.0, 5000.0) }
     }
 
-    /// Lets layers rupture. Damping and friction are added later.
+    /// Damping and friction are added later.
     fn static_n(&mut self, time_s: f64, position_m: f64) -> f64 {
         let depth_m = position_m - self.surface_m;
         if depth_m <= 0.0 {

@@ -1,7 +1,6 @@
 //! Synthetic recordings from the ranges of recorded needle insertions and teleoperators.
 //!
-//! The mechanics are integrated in steps of 0.1 ms and then sampled, so a fast fall lies between two samples of a slow
-//! sensor, as in reality.
+//! Integrated in steps of 0.1 ms and then sampled, so a fast fall lies between two samples of a slow sensor.
 
 mod hand;
 mod matter;

@@ -29,7 +29,7 @@ pub struct Ring {
 }
 
 impl Machine {
-    /// Its random numbers are independent of those of the rest of the trial.
+    /// Independent of the random numbers of the trial.
     pub(super) fn drawn(seed: u64, tick_s: f64) -> Self {
         let random = &mut ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(1);

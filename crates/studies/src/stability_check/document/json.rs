@@ -259,7 +259,6 @@ impl CheckPart {
     }
 }
 
-/// `None` without frequencies.
 pub(super) fn all(ports: &[PortPoint], holds: impl Fn(&PortPoint) -> bool) -> Option<bool> {
     (!ports.is_empty()).then(|| ports.iter().all(holds))
 }

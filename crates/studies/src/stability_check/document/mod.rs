@@ -71,7 +71,7 @@ fn sections(study: &StabilityStudy) -> Vec<Section> {
         limits.table(tables::event_limit_table(&study.event_limits));
     }
     limits.table(tables::sensitivity_table(analysis));
-    // The map comes first, because it answers the question and shows the point of the scenario.
+    // The map answers the question.
     let mut sections = vec![of_map, of_loop, limits];
     if let Some(measured) = &study.measured {
         let mut section = Section::new("measured", "Measured responses");

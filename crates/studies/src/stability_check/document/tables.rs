@@ -262,7 +262,6 @@ pub(super) fn checked_line(check: &Check, left_out: &[LeftOut]) -> String {
     format!("Simulation{without}: {counted}.")
 }
 
-/// A few unconfirmed points, and the number of further ones.
 pub(super) fn unconfirmed(map: &StabilityMap, check: &Check) -> Option<(Table, Option<String>)> {
     let columns = [
         (map.x.parameter.key(), map.x.parameter.key()),

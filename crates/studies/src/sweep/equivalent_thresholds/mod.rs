@@ -32,7 +32,7 @@ pub(super) struct RunWithEquivalents {
     pub(super) thresholds: Vec<f64>,
 }
 
-/// `higher` lists for each scenario the thresholds to track, between the detector's threshold and its cap.
+/// `higher` lists thresholds between the detector's threshold and its cap, by scenario.
 pub(super) fn run_with_equivalents(
     bank: &mut NoiseBank,
     scenarios: &[Scenario],
@@ -71,7 +71,7 @@ impl RunObserver for TrackedThresholds<'_> {
 
 #[derive(Debug, Clone)]
 struct EquivalentThresholds<L: Lane> {
-    /// Infinite if no threshold remains.
+    /// Infinite if none remains.
     threshold: L,
     /// An augmented phase up to this length is identical with any threshold.
     max_augmented_ticks: L,

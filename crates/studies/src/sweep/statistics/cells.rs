@@ -9,10 +9,8 @@ const MAX_CLASSES: u64 = 40;
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Cell {
-    /// Value at the centre of the cell.
     pub x: f64,
     pub y: f64,
-    /// Cases in which the metric is defined.
     pub defined: u64,
     pub mean: Option<f64>,
     pub mean_ci95_half_width: Option<f64>,
@@ -21,11 +19,9 @@ pub struct Cell {
 /// Means of a metric over two axes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HeatMap {
-    /// Index of the metric.
     pub column: usize,
     pub x_axis: usize,
     pub y_axis: usize,
-    /// Cells per row.
     pub x_count: usize,
     /// Rows with both axes ascending.
     pub cells: Vec<Cell>,
@@ -48,7 +44,7 @@ pub(super) struct Cells<'a> {
 
 impl<'a> Cells<'a> {
     pub(super) fn new(design: &'a Design) -> Self {
-        // Given points do not fill a map.
+        // Given points fill no map.
         let is_filled = !matches!(design.scheme, SamplingScheme::List { .. });
         let varied = |(_, axis): &(usize, &Axis)| is_filled && axis.is_numeric() && axis.count() != Some(1);
         let mut numeric = design.axes.iter().enumerate().filter(varied);

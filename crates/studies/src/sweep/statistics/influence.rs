@@ -54,7 +54,6 @@ fn as_json<S: serde::Serializer>(value: &Value, serializer: S) -> Result<S::Ok, 
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Influences {
-    /// Index of the metric.
     pub column: usize,
     /// Descending.
     pub of_axes: Vec<Influence>,
@@ -66,7 +65,6 @@ pub struct Influences {
 pub(super) struct Inputs<'a> {
     design: &'a Design,
     counts: Vec<u64>,
-    /// One per metric in focus.
     overall: Vec<Moments>,
     by_class: Vec<Vec<Vec<Moments>>>,
     ranked: Vec<u64>,
@@ -81,7 +79,7 @@ impl<'a> Inputs<'a> {
         let counts: Vec<u64> = design.axes.iter().map(|axis| classes(axis, MAX_CLASSES)).collect();
         let by_class: Vec<Vec<Moments>> =
             counts.iter().map(|&count| vec![Moments::default(); count as usize]).collect();
-        // A regular selection would always hit the same levels of a grid.
+        // A regular selection would always hit the same levels.
         let cases = design.cases();
         let order = Permutation::new(cases, 1);
         let mut ranked: Vec<u64> = (0..cases.min(MAX_RANKED)).map(|index| order.at(index)).collect();
@@ -117,7 +115,7 @@ impl<'a> Inputs<'a> {
         }
     }
 
-    /// Given points vary along all axes at once, so a class does not average over the other axes.
+    /// Given points vary along all axes at once.
     fn has_classes(&self) -> bool {
         !matches!(self.design.scheme, SamplingScheme::List { .. })
     }
@@ -162,7 +160,6 @@ impl<'a> Inputs<'a> {
         let columns: Vec<Option<Vec<f64>>> = self.axes.iter().map(|axis| standard_ranks(&chosen(axis))).collect();
         let used: Vec<&Vec<f64>> = columns.iter().flatten().collect();
         if used.is_empty() {
-            // All axes are words or constant.
             return None;
         }
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() / a.len() as f64;

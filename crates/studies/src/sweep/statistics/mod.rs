@@ -1,5 +1,4 @@
-//! The rows are read in order, several times, and only counts and sums are stored: the memory does not grow with the
-//! number of cases, and the quantiles are exact.
+//! Only counts and sums are stored: the memory does not grow with the number of cases, and the quantiles are exact.
 
 mod cells;
 mod influence;
@@ -77,13 +76,10 @@ pub struct Spread {
 pub struct Findings {
     pub cases: u64,
     pub diverged: u64,
-    /// Cases with a failed integration.
     pub failed: u64,
     pub summaries: Vec<Summary>,
     pub influences: Vec<Influences>,
-    /// Means over the first two numeric axes.
     pub heat_maps: Vec<HeatMap>,
-    /// Warnings about axes without effect.
     pub warnings: Vec<Warning>,
 }
 

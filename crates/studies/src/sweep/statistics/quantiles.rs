@@ -19,7 +19,7 @@ pub(super) struct OrderStatistics {
 #[derive(Debug, Clone, Copy)]
 struct Wanted {
     rank: u64,
-    /// Rank among the values with the same prefix.
+    /// Rank within the prefix.
     within: u64,
     prefix: u64,
 }

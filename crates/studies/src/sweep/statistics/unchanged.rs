@@ -2,7 +2,7 @@ use super::Summary;
 use trocar_base::warning::{Code, Warning};
 
 impl Summary {
-    /// True if the metric is equal in all of several cases, or defined in none.
+    /// Equal in all cases, or defined in none.
     pub fn is_unchanged(&self, cases: u64) -> bool {
         let is_one_value = self.defined == cases && self.spread.is_some_and(|spread| spread.min == spread.max);
         cases > 1 && (self.defined == 0 || is_one_value)
