@@ -148,8 +148,7 @@ fn motion_caused_by_hand_noise_and_breathing_is_not_an_oscillation_of_the_loop()
 }
 
 #[test]
-fn impossible_energy_of_the_hand_and_a_delay_longer_than_the_run_give_warnings() {
-    assert!(codes_of("paper/augmented", &["scaling.force=1000"]).contains(&Code::HandEnergyImpossible));
+fn an_active_loop_and_a_delay_longer_than_the_run_give_warnings() {
     assert!(codes_of("passivity/late-wall", &[]).contains(&Code::ActiveLoop));
     let late = ["channel.forward_delay_s=30"];
     assert!(codes_of("paper/classical", &late).contains(&Code::DelayBeyondRun));
