@@ -7,7 +7,6 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use trocar::rig::{HapticController, Sample, Settings};
 use trocar::scenario::{Scenario, Source};
 
@@ -51,7 +50,11 @@ fn pass(controller: &mut HapticController, samples: &[Sample]) {
     }
 }
 
-fn table(_: &mut Criterion) {
+fn main() {
+    if !std::env::args().any(|argument| argument == "--bench") {
+        // Built and started by `cargo test --benches`, too.
+        return;
+    }
     println!("{:<14}{:>10}{:>10}", "ns per step", "best", "median");
     for (name, (controller, samples)) in cases() {
         let time_ns = |_| {
@@ -65,21 +68,3 @@ fn table(_: &mut Criterion) {
         println!("{name:<14}{:>10.2}{:>10.2}", times[0], times[PASSES / 2]);
     }
 }
-
-fn steps(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("step");
-    for (name, (controller, samples)) in cases() {
-        group.throughput(Throughput::Elements(samples.len() as u64));
-        group.bench_function(name, |bencher| {
-            bencher.iter_batched_ref(
-                || controller.clone(),
-                |controller| pass(controller, &samples),
-                criterion::BatchSize::SmallInput,
-            );
-        });
-    }
-    group.finish();
-}
-
-criterion_group!(benches, table, steps);
-criterion_main!(benches);

@@ -31,16 +31,12 @@ fn main() {
     let mut arguments = std::env::args().skip(1);
     let cases: usize = arguments.next().and_then(|count| count.parse().ok()).unwrap_or(200);
     let seed: u64 = arguments.next().and_then(|seed| seed.parse().ok()).unwrap_or(1);
-    let only: Option<usize> = arguments.next().and_then(|index| index.parse().ok());
     let mut random = Random::new(seed);
     let mut broken = [0; 3];
     let mut worst = [(f64::INFINITY, 0); 3];
     let mut ratios: [Vec<(f64, usize)>; 3] = Default::default();
     for index in 0..cases {
         let case = Case::draw(&mut random, 3.0);
-        if only.is_some_and(|only| only != index) {
-            continue;
-        }
         let plain = ran(case.base, &case.settings);
         let plain_n = peak(&plain.trace.feedback_force_n).max(peak(&plain.trace.tissue_force_n));
         for (at, scheme) in SCHEMES.into_iter().enumerate() {
@@ -56,16 +52,6 @@ fn main() {
             let forces = [&run.trace.feedback_force_n, &run.trace.tissue_force_n];
             let ratio = forces.map(|force| peak(force)).into_iter().fold(0.0, f64::max) / plain_n.max(1e-9);
             ratios[at].push((ratio, index));
-            if only.is_some() {
-                println!(
-                    "{scheme}: margin {} mJ at {} s, ratio {ratio}, plain {plain_n} N",
-                    1e3 * margin_j,
-                    ports.generated_at_s
-                );
-            }
-        }
-        if only.is_some() {
-            println!("{} {:?} {:?}", case.base, case.settings, case.link);
         }
     }
     for (at, scheme) in SCHEMES.into_iter().enumerate() {

@@ -3,11 +3,8 @@
 //! ```sh
 //! cargo run --release --example rig_loop                                  # 10 s at 1 kHz
 //! cargo run --release --example rig_loop -- --free-running --steps 1e8    # without pause
-//! cargo run --release --example rig_loop -- --free-running --steps 1e8 --signal motionless
 //! ```
-//! The samples come from the shipped augmented insertion, played forwards and backwards in turn, or from an
-//! artificial signal (`motionless`, `tiny-depth`, `huge-depth`, `sine`) with noise that leaves the estimator's dead
-//! zone.
+//! The samples come from the shipped augmented insertion, played forwards and backwards in turn.
 
 use std::error::Error;
 use std::hint::black_box;
@@ -15,7 +12,8 @@ use std::process::ExitCode;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use trocar::rig::{HapticController, Sample, Settings};
+use trocar::engine::Trace;
+use trocar::rig::{HapticController, Sample};
 use trocar::scenario::{Scenario, Source};
 
 /// Number of samples generated in advance.
@@ -73,85 +71,35 @@ fn print_head(title: &str) {
     );
 }
 
-/// An endless source of samples.
-enum Signal {
-    /// The insertion, played forwards and backwards in turn, with the index of the present sample.
-    Insertion { samples: Vec<Sample>, at: usize, is_forward: bool },
-    /// A needle in a Kelvin-Voigt tissue, at a depth (m) with a 1 Hz oscillation (m) and bounded noise (N).
-    Needle { depth_m: f64, swing_m: f64, offset_n: f64, noise_n: f64, tick: u64, random: u64 },
+/// The insertion, played forwards and backwards in turn, with the index of the present sample.
+struct Signal {
+    samples: Vec<Sample>,
+    at: usize,
+    is_forward: bool,
 }
 
-const NEEDLE_STIFFNESS_N_PER_M: f64 = 300.0;
-const NEEDLE_DAMPING_N_S_PER_M: f64 = 10.0;
-
 impl Signal {
-    /// Returns the signal with a name, and the settings of a controller for it.
-    fn named(name: &str) -> Result<(Self, Settings), Box<dyn Error>> {
-        let scenario = Scenario::load(&Source::parse("paper/augmented"), &[])?;
-        let settings = scenario.rig_settings();
-        let needle = |depth_m, swing_m, offset_n| {
-            let depth_settings = Settings { contact_m: 0.0, start_m: depth_m, ..settings };
-            let noise_n = 0.05;
-            (Self::Needle { depth_m, swing_m, offset_n, noise_n, tick: 0, random: 1 }, depth_settings)
+    fn of(trace: &Trace) -> Self {
+        let sample = |k: usize| Sample {
+            master_position_m: trace.master_position_m[k],
+            slave_position_m: trace.slave_position_m[k],
+            slave_velocity_m_per_s: trace.slave_velocity_m_per_s[k],
+            force_n: trace.measured_force_n[k],
         };
-        Ok(match name {
-            "insertion" => {
-                let trace = trocar::run::run(scenario)?.trace;
-                let sample = |k: usize| Sample {
-                    master_position_m: trace.master_position_m[k],
-                    slave_position_m: trace.slave_position_m[k],
-                    slave_velocity_m_per_s: trace.slave_velocity_m_per_s[k],
-                    force_n: trace.measured_force_n[k],
-                };
-                let samples = (0..trace.len()).map(sample).collect();
-                (Self::Insertion { samples, at: 0, is_forward: true }, settings)
-            }
-            "motionless" => needle(0.02, 0.0, 0.0),
-            "tiny-depth" => needle(1e-9, 0.0, 0.5),
-            "huge-depth" => needle(0.9, 0.0, -265.0),
-            "sine" => needle(0.02, 0.01, 0.0),
-            _ => {
-                return Err(format!(
-                    "{name} is not a signal; there are insertion, motionless, tiny-depth, huge-depth, sine"
-                )
-                .into());
-            }
-        })
+        Self { samples: (0..trace.len()).map(sample).collect(), at: 0, is_forward: true }
     }
 
-    fn next(&mut self, tick_s: f64) -> Sample {
-        match self {
-            Self::Insertion { samples, at, is_forward } => {
-                let mut sample = samples[*at];
-                if *is_forward {
-                    *is_forward = *at + 1 < samples.len();
-                    *at = (*at + 1).min(samples.len() - 1);
-                } else {
-                    sample.slave_velocity_m_per_s = -sample.slave_velocity_m_per_s;
-                    *is_forward = *at == 0;
-                    *at = at.saturating_sub(1);
-                }
-                sample
-            }
-            Self::Needle { depth_m, swing_m, offset_n, noise_n, tick, random } => {
-                // Xorshift (Marsaglia 2003) is sufficient for this noise.
-                *random ^= *random << 13;
-                *random ^= *random >> 7;
-                *random ^= *random << 17;
-                let noise = *noise_n * (2.0 * (*random >> 11) as f64 / (1_u64 << 53) as f64 - 1.0);
-                let rate = std::f64::consts::TAU;
-                let (sine, cosine) = (rate * (*tick as f64 * tick_s)).sin_cos();
-                *tick += 1;
-                let (depth, velocity) = (*depth_m + *swing_m * sine, *swing_m * rate * cosine);
-                let force = NEEDLE_STIFFNESS_N_PER_M * depth + NEEDLE_DAMPING_N_S_PER_M * velocity + *offset_n;
-                Sample {
-                    master_position_m: depth,
-                    slave_position_m: depth,
-                    slave_velocity_m_per_s: velocity,
-                    force_n: force + noise,
-                }
-            }
+    fn next(&mut self) -> Sample {
+        let mut sample = self.samples[self.at];
+        if self.is_forward {
+            self.is_forward = self.at + 1 < self.samples.len();
+            self.at = (self.at + 1).min(self.samples.len() - 1);
+        } else {
+            sample.slave_velocity_m_per_s = -sample.slave_velocity_m_per_s;
+            self.is_forward = self.at == 0;
+            self.at = self.at.saturating_sub(1);
         }
+        sample
     }
 }
 
@@ -193,7 +141,7 @@ fn paced(controller: &mut HapticController, signal: &mut Signal, tick_s: f64, st
     let start = Instant::now();
     for k in 1..=steps {
         let deadline = start + Duration::from_secs_f64(k as f64 * tick_s);
-        let sample = signal.next(tick_s);
+        let sample = signal.next();
         thread::sleep(deadline.saturating_duration_since(Instant::now()));
         let woken = Instant::now();
         let command = controller.step(black_box(&sample));
@@ -210,7 +158,7 @@ fn paced(controller: &mut HapticController, signal: &mut Signal, tick_s: f64, st
 }
 
 /// Runs without pauses. Times each step, and the clock alone equally often: delays in both come from the machine.
-fn free_running(controller: &mut HapticController, signal: &mut Signal, tick_s: f64, steps: u64) -> Outcome {
+fn free_running(controller: &mut HapticController, signal: &mut Signal, steps: u64) -> Outcome {
     let (mut one, mut intervals, mut clock) = (Histogram::new(), Histogram::new(), Histogram::new());
     let mut outcome = Outcome::default();
     let mut samples = Vec::with_capacity(BLOCK);
@@ -219,7 +167,7 @@ fn free_running(controller: &mut HapticController, signal: &mut Signal, tick_s: 
     while done < steps {
         let count = (steps - done).min(BLOCK as u64) as usize;
         samples.clear();
-        samples.extend((0..count).map(|_| signal.next(tick_s)));
+        samples.extend((0..count).map(|_| signal.next()));
         commands.clear();
         if (done / BLOCK as u64).is_multiple_of(MEAN_EVERY) {
             // Use a copy, so that the controller processes each sample only once.
@@ -253,7 +201,7 @@ fn free_running(controller: &mut HapticController, signal: &mut Signal, tick_s: 
 }
 
 fn run() -> Result<(), Box<dyn Error>> {
-    let (mut steps, mut is_free, mut name) = (None, false, String::from("insertion"));
+    let (mut steps, mut is_free) = (None, false);
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         match argument.as_str() {
@@ -262,24 +210,21 @@ fn run() -> Result<(), Box<dyn Error>> {
                 let number: f64 = arguments.next().ok_or("--steps needs a number")?.parse()?;
                 steps = Some(number as u64);
             }
-            "--signal" => name = arguments.next().ok_or("--signal needs a name")?,
-            _ => {
-                return Err(
-                    format!("{argument} is not an option; there are --steps N, --free-running, --signal NAME").into()
-                );
-            }
+            _ => return Err(format!("{argument} is not an option; there are --steps N, --free-running").into()),
         }
     }
-    let (mut signal, mut settings) = Signal::named(&name)?;
-    if name != "insertion" {
-        settings.limits.force_n = 1e3;
-    }
+    let scenario = Scenario::load(&Source::parse("paper/augmented"), &[])?;
+    let settings = scenario.rig_settings();
+    let mut signal = Signal::of(&trocar::run::run(scenario)?.trace);
     let tick_s = settings.tick_s;
     let mut controller = HapticController::new(&settings)?;
     let steps = steps.unwrap_or(if is_free { 100_000_000 } else { 10_000 });
-    println!("{steps} steps of {name}");
-    let drive = if is_free { free_running } else { paced };
-    let outcome = drive(&mut controller, &mut signal, tick_s, steps);
+    println!("{steps} steps");
+    let outcome = if is_free {
+        free_running(&mut controller, &mut signal, steps)
+    } else {
+        paced(&mut controller, &mut signal, tick_s, steps)
+    };
     println!("alarms {}, bad samples {}, commands not finite {}", outcome.alarms, outcome.faults, outcome.not_finite);
     let min = outcome.min_eigenvalue.unwrap_or(f64::NAN);
     println!("eigenvalues of the gain from {min:.4e} to {:.4e} 1/m²", outcome.max_eigenvalue);

@@ -2,7 +2,6 @@
 //!
 //! ```text
 //! cargo run --release --example verdicts -- 2000
-//! cargo run --release --example verdicts -- all 200
 //! cargo run --release --example verdicts -- map 200
 //! cargo run --release --example verdicts -- delays 1000
 //! ```
@@ -14,7 +13,7 @@
 //! Noise can cause repeated false alarms, so that the needle oscillates from one event to the next although the loop
 //! is stable; such runs do not settle and are counted separately. Noise can also end an oscillation, for example if
 //! it leaves the needle in softer tissue; such runs are not counted. The analysis takes nearly all of the time, so
-//! only oscillating runs are analysed; `all` analyses every scenario and so shows the total number of verdicts.
+//! only oscillating runs are analysed.
 //!
 //! `map` runs every point of two stability maps of 200 by 200 points. It counts the stable points that are called
 //! oscillating or diverged, and the unstable points that are called completed.
@@ -252,8 +251,8 @@ fn judged_with_jitter(seed: u64) -> Option<Judged> {
     })
 }
 
-/// Runs a random scenario, and analyses it if it oscillates or `is_analysed`; `None` if the settings are refused.
-fn judged(seed: u64, is_analysed: bool) -> Option<Judged> {
+/// Runs a random scenario, and analyses it if it oscillates; `None` if the settings are refused.
+fn judged(seed: u64) -> Option<Judged> {
     let settings = drawn(&mut ChaCha8Rng::seed_from_u64(seed));
     let load = |settings: &[String]| Scenario::load(&Source::parse("hand/reflex"), settings);
     let scenario = load(&settings).ok()?;
@@ -277,8 +276,7 @@ fn judged(seed: u64, is_analysed: bool) -> Option<Judged> {
     };
     // Both verdicts are unknown if the analysis leaves out anything other than varying delays.
     let varies = |part: &LeftOut| matches!(part.key, "channel.jitter_s" | "channel.delays_file");
-    let is_wanted = is_analysed || quiet == Truth::Swings;
-    let study = if is_wanted && left_out(&scenario, None).iter().all(varies) {
+    let study = if quiet == Truth::Swings && left_out(&scenario, None).iter().all(varies) {
         StabilityStudy::of(&scenario, axes, None).ok()
     } else {
         None
@@ -362,12 +360,11 @@ fn main() -> ExitCode {
     let study = words.next_if(|word| word.parse::<usize>().is_err());
     let count = words.next().and_then(|text| text.parse().ok()).unwrap_or(200);
     let all = match study.as_deref() {
-        None => verdicts(count, |seed| judged(seed, false)),
-        Some("all") => verdicts(count, |seed| judged(seed, true)),
+        None => verdicts(count, judged),
         Some("delays") => verdicts(count, judged_with_jitter),
         Some("map") => return if maps(count).is_some() { ExitCode::SUCCESS } else { ExitCode::FAILURE },
         Some(other) => {
-            eprintln!("{other} is no study of verdicts: give all, map, delays, or only a number");
+            eprintln!("{other} is no study of verdicts: give map, delays, or only a number");
             return ExitCode::from(2);
         }
     };
@@ -399,13 +396,5 @@ fn main() -> ExitCode {
         "called oscillating or diverged: {found} of {swinging} that swing or diverge, {kept_found} of {kept} that events keep swinging, \
          {oscillating} of {settled} that settle"
     );
-    if std::env::var_os("VERBOSE").is_some() {
-        let swings = |one: &Judged| one.truth == Truth::Swings || is_kept(one);
-        let differs = |one: &&Judged| if one.is_called_unstable { settles(one) } else { swings(one) };
-        for one in all.iter().filter(differs) {
-            let (called, events) = (one.is_called_unstable, one.with_events);
-            println!("{:?}, with events {events:?}, called {called}: {}", one.truth, one.settings.join(" "));
-        }
-    }
     ExitCode::SUCCESS
 }

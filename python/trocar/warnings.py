@@ -42,12 +42,6 @@ class OscillatingWarning(TrocarWarning):
     code = "oscillating"
 
 
-class HandEnergyImpossibleWarning(TrocarWarning):
-    """The hand exchanges more energy with the master than a person can."""
-
-    code = "hand-energy-impossible"
-
-
 class ActiveLoopWarning(TrocarWarning):
     """The master gives the hand more energy than hand and tissue have supplied."""
 
@@ -198,12 +192,6 @@ class ForceOutOfContactWarning(TrocarWarning):
     code = "force-out-of-contact"
 
 
-class RarelyArmedWarning(TrocarWarning):
-    """The detector was armed for less than a tenth of the time in contact."""
-
-    code = "rarely-armed"
-
-
 class ForceOffsetWarning(TrocarWarning):
     """The force is not 0 before the needle touches the tissue."""
 
@@ -256,12 +244,6 @@ class NoRupturesWarning(TrocarWarning):
     """A study of detectors has no rupture."""
 
     code = "no-ruptures"
-
-
-class MissingSectionWarning(TrocarWarning):
-    """A file with settings lacks a section."""
-
-    code = "missing-section"
 
 
 BY_CODE: dict[str, type[TrocarWarning]] = {kind.code: kind for kind in TrocarWarning.__subclasses__()}

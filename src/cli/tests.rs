@@ -27,38 +27,12 @@ fn the_definition_of_the_command_line_is_consistent() {
 }
 
 #[test]
-fn every_command_explains_itself() {
-    for command in Cli::command().get_subcommands() {
-        assert!(command.get_about().is_some_and(|about| about.to_string().len() > 20), "{}", command.get_name());
-    }
-}
-
-#[test]
-fn a_run_needs_a_scenario_and_writes_to_out() {
-    assert!(refused(&["run"]).contains("<SCENARIO>"));
-    let Command::Run(args) = parsed(&["run", "a.toml", "b.toml", "--set", "x.y=1", "--set", "x.z=2"]) else {
-        panic!("a run")
-    };
-    let shown = format!("{args:?}");
-    assert!(shown.contains(r#"scenarios: ["a.toml", "b.toml"]"#), "{shown}");
-    assert!(shown.contains(r#"settings: ["x.y=1", "x.z=2"]"#), "{shown}");
-    assert!(shown.contains(r#"out: "out", quiet: false, deny_warnings: false, json: false"#), "{shown}");
-    assert!(shown.contains("report: false"), "{shown}");
-    let shown =
-        format!("{:?}", parsed(&["run", "a.toml", "--out", "there", "-q", "--deny-warnings", "--json", "--report"]));
-    assert!(shown.contains(r#"out: "there", quiet: true, deny_warnings: true, json: true"#), "{shown}");
-    assert!(shown.contains("report: true"), "{shown}");
-}
-
-#[test]
 fn invalid_arguments_are_refused_with_a_hint() {
     assert!(refused(&["comparee"]).contains("'compare'"));
     assert!(refused(&["run", "a.toml", "--quite"]).contains("'--quiet'"));
     assert!(refused(&["run", "a.toml", "--format", "cvs"]).contains("csv"));
     assert!(refused(&["run", "a.toml", "--figure-width", "wide"]).contains("--figure-width"));
     assert!(refused(&["sweep", "a.toml", "--threads", "0"]).contains("1..=1024"));
-    assert!(refused(&["sweep", "a.toml", "--shard", "9/8"]).contains("--shard"));
-    assert!(refused(&["sweep", "a.toml", "--shard", "1/8", "--report"]).contains("cannot be used with"));
 }
 
 #[test]

@@ -85,11 +85,19 @@ pub async fn keys(page: BrowserPage) -> BrowserPage {
     let folder = TestFolder::new();
     folder.good(&["compare", "--report", "--quiet", "--out", "compared"]);
     folder.good(&["stability", "paper/augmented", "--report", "--quiet", "--out", "loop"]);
+    let walls = ["--z-width", "0:50:6", "--absolute", "channel.delay_s=0:0.1:5"];
+    folder.good(&[&["stability", "--report", "--quiet", "--out", "walls"], &walls[..]].concat());
+    let all_drawn = "const { figures } = JSON.parse(document.getElementById('data').textContent);
+        const panels = Object.values(figures).flat().flatMap(({ rows }) => rows).flatMap(({ panels }) => panels);
+        return panels.length > 3 && document.querySelectorAll('canvas').length === panels.length";
+    let walls = folder.path("walls/depth-classical/report.html");
+    page.client.goto(&format!("file://{}", walls.display())).await.expect("goes");
+    page.wait(all_drawn).await;
     for file in ["compared/compare/report.html", "loop/augmented/report.html"] {
         page.client.goto(&format!("file://{}", folder.path(file).display())).await.expect("goes");
         page.evaluate(WATCH).await;
+        page.wait(all_drawn).await;
         let charts = page.client.find_all(Locator::Css(".chart canvas")).await.expect("charts");
-        assert!(charts.len() > 3, "{file}: {} charts", charts.len());
         for chart in charts {
             chart.send_keys(&String::from(char::from(Key::Right))).await.expect("pressed");
             let first = chart.attr("aria-valuetext").await.expect("an attribute");

@@ -22,6 +22,10 @@ pub async fn push(page: BrowserPage) -> BrowserPage {
     page.tab_to("#push-open").await;
     page.press(&[Key::Enter]).await;
     page.wait("return !!trocarPush.state()?.range && document.activeElement.id === 'field'").await;
+    // A mode can be shorter than the time between two queries, so the page records the modes.
+    let watch = "const text = document.querySelector('#field .state'); window.modes = [text.textContent];
+        new MutationObserver(() => modes.push(text.textContent)).observe(text, { childList: true }); return null";
+    page.evaluate(watch).await;
     // On a telephone, the whole field is in the window and uncovered.
     let [_, top, _, height] = page.place("#field").await;
     assert!(top > 0.0 && top + height < 844.0, "{top}, {height}");
@@ -40,7 +44,7 @@ pub async fn push(page: BrowserPage) -> BrowserPage {
             break;
         }
     }
-    page.wait(&format!("return {RUPTURES} > 0")).await;
+    page.wait(&format!("return {RUPTURES} > 0 && modes[0] === 'teleoperation' && modes.includes('frozen')")).await;
     // The rupture gives a tone, a click and one vibration on each device.
     let sound = page.evaluate("return trocarListen.state()").await;
     assert_eq!(sound["state"], json!("running"));

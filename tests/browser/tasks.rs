@@ -49,6 +49,10 @@ pub async fn tasks(page: BrowserPage) -> BrowserPage {
         page.resize(width, height).await;
         page.open("").await;
         let from_top = async || page.evaluate("document.activeElement.blur(); scrollTo(0, 0); return null").await;
+        for id in ["#theme", "#map-x", "#listen"].iter().filter(|_| width == 1280) {
+            page.tab_to(id).await;
+            from_top().await;
+        }
         // 1. Choose another scenario.
         page.tab_to("#scenario").await;
         page.type_text("Insertion through the skin, classical").await;

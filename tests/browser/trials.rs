@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::time::Duration;
 
-use fantoccini::Locator;
 use fantoccini::actions::{InputSource, MouseActions, PointerAction};
 use fantoccini::key::Key;
 use serde_json::{Value as Json, json};
@@ -12,7 +11,7 @@ use tokio::time::sleep;
 use crate::page::{Body, BrowserPage};
 use crate::test_folder::TestFolder;
 
-pub const ALL: [(&str, Body); 26] = [
+pub const ALL: [(&str, Body); 24] = [
     // The longest trial comes first, so that it does not run alone at the end.
     ("thirteen_tasks_are_done_by_keys_alone_at_four_sizes", |page| Box::pin(crate::tasks::tasks(page))),
     ("every_control_can_be_reached_at_every_size", |page| Box::pin(crate::tasks::sizes(page))),
@@ -35,9 +34,7 @@ pub const ALL: [(&str, Body); 26] = [
     ("what_is_no_number_is_wrong_and_a_refused_value_dims_the_curves", |page| Box::pin(refused(page))),
     ("from_input_to_picture", |page| Box::pin(timing(page))),
     ("a_click_on_the_map_moves_the_controls_and_the_address_holds_it", |page| Box::pin(map(page))),
-    ("the_pointer_pushes_through_a_rupture_and_the_slave_freezes", |page| Box::pin(push(page))),
     ("what_is_exported_runs_to_the_same_bytes", |page| Box::pin(export(page))),
-    ("it_is_used_by_keys_alone_and_fits_narrow_windows", |page| Box::pin(access(page))),
     ("a_finger_zooms_a_chart_and_scrolls_the_page", |page| Box::pin(touch(page))),
     ("screenshots", |page| Box::pin(screenshots(page))),
 ];
@@ -208,51 +205,6 @@ async fn map(page: BrowserPage) -> BrowserPage {
     page
 }
 
-async fn push(page: BrowserPage) -> BrowserPage {
-    page.open("scenario=builtin:layers/skin-augmented.toml").await;
-    let field = page.element("field").await;
-    page.element("push-open").await.click().await.expect("clicked");
-    page.wait("return !!trocarPush.state()?.range").await;
-    let height = page.evaluate("return document.getElementById('field').getBoundingClientRect().height").await;
-    let top = -height.as_f64().expect("a number") / 2.0 + 48.0;
-    let mouse = MouseActions::new("mouse".into())
-        .then(PointerAction::MoveToElement { element: field, duration: None, x: 0.0, y: top })
-        .then(PointerAction::Down { button: 0 });
-    page.client.perform_actions(mouse).await.expect("pressed");
-    // A mode can be shorter than the time between two queries, so the page records the modes.
-    let watch = "const text = document.querySelector('#field .state'); window.modes = [text.textContent];
-        new MutationObserver(() => modes.push(text.textContent)).observe(text, { childList: true }); return null";
-    page.evaluate(watch).await;
-    for _ in 0..15 {
-        // Send ten moves at once, because the driver is slow to confirm each.
-        let step = PointerAction::MoveBy { duration: Some(Duration::from_millis(15)), x: 0.0, y: 3.0 };
-        let down = (0..10).fold(MouseActions::new("mouse".into()), |down, _| down.then(step.clone()));
-        page.client.perform_actions(down).await.expect("pulled");
-        if page.evaluate("return trocarPush.state().rows.some(row => row[6] === 1)").await == Json::Bool(true) {
-            break;
-        }
-    }
-    // The text follows the rows with the next frame.
-    page.wait("return modes.includes('frozen')").await;
-    let modes: Vec<String> = serde_json::from_value(page.evaluate("return modes").await).expect("texts");
-    assert_eq!(modes.first().map(String::as_str), Some("teleoperation"));
-    // In the recorded rows of the first frozen interval, the hand moves and the slave does not.
-    sleep(Duration::from_millis(300)).await;
-    let first = "const rows = trocarPush.state().rows, from = rows.slice(rows.findIndex(row => row[6] === 1));
-        const end = from.findIndex(row => row[6] !== 1); return end < 0 ? from : from.slice(0, end)";
-    let rows = page.evaluate(first).await;
-    let span = |column: usize| {
-        let values: Vec<f64> = rows.as_array().expect("rows").iter().filter_map(|row| row[column].as_f64()).collect();
-        values.iter().copied().fold(f64::NEG_INFINITY, f64::max) - values.iter().copied().fold(f64::INFINITY, f64::min)
-    };
-    assert!(span(3) < 0.5, "the slave moved by {} mm while frozen", span(3));
-    assert!(span(2) > span(3), "the master moved by {} mm", span(2));
-    let events = page.evaluate("return trocarPush.state().events.map(event => event[1])").await;
-    assert!(events.as_array().is_some_and(|all| all.iter().any(|event| event == "rupture")), "{events}");
-    page.element("push").await.click().await.expect("ended");
-    page
-}
-
 async fn export(page: BrowserPage) -> BrowserPage {
     page.open(
         "scenario=builtin:paper/augmented.toml&scaling.force=1.5&sensor.force_noise_std_n=0.01&simulation.seed=7",
@@ -280,36 +232,6 @@ async fn export(page: BrowserPage) -> BrowserPage {
     page.element("export-png").await.click().await.expect("clicked");
     page.wait("return trocar.file().name.endsWith('augmented_classical.png')").await;
     assert_eq!(page.evaluate(width).await, json!(1050));
-    page
-}
-
-async fn access(page: BrowserPage) -> BrowserPage {
-    page.open("").await;
-    // The settings that are not in front are collapsed.
-    page.element("all").await.find(Locator::Css("summary")).await.expect("a summary").click().await.expect("opened");
-    let tab = String::from(char::from(Key::Tab));
-    let body = page.client.find(Locator::Css("body")).await.expect("a body");
-    body.send_keys(&tab).await.expect("sent");
-    let mut reached: Vec<String> = vec![];
-    for _ in 0..90 {
-        let active = page.client.active_element().await.expect("one");
-        let id = active.attr("id").await.expect("an attribute").unwrap_or_default();
-        reached.push(id);
-        active.send_keys(&tab).await.expect("sent");
-    }
-    for id in ["scenario", "theme", "find", "key-scaling-force", "map-x", "map", "listen", "push-open", "export-toml"] {
-        assert!(reached.iter().any(|one| one == id), "{id} is not reached by Tab: {reached:?}");
-    }
-    // Screen readers need a name for every control.
-    let nameless = "return [...document.querySelectorAll('input, select, button, canvas[tabindex], [role]')].filter(e => !(e.labels?.length || e.getAttribute('aria-label') || e.getAttribute('aria-labelledby') || e.textContent.trim() || e.role === 'status' || e.role === 'alert')).map(e => e.outerHTML)";
-    assert_eq!(page.evaluate(nameless).await, Json::Array(vec![]));
-    // Sizes: 1400 pixels at 125 %, a small window, 1280 pixels at 200 %, a telephone.
-    for (width, height) in [(1120, 800), (800, 600), (640, 400), (500, 800)] {
-        page.client.set_window_size(width, height).await.expect("set");
-        sleep(Duration::from_millis(300)).await;
-        let wide = page.evaluate("return [document.documentElement.scrollWidth, innerWidth]").await;
-        assert!(wide[0].as_u64() <= wide[1].as_u64(), "at {width}: {wide}");
-    }
     page
 }
 

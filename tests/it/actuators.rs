@@ -2,7 +2,6 @@
 //! limits. Their limits are never exceeded.
 
 use crate::support;
-use crate::support::pair::Pair;
 use trocar::engine::{ExactPlants, IntegratedPlants, LimitedPlants, Plants, TissueForce};
 use trocar::lane::Lane;
 use trocar::metrics::RuptureMetrics;
@@ -12,6 +11,11 @@ use trocar::plant::{
 };
 use trocar::run::{measure, run};
 use trocar::scenario::{Scenario, Source};
+
+#[path = "../../benches/table/counted.rs"]
+#[allow(dead_code, reason = "its counts are not used here")]
+mod counted;
+use counted::Counted;
 
 const TICK_S: f64 = 1e-3;
 const TICKS: usize = 800;
@@ -54,18 +58,6 @@ fn unlimited(damping: Damping) -> ExactPlants<f64> {
     ExactPlants::new(&master.expect("valid"), &slave.expect("valid"), 0.0, 0.0)
 }
 
-#[test]
-fn saturated_steps_agree_with_numerical_integration() {
-    for damping in [Damping::Velocity, Damping::AsPrinted] {
-        let exact = drive(limited(&TIGHT, Coupling::Physical, damping), input);
-        let integrated = drive(integrated(&TIGHT, damping), input);
-        let error = difference(&exact, &integrated);
-        assert!(error < 1e-8, "{damping:?}: {error:e}");
-        let free = drive(unlimited(damping), input);
-        assert!((0..5).all(|column| difference_of(&exact[column], &free[column]) > 1e-4), "the limits are reached");
-    }
-}
-
 fn difference_of(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
@@ -76,59 +68,6 @@ fn a_limit_that_is_never_reached_changes_nothing() {
         let error =
             difference(&drive(limited(&LOOSE, Coupling::Physical, damping), input), &drive(unlimited(damping), input));
         assert!(error < 1e-12, "{damping:?}: {error:e}");
-    }
-}
-
-/// Returns `U_m` over a tick from the motion alone, by solving the master's equation, with an error of the order of a
-/// tick.
-fn motor_forces(columns: &[Vec<f64>; 5]) -> Vec<f64> {
-    let MasterParameters { mass_kg, damping_n_s_per_m, .. } = MasterParameters::default();
-    let [x_h, v_h, f_h, ..] = columns;
-    let at = |k: usize| {
-        // Over a tick, m Δv + b Δx = ∫F_h - U_m T. The trapezium rule gives the integral.
-        let impulse = TICK_S * (f_h[k] + f_h[k + 1]) / 2.0;
-        let momentum = mass_kg * (v_h[k + 1] - v_h[k]) + damping_n_s_per_m * (x_h[k + 1] - x_h[k]);
-        (impulse - momentum) / TICK_S
-    };
-    (0..TICKS - 1).map(at).collect()
-}
-
-#[test]
-fn the_motor_never_exceeds_its_limit() {
-    let largest =
-        |columns: &[Vec<f64>; 5]| motor_forces(columns).into_iter().fold(0.0_f64, |most, u| most.max(u.abs()));
-    let (clipped, free) = (
-        largest(&drive(limited(&TIGHT, Coupling::Physical, Damping::Velocity), input)),
-        largest(&drive(unlimited(Damping::Velocity), input)),
-    );
-    // The trapezium rule has an error of about 1e-3 N here.
-    assert!((clipped - 1.2).abs() < 5e-3, "{clipped}");
-    assert!(free > 2.5, "{free}");
-}
-
-#[test]
-fn the_force_integral_does_not_wind_up() {
-    // After half a second of an excessive command, the motor must release at once.
-    let motor_after = |overload_ticks: usize| {
-        let push = |k: usize| (0.0, if k < overload_ticks { 4.0 } else { 0.0 }, 0.0);
-        let columns = drive(limited(&TIGHT, Coupling::Physical, Damping::Velocity), push);
-        motor_forces(&columns)[overload_ticks + 100]
-    };
-    let (short, long) = (motor_after(300), motor_after(600));
-    assert!((short - long).abs() < 0.05, "{short} {long}");
-}
-
-#[test]
-fn a_limit_of_zero_is_rejected() {
-    for limits in [
-        ActuatorLimits { master_force_n: Some(0.0), ..Default::default() },
-        ActuatorLimits { slave_command: Some(f64::NAN), ..Default::default() },
-        ActuatorLimits { master_force_rate_n_per_s: Some(0.0), ..Default::default() },
-        ActuatorLimits { slave_command_rate_per_s: Some(f64::INFINITY), ..Default::default() },
-        ActuatorLimits { master_lag_s: -1e-3, ..Default::default() },
-        ActuatorLimits { slave_lag_s: f64::NAN, ..Default::default() },
-    ] {
-        assert!(limits.validate().is_err(), "{limits:?}");
     }
 }
 
@@ -146,6 +85,7 @@ const ALL: ActuatorLimits = ActuatorLimits {
 fn range_rate_and_lag_agree_with_numerical_integration() {
     let of_each_side = [
         ALL,
+        TIGHT,
         ActuatorLimits { master_lag_s: 0.0, slave_command_rate_per_s: None, ..ALL },
         ActuatorLimits { slave_lag_s: 0.0, master_force_rate_n_per_s: None, ..ALL },
         // Lags far shorter than the tick and far longer.
@@ -294,33 +234,43 @@ fn rated_end(k: usize) -> f64 {
 }
 
 #[test]
+fn a_limit_out_of_range_is_refused() {
+    for limits in [
+        ActuatorLimits { master_force_n: Some(0.0), ..ActuatorLimits::NONE },
+        ActuatorLimits { slave_command: Some(f64::NAN), ..ActuatorLimits::NONE },
+        ActuatorLimits { master_force_rate_n_per_s: Some(0.0), ..ActuatorLimits::NONE },
+        ActuatorLimits { slave_command_rate_per_s: Some(f64::INFINITY), ..ActuatorLimits::NONE },
+        ActuatorLimits { master_lag_s: -1e-3, ..ActuatorLimits::NONE },
+        ActuatorLimits { slave_lag_s: f64::NAN, ..ActuatorLimits::NONE },
+    ] {
+        assert!(limits.validate().is_err(), "{limits:?}");
+    }
+}
+
+#[test]
 fn lanes_are_identical_bit_for_bit_to_single_runs() {
     let machines = (&MasterParameters::default(), &ArmParameters::default(), &SlaveParameters::default());
-    let mut together = LimitedPlants::<Pair>::new(machines, &ALL, TICK_S, 0.0, 0.0).expect("valid");
-    let shifted = |k: usize| input(k + 70);
-    let alone = [
-        drive(limited(&ALL, Coupling::Physical, Damping::Velocity), input),
-        drive(limited(&ALL, Coupling::Physical, Damping::Velocity), shifted),
-    ];
-    let mut seen: [[Vec<f64>; 5]; 2] = Default::default();
+    let mut together = LimitedPlants::<Counted<2>>::new(machines, &ALL, TICK_S, 0.0, 0.0).expect("valid");
+    let mut alone = [(); 2].map(|()| limited(&ALL, Coupling::Physical, Damping::Velocity));
     for k in 0..TICKS {
+        let [now, next] = [k, k + 1].map(|k| [input(k), input(k + 70)]);
         let (master, slave) = (together.master(), together.slave());
-        let row =
-            [master.position_m, master.velocity_m_per_s, master.hand_force_n, slave.position_m, slave.velocity_m_per_s];
-        for (lane, columns) in seen.iter_mut().enumerate() {
-            for (column, value) in columns.iter_mut().zip(row) {
-                column.push(value.lane(lane));
-            }
+        for (lane, one) in alone.iter_mut().enumerate() {
+            let (m, s) = (one.master(), one.slave());
+            let wide = [master.position_m, master.hand_force_n, slave.position_m, slave.velocity_m_per_s];
+            let single = [m.position_m, m.hand_force_n, s.position_m, s.velocity_m_per_s];
+            assert_eq!(wide.map(|value| value.lane(lane).to_bits()), single.map(f64::to_bits), "{lane} {k}");
+            let (desired, feedback, reference) = now[lane];
+            one.step(desired, next[lane].0, feedback, reference, 0.0, TissueForce::zero()).expect("steps");
         }
-        let both = |pick: fn((f64, f64, f64)) -> f64, k: usize| Pair([pick(input(k)), pick(shifted(k))]);
-        let (now, next) = (both(|row| row.0, k), both(|row| row.0, k + 1));
-        together
-            .step(now, next, both(|row| row.1, k), both(|row| row.2, k), both(|_| 0.0, k), TissueForce::zero())
-            .expect("steps");
-    }
-    let bits = |columns: &[Vec<f64>; 5]| columns.iter().flatten().map(|value| value.to_bits()).collect::<Vec<_>>();
-    for (seen, alone) in seen.iter().zip(&alone) {
-        assert!(bits(seen) == bits(alone));
+        let [desired, desired_next, feedback, reference] = [
+            Counted::from_lanes(|lane| now[lane].0),
+            Counted::from_lanes(|lane| next[lane].0),
+            Counted::from_lanes(|lane| now[lane].1),
+            Counted::from_lanes(|lane| now[lane].2),
+        ];
+        let none = Counted::splat(0.0);
+        together.step(desired, desired_next, feedback, reference, none, TissueForce::zero()).expect("steps");
     }
 }
 
@@ -341,9 +291,7 @@ fn a_slave_held_at_rest_stays_at_rest() {
 #[test]
 fn a_weak_and_slow_master_delays_the_felt_rupture_and_the_needle_moves_faster() {
     let skin = |settings: &[&str]| {
-        let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-        let scenario = Scenario::load(&Source::parse("builtin:link/saturating-master.toml"), &settings).expect("loads");
-        measure(&scenario).expect("runs").ruptures[0].clone()
+        measure(&support::scenario("link/saturating-master", settings)).expect("runs").ruptures[0].clone()
     };
     let strong = "actuator.master_force_limit_n=1e6";
     let weak_and_slow = skin(&[]);

@@ -6,7 +6,7 @@ use std::path::Path;
 use insta::assert_snapshot;
 
 use crate::support::file;
-use crate::support::test_folder::TestFolder;
+use crate::support::test_folder::{TestFolder, words};
 
 const SHORT: &str =
     "name = \"short\"\noperator.kind = \"ramp\"\ntissue.kind = \"kelvin-voigt\"\nsimulation.duration_s = 0.5\n";
@@ -14,24 +14,10 @@ const SHORT: &str =
 #[test]
 fn the_same_scenario_gives_the_same_bytes_and_so_does_its_echo() {
     let folder = TestFolder::new();
-    folder.good(&[
-        "run",
-        "builtin:paper/augmented.toml",
-        "--quiet",
-        "--out",
-        "one",
-        "--set",
-        "sensor.force_noise_std_n=0.02",
-    ]);
-    folder.good(&[
-        "run",
-        "builtin:paper/augmented.toml",
-        "--quiet",
-        "--out",
-        "two",
-        "--set",
-        "sensor.force_noise_std_n=0.02",
-    ]);
+    let noise = "sensor.force_noise_std_n=0.02";
+    for out in ["one", "two"] {
+        folder.good(&["run", "paper/augmented", "--quiet", "--set", noise, "--out", out]);
+    }
     folder.good(&["run", "one/augmented/scenario.toml", "--quiet", "--out", "three"]);
     let one = folder.files("one");
     assert_eq!(one.len(), 16, "{:?}", one.keys());
@@ -41,55 +27,6 @@ fn the_same_scenario_gives_the_same_bytes_and_so_does_its_echo() {
             assert!(again.get(path) == Some(content), "{} differs", path.display());
         }
     }
-}
-
-#[test]
-fn the_results_are_the_same_for_any_number_of_threads() {
-    let folder = TestFolder::new();
-    for threads in ["1", "8"] {
-        let mut command = folder.command(&["compare", "--quiet", "--out", threads]);
-        command.env("RAYON_NUM_THREADS", threads).assert().success();
-    }
-    assert!(folder.files("1") == folder.files("8"));
-}
-
-#[test]
-fn json_on_standard_output_equals_the_content_of_the_files() {
-    let folder = TestFolder::new();
-    folder.file("a.toml", SHORT);
-    let printed = folder.good(&["run", "a.toml", "--json"]);
-    assert_eq!(printed.as_bytes(), fs::read(folder.path("out/short/summary.json")).expect("there"));
-    let summary: serde_json::Value = serde_json::from_str(&printed).expect("JSON");
-    assert_eq!(summary["seed"], 1);
-    assert!(summary["metrics"]["peak_reengaging_speed_m_per_s"].is_null(), "undefined is null");
-    let printed = folder.good(&["compare", "a.toml", "--json"]);
-    assert_eq!(printed.as_bytes(), fs::read(folder.path("out/compare/comparison.json")).expect("there"));
-    let printed = folder.good(&["detect", "builtin:in_vivo_like.csv", "--json"]);
-    assert_eq!(printed.as_bytes(), fs::read(folder.path("out/in_vivo_like/detection.json")).expect("there"));
-    let detection: serde_json::Value = serde_json::from_str(&printed).expect("JSON");
-    assert_eq!(detection["alarms"].as_array().map(Vec::len), Some(2), "{detection}");
-}
-
-#[test]
-fn the_trace_has_the_columns_of_the_design_and_reads_back() {
-    let folder = TestFolder::new();
-    folder.file("a.toml", SHORT).good(&["run", "a.toml"]);
-    let text = fs::read_to_string(folder.path("out/short/trace.csv")).expect("there");
-    let mut lines = text.lines();
-    assert_eq!(
-        lines.next(),
-        Some(
-            "time_s,desired_position_m,master_position_m,master_velocity_m_per_s,operator_force_n,slave_reference_m,\
-             slave_position_m,slave_velocity_m_per_s,tissue_force_n,measured_force_n,feedback_force_n,stiffness_n_per_m,\
-             damping_n_s_per_m,residual_n,distance,decision,mode,hand_energy_j,master_energy_j,reference_energy_j,\
-             needle_energy_j,stiffness_std_n_per_m,damping_std_n_s_per_m,\
-             excitation,estimate_flags"
-        )
-    );
-    let rows: Vec<Vec<f64>> =
-        lines.map(|line| line.split(',').map(|field| field.parse().expect("a number")).collect()).collect();
-    assert_eq!((rows.len(), rows[69][0]), (500, 0.069));
-    assert!(rows.iter().all(|row| row.len() == 25 && row.iter().all(|value| value.is_finite())));
 }
 
 #[test]
@@ -142,7 +79,6 @@ fn a_bad_key_is_underlined_and_named() {
 #[test]
 fn bases_are_resolved_and_cycles_are_refused() {
     let folder = TestFolder::new();
-    fs::create_dir(folder.path("deep")).expect("created");
     folder
         .file("base.toml", SHORT)
         .file("deep/child.toml", "base = \"../base.toml\"\nname = \"child\"\nscaling.force = 2.0\n");
@@ -150,13 +86,15 @@ fn bases_are_resolved_and_cycles_are_refused() {
     for line in ["name = \"child\"", "force = 2.0", "position = 0.5", "duration_s = 0.5"] {
         assert!(resolved.lines().any(|found| found == line), "{line} in\n{resolved}");
     }
-    folder
-        .file("self.toml", "base = \"self.toml\"\n")
-        .refused(&["run", "self.toml"], &["based on itself", "self.toml:1:8"]);
-    folder.file("x.toml", "base = \"y.toml\"\n").file("y.toml", "\nbase = \"./x.toml\"\n");
-    folder.refused(&["run", "x.toml"], &["based on itself", "y.toml:2:8"]);
-    folder.file("lost.toml", "base = \"none.toml\"\n").refused(&["run", "lost.toml"], &["none.toml", "lost.toml:1:8"]);
-    folder.file("odd.toml", "base = 3\n").refused(&["run", "odd.toml"], &["base is 3", "path of a scenario"]);
+    folder.file("y.toml", "\nbase = \"./x.toml\"\n");
+    for (base, phrases) in [
+        ("\"x.toml\"", ["based on itself", "x.toml:1:8"]),
+        ("\"y.toml\"", ["based on itself", "y.toml:2:8"]),
+        ("\"none.toml\"", ["none.toml", "x.toml:1:8"]),
+        ("3", ["base is 3", "path of a scenario"]),
+    ] {
+        folder.file("x.toml", format!("base = {base}\n")).refused(&["run", "x.toml"], &phrases);
+    }
 }
 
 #[test]
@@ -176,6 +114,7 @@ fn settings_are_checked_like_files() {
         run
         swim";
     assert_snapshot!("bad_settings", folder.refusals(commands));
+    folder.refused(&["compare", "a.toml", "--set", "name=report.html"], &["report.html"]);
 }
 
 #[test]
@@ -216,12 +155,14 @@ fn a_sweep_file_can_be_checked_but_not_run_as_a_scenario() {
         "short: valid, 500 ticks of 0.001 s\nlinear loop: stable in contact with 200.0 N/m and 5.000 N·s/m, and out of\n  contact\ns: valid sweep, 4 cases\n"
     );
     assert!(folder.good(&["check", "s.toml", "--resolved"]).contains("velocity_gain"));
-    folder.file("s.toml", "base = \"a.toml\"\n[axes]\nscaling.forse = [1.0]\n");
-    folder.refused(&["check", "s.toml"], &["there is no key scaling.forse", "did you mean scaling.force?"]);
-    folder.file("s.toml", "base = \"a.toml\"\n[axes]\nscaling.force = { from = 1.0, to = 2.0, step = 0.5 }\n");
-    folder.refused(&["check", "s.toml"], &["a range has no step", "give points instead"]);
-    folder.file("s.toml", "base = \"none.toml\"\n[axes]\nscaling.force = [1.0]\n");
-    folder.refused(&["check", "s.toml"], &["none.toml", "s.toml:1:8", "relative to the file that contains it"]);
+    for (base, axis, phrases) in [
+        ("a", "scaling.forse = [1.0]", &["there is no key scaling.forse", "did you mean scaling.force?"][..]),
+        ("a", "scaling.force = { from = 1.0, to = 2.0, step = 0.5 }", &["a range has no step", "give points instead"]),
+        ("none", "scaling.force = [1.0]", &["none.toml", "s.toml:1:8", "relative to the file that contains it"]),
+    ] {
+        folder.file("s.toml", format!("base = \"{base}.toml\"\n[axes]\n{axis}\n"));
+        folder.refused(&["check", "s.toml"], phrases);
+    }
 }
 
 #[test]
@@ -244,6 +185,7 @@ fn a_missing_column_is_named_with_its_flag() {
     let rig = ["detect", "builtin:own_ctrl_pop.csv", "--time", "t_s", "--position", "xs_rad:0.075"];
     let refused = |force: &str, phrases: &[&str]| folder.refused(&[&rig[..], &["--force", force]].concat(), phrases);
     refused("nope", &["no column 'nope' (--force or recording.columns.force_n)", "env_out_Nm_derived"]);
+    refused("env_out_Nm", &["t_s, xm_rad, xs_rad, vs_rad_s, env_out_Nm_derived; did you mean 'env_out_Nm_derived'?"]);
     refused(
         "env_out_Nm_derived:lbf",
         &["'lbf' is not a known unit of force; give N, kN, cN, mN, uN, gf or kgf, or a factor into N"],
@@ -280,16 +222,6 @@ fn an_inherited_velocity_column_can_be_removed() {
 }
 
 #[test]
-fn a_quiet_segment_ends_after_its_start() {
-    let folder = TestFolder::new();
-    let refused = |text: &str, phrase: &str| {
-        folder.refused(&["calibrate", "builtin:in_vivo_like.csv", "--quiet-s", text], &[text, phrase]);
-    };
-    refused("4,1", "4 s is not before 1 s");
-    refused("4", "two times");
-}
-
-#[test]
 fn calibrate_lists_only_the_first_of_many_alarms() {
     let folder = TestFolder::new();
     // Insertions of two seconds each, with a rupture after one second.
@@ -305,7 +237,7 @@ fn calibrate_lists_only_the_first_of_many_alarms() {
     folder.file("many.csv", text);
     let printed = folder.good(&["calibrate", "many.csv"]);
     let said = printed.split("with these settings: ").nth(1).expect("the alarms");
-    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    let said = words(said);
     let count: usize = said.split(' ').next().and_then(|count| count.parse().ok()).expect("a number");
     assert!(count > 10, "{said}");
     let (listed, rest) = said.split_once(" and ").expect("more than are listed");
@@ -314,20 +246,32 @@ fn calibrate_lists_only_the_first_of_many_alarms() {
 }
 
 #[test]
-fn a_calibration_keeps_the_figures_of_a_detection() {
-    let folder = TestFolder::new();
-    folder.good(&["detect", "builtin:in_vivo_like.csv", "--quiet"]);
-    let mut before = folder.files("out/in_vivo_like");
-    // The manifest lists the files of both.
-    before.remove(Path::new("manifest.json")).expect("written");
-    assert!(before.keys().any(|path| path.extension().is_some_and(|extension| extension == "png")));
-    let printed = folder.good(&["calibrate", "builtin:in_vivo_like.csv", "--first-s", "5"]);
-    let after = folder.files("out/in_vivo_like");
-    assert!(before.iter().all(|(path, content)| after.get(path) == Some(content)));
-    for name in ["calibrated.toml", "calibration.json", "calibration/estimation.png"] {
-        assert!(after.contains_key(Path::new(name)), "{name}: {:?}", after.keys());
+fn a_second_command_keeps_the_files_of_the_first() {
+    let recording = "builtin:in_vivo_like.csv";
+    let calibrated = ["calibrated.toml", "calibration.json", "calibration/estimation.png"];
+    for (first, second, new) in [
+        (["detect", recording], &["calibrate", recording, "--first-s", "5"][..], &calibrated[..]),
+        (["run", "paper/augmented"], &["detect", "paper/augmented"], &["detection/detection.json"]),
+    ] {
+        let folder = TestFolder::new();
+        folder.good(&[&first[..], &["--out", "out/same"]].concat());
+        let mut before = folder.files("out");
+        // The manifest of a recording lists the files of both.
+        before.retain(|path, _| first[0] == "run" || !path.ends_with("manifest.json"));
+        assert!(before.keys().any(|path| path.extension().is_some_and(|extension| extension == "png")));
+        folder.good(&[second, &["--out", "out/same"]].concat());
+        let after = folder.files("out");
+        assert!(before.iter().all(|(path, content)| after.get(path) == Some(content)), "{second:?}");
+        for name in new {
+            assert!(after.keys().any(|path| path.ends_with(name)), "{name}: {:?}", after.keys());
+        }
     }
-    // Numbers have at most four significant digits, and are the same in every file.
+}
+
+#[test]
+fn the_numbers_of_a_calibration_have_at_most_four_digits_and_are_the_same_in_every_file() {
+    let folder = TestFolder::new();
+    let printed = folder.good(&["calibrate", "builtin:in_vivo_like.csv", "--first-s", "5"]);
     let toml: toml::Table = folder.text("out/in_vivo_like/calibrated.toml").parse().expect("TOML");
     let json: serde_json::Value =
         serde_json::from_str(&folder.text("out/in_vivo_like/calibration.json")).expect("JSON");
@@ -382,6 +326,7 @@ fn a_bad_recording_is_refused_with_the_line() {
     folder.refused(&["run", "s.toml", "--set", "recording.ruptures_s=[0.02, 0.01]"], &["ascend"]);
     folder.refused(&["detect", "r.csv", "--position", "position_m:0"], &["position_m"]);
     folder.refused(&["detect", "r.csv", "--contact-m", "nan"], &["contact_m"]);
+    folder.refused(&["detect", "r.csv", "--rupture-s", "99"], &["within the recording"]);
 }
 
 #[test]
@@ -406,27 +351,6 @@ fn the_sign_of_a_columns_factor_is_used() {
         &["detect", "r.csv", "--time", "t", "--position", "x", "--force", "f:1e9"],
         &["r.csv line 2, column 'f': is 5e8 N", "the factor of the column"],
     );
-}
-
-#[test]
-fn a_detection_keeps_the_files_of_a_run_of_its_scenario() {
-    let folder = TestFolder::new();
-    folder.good(&["run", "builtin:paper/augmented.toml", "--quiet"]);
-    let before = folder.files("out/augmented");
-    folder.good(&["detect", "builtin:paper/augmented.toml", "--quiet"]);
-    let after = folder.files("out/augmented");
-    assert!(before.iter().all(|(path, content)| after.get(path) == Some(content)));
-    assert!(after.contains_key(Path::new("detection/detection.json")));
-    folder.refused(&["detect", "builtin:in_vivo_like.csv", "--rupture-s", "99"], &["within the recording"]);
-}
-
-#[test]
-fn a_recording_of_a_gigabyte_is_refused_by_its_size() {
-    let folder = TestFolder::new();
-    let file = fs::File::create(folder.path("big.csv")).expect("created");
-    file.set_len(1 << 30).expect("sparse");
-    folder.refused(&["detect", "big.csv"], &["big.csv", "max_bytes"]);
-    folder.file("s.toml", "recording.file = \"big.csv\"\n").refused(&["run", "s.toml"], &["big.csv", "max_bytes"]);
 }
 
 /// Returns a CSV recording with rows at these times.
@@ -466,16 +390,8 @@ fn a_settings_file_without_settings_is_refused() {
     let folder = TestFolder::new();
     folder.file("r.csv", recording(milliseconds(0.0, 200)));
     folder.file("none.toml", SHORT).file("half.toml", "detector.threshold = 0.05\n");
-    folder.file("both.toml", "detector.threshold = 0.05\nestimator.dead_zone_n = 0.01\n");
     folder.refused(&["detect", "r.csv", "--settings", "none.toml"], &["none.toml", "[estimator]", "[detector]"]);
-    let warned = |arguments: &[&str]| {
-        let outcome = folder.trocar(&[&["detect", "r.csv", "--no-figures", "--settings"], arguments].concat());
-        assert_eq!(outcome.code, 0, "{}", outcome.err);
-        outcome.err
-    };
-    assert_eq!(warned(&["half.toml"]), "warning[missing-section]: half.toml has no [estimator]; defaults are used\n");
-    assert_eq!(warned(&["half.toml", "--quiet"]), "");
-    assert_eq!(warned(&["both.toml"]), "");
+    assert_eq!(folder.warned(&["detect", "r.csv", "--no-figures", "--settings", "half.toml"]), "");
 }
 
 #[test]
@@ -483,11 +399,7 @@ fn samples_too_far_apart_for_a_rupture_give_a_warning() {
     let folder = TestFolder::new();
     let every = |interval_s: f64| recording((0..600).map(|k| f64::from(k) * interval_s));
     folder.file("a/slow.csv", every(1.0)).file("a/fast.csv", every(0.01));
-    let warned = |arguments: &[&str]| {
-        let outcome = folder.trocar(&[&["detect", "--no-figures"], arguments].concat());
-        assert_eq!(outcome.code, 0, "{}", outcome.err);
-        outcome.err
-    };
+    let warned = |arguments: &[&str]| folder.warned(&[&["detect", "--no-figures"], arguments].concat());
     for given in ["a/slow.csv", "a"] {
         let said = warned(&[given]);
         let expected = "warning[low-sampling-rate]: a/slow.csv: the sampling rate is 1.000 Hz, below 100";
@@ -502,37 +414,18 @@ fn samples_too_far_apart_for_a_rupture_give_a_warning() {
 }
 
 #[test]
-fn a_time_between_false_alarms_out_of_range_is_rejected_with_the_limit() {
+fn a_calibration_refuses_times_out_of_range_with_the_limit() {
     let folder = TestFolder::new();
-    let calibrate = |wanted_s: &str, phrases: &[&str]| {
-        folder.refused(&["calibrate", "builtin:in_vivo_like.csv", "--false-alarm-s", wanted_s], phrases);
-    };
-    calibrate("1e30", &["--false-alarm-s is 1e30", "to 1.000e7 s", "1e10 samples"]);
-    calibrate("1.1e7", &["--false-alarm-s is 11000000.0", "to 1.000e7 s"]);
-    calibrate("1e-3", &["--false-alarm-s is 0.001", "from 2.000e-3"]);
-    folder.good(&["calibrate", "builtin:in_vivo_like.csv", "--false-alarm-s", "9.9e6", "--quiet"]);
-}
-
-#[test]
-fn scenarios_with_the_same_name_are_refused_and_both_are_named() {
-    let folder = TestFolder::new();
-    folder.file("a.toml", SHORT).file("b.toml", SHORT);
-    folder.refused(
-        &["run", "a.toml", "b.toml"],
-        &["two scenarios have the name \"short\"", "a.toml and b.toml", "--out"],
-    );
-    let twice = ["run", "builtin:paper/classical.toml", "a.toml", "builtin:paper/classical.toml"];
-    folder.refused(&twice, &["\"classical\"", "builtin:paper/classical.toml is given twice; remove one"]);
-}
-
-#[test]
-fn every_exit_code_is_documented() {
-    let folder = TestFolder::new();
-    let readme = include_str!("../../README.md");
-    for text in [folder.good(&["--help"]), folder.good(&["detect", "--help"]), readme.replace('\n', " ")] {
-        let codes = "Exit codes: 0 success, 1 failure, 2 invalid input, 130 interrupted by Ctrl-C";
-        assert!(text.split_whitespace().collect::<Vec<_>>().join(" ").contains(codes), "{text}");
+    for (flag, text, phrases) in [
+        ("--false-alarm-s", "1e30", &["--false-alarm-s is 1e30", "to 1.000e7 s", "1e10 samples"][..]),
+        ("--false-alarm-s", "1.1e7", &["--false-alarm-s is 11000000.0", "to 1.000e7 s"]),
+        ("--false-alarm-s", "1e-3", &["--false-alarm-s is 0.001", "from 2.000e-3"]),
+        ("--quiet-s", "4,1", &["4,1", "4 s is not before 1 s"]),
+        ("--quiet-s", "4", &["4", "two times"]),
+    ] {
+        folder.refused(&["calibrate", "builtin:in_vivo_like.csv", flag, text], phrases);
     }
+    folder.good(&["calibrate", "builtin:in_vivo_like.csv", "--false-alarm-s", "9.9e6", "--quiet"]);
 }
 
 #[test]
@@ -547,12 +440,11 @@ fn an_output_that_cannot_be_written_is_a_failure() {
 #[test]
 fn a_run_that_diverges_is_a_result() {
     let folder = TestFolder::new();
-    let one_line = |text: String| text.split_whitespace().collect::<Vec<_>>().join(" ");
     let set = ["--set", "master.coupling=as-printed"];
-    let printed = one_line(folder.good(&[&["run", "builtin:paper/classical.toml"], &set[..]].concat()));
+    let printed = folder.said(&[&["run", "paper/classical"], &set[..]].concat());
     assert!(printed.starts_with("classical: The loop is not stable"), "{printed}");
     assert!(printed.contains("classical: diverged at 0."), "{printed}");
-    let printed = one_line(folder.good(&[&["compare"], &set[..]].concat()));
+    let printed = folder.said(&[&["compare"], &set[..]].concat());
     assert!(printed.contains("diverged at"), "{printed}");
 }
 
@@ -569,22 +461,10 @@ fn a_starter_is_written_once_and_runs() {
     assert_eq!(folder.trocar(&["init", "other.toml", "--layers", "--replay"]).code, 2);
     folder.good(&["record", "--seed", "7", "--out", "seven.csv"]);
     folder.refused(&["record", "--out", "seven.csv"], &["already exists"]);
-    assert!(
-        folder.good(&["record", "--seed", "7", "--out", "-"]).as_bytes()
-            == fs::read(folder.path("seven.csv")).expect("there")
-    );
-    let detection = folder.good(&[
-        "detect",
-        "seven.csv",
-        "--velocity",
-        "velocity_m_per_s",
-        "--rupture-s",
-        "5.52",
-        "--rupture-s",
-        "8.85",
-    ]);
-    let said = detection.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(said.contains("0 of 2 labelled ruptures missed, 0 false alarms."), "{detection}");
+    assert_eq!(folder.good(&["record", "--seed", "7", "--out", "-"]), folder.text("seven.csv"));
+    let ruptures = ["--rupture-s", "5.52", "--rupture-s", "8.85"];
+    let said = folder.said(&[&["detect", "seven.csv", "--velocity", "velocity_m_per_s"][..], &ruptures].concat());
+    assert!(said.contains("0 of 2 labelled ruptures missed, 0 false alarms."), "{said}");
 }
 
 #[test]
@@ -611,22 +491,6 @@ fn a_shipped_scenario_has_short_names() {
 }
 
 #[test]
-fn the_list_of_scenarios_can_be_json() {
-    let listed: serde_json::Value =
-        serde_json::from_str(&TestFolder::new().good(&["scenarios", "--json"])).expect("JSON");
-    let first = &listed[0];
-    assert_eq!((&first["name"], &first["path"]), (&"paper/classical".into(), &"builtin:paper/classical.toml".into()));
-    assert!(listed.as_array().is_some_and(|all| all.len() > 30 && all.iter().all(|one| one["question"].is_string())));
-}
-
-#[test]
-fn the_schema_is_json() {
-    let folder = TestFolder::new();
-    let schema: serde_json::Value = serde_json::from_str(&folder.good(&["schema"])).expect("JSON");
-    assert_eq!(schema["properties"]["slave"]["properties"]["velocity_gain"]["minimum"], 0.0);
-}
-
-#[test]
 fn every_help_matches_its_snapshot_and_the_main_help_has_examples() {
     let folder = TestFolder::new();
     let help = folder.good(&["--help"]);
@@ -638,58 +502,37 @@ fn every_help_matches_its_snapshot_and_the_main_help_has_examples() {
 }
 
 #[test]
-fn actuators_and_sensors_are_checked_with_the_reason() {
+fn limits_of_motors_need_sampled_control() {
     let folder = TestFolder::new();
-    folder.file("a.toml", format!("{SHORT}actuator.master_force_limit_n = 2.0\n"));
-    folder.refused(&["run", "a.toml"], &["a.toml:5", "actuator.master_force_limit_n needs", "control = \"sampled\""]);
-    folder.good(&["run", "a.toml", "--quiet", "--set", "simulation.control=sampled"]);
-    let again = fs::read(folder.path("out/short/trace.csv")).expect("there");
-    folder.good(&["run", "out/short/scenario.toml", "--quiet", "--out", "again"]);
-    assert!(again == fs::read(folder.path("again/short/trace.csv")).expect("there"), "the echo keeps limits");
     for (key, reason) in [
+        ("master_force_limit_n", "saturates"),
         ("master_force_rate_limit_n_per_s", "saturates"),
         ("slave_command_rate_limit_per_s", "saturates"),
         ("master_lag_s", "held"),
         ("slave_lag_s", "held"),
     ] {
         folder.file("d.toml", format!("{SHORT}actuator.{key} = 0.5\n"));
-        folder.refused(
-            &["run", "d.toml"],
-            &["d.toml:5", &format!("actuator.{key} needs"), "control = \"sampled\"", reason],
-        );
-    }
-    for bad in [
-        "master_force_limit_n = 0",
-        "slave_command_limit = -1",
-        "slave_command_limit = \"much\"",
-        "master_force_rate_limit_n_per_s = 0",
-        "slave_command_rate_limit_per_s = -2",
-        "slave_command_rate_limit_per_s = inf",
-        "master_lag_s = -0.001",
-        "slave_lag_s = nan",
-        "slave_lag_s = \"slow\"",
-    ] {
-        folder.file("b.toml", format!("{SHORT}simulation.control = \"sampled\"\nactuator.{bad}\n"));
-        folder.refused(&["run", "b.toml"], &["b.toml:6", "must be a number, at least"]);
-    }
-    for bad in ["force_range_n = 0", "force_bandwidth_hz = -1", "force_bias_n = \"some\"", "force_bias_n = nan"] {
-        folder.file("c.toml", format!("{SHORT}sensor.{bad}\n"));
-        folder.refused(&["run", "c.toml"], &["c.toml:5", "must be a number, at least"]);
+        let needs = format!("actuator.{key} needs");
+        folder.refused(&["run", "d.toml"], &["d.toml:5", &needs, "control = \"sampled\"", reason]);
+        folder.good(&["check", "d.toml", "--set", "simulation.control=sampled"]);
     }
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn a_study_over_seeds_is_the_same_on_any_number_of_threads() {
     let folder = TestFolder::new();
-    let noisy = ["compare", "--seeds", "5", "--set", "sensor.force_noise_std_n=0.02", "--quiet", "--out"];
-    for (name, threads) in [("one", "1"), ("four", "4")] {
-        folder.command(&noisy).arg(name).env("RAYON_NUM_THREADS", threads).assert().success();
-    }
-    let study = |name: &str| fs::read_to_string(folder.path(name).join("compare/seeds.csv")).expect("written");
-    assert_eq!(study("one"), study("four"));
-    assert!(study("one").contains("rupture_1_slave_overshoot_m,m,augmented,5,"), "{}", study("one"));
-    let printed = folder.good(&["compare", "--seeds", "5", "--set", "sensor.force_noise_std_n=0.02"]);
-    assert!(printed.contains("over 5 seeds"), "{printed}");
+    let noisy = ["compare", "--seeds", "5", "--set", "sensor.force_noise_std_n=0.02", "--out"];
+    let run = |threads: &str| {
+        let mut command = folder.command(&noisy);
+        let output = command.arg(threads).env("RAYON_NUM_THREADS", threads).output().expect("ran");
+        String::from_utf8(output.stdout).expect("text")
+    };
+    let printed = ["1", "4"].map(run);
+    assert!(folder.files("1") == folder.files("4"));
+    assert!(printed[0].contains("over 5 seeds"), "{}", printed[0]);
+    let study = folder.text("1/compare/seeds.csv");
+    assert!(study.contains("rupture_1_slave_overshoot_m,m,augmented,5,"), "{study}");
     let silent = folder.good(&["compare", "--seeds", "3"]);
     assert!(silent.contains("No metric depends on the seed"), "{silent}");
     folder.refused(&["compare", "--seeds", "1"], &["--seeds", "2..=100000"]);
@@ -700,12 +543,6 @@ fn scenarios_that_cannot_be_realised_are_refused_with_the_reason() {
     let folder = TestFolder::new();
     let skin = "builtin:layers/through-the-skin.toml";
     for (setting, phrases) in [
-        ("tissue.layer.capsule.relaxation_s=-1", ["tissue.layer.capsule.relaxation_s", "0"]),
-        (
-            "tissue.layer.capsule.rupture_force_n=0.1",
-            ["tissue.layer.capsule.rupture_force_n", "tissue.layer.capsule.cutting_force_n"],
-        ),
-        ("tissue.static_ratio=0.9", ["tissue.static_ratio", "at least 1"]),
         (
             "perception.reflex_reaction_max_s=0.1",
             ["perception.reflex_reaction_max_s", "perception.reflex_reaction_min_s"],
@@ -713,7 +550,6 @@ fn scenarios_that_cannot_be_realised_are_refused_with_the_reason() {
         ("perception.reflex_weber_fraction=1.0", ["perception.reflex_weber_fraction", "between 0 and 1"]),
         ("operator.tremor_high_hz=7", ["operator.tremor_high_hz", "operator.tremor_low_hz"]),
         ("arm.grip=limp", ["arm.grip", "relaxed"]),
-        ("actuator.master_force_limit_n=3", ["simulation.control", "sampled"]),
     ] {
         folder.refused(&["run", skin, "--set", "perception.reflex=stop", "--set", setting], &phrases);
     }
@@ -723,7 +559,7 @@ fn scenarios_that_cannot_be_realised_are_refused_with_the_reason() {
 fn roc_writes_every_point_and_refuses_what_it_cannot_evaluate() {
     let folder = TestFolder::new();
     let few = ["roc", "--seeds", "2", "--thresholds", "4", "--detectors", "squared-residual,page-hinkley", "--json"];
-    let json: serde_json::Value = serde_json::from_str(&folder.good(&few)).expect("JSON");
+    let json = folder.json(&few);
     assert_eq!(json["characteristics"]["cases"], 2);
     // Without a false alarm in half a minute, the rate is undefined and not 0.
     assert!(json["characteristics"]["all"][0]["points"][2]["false_alarms_per_minute"].is_null());
@@ -756,13 +592,7 @@ fn roc_writes_every_point_and_refuses_what_it_cannot_evaluate() {
 #[test]
 fn an_interrupted_roc_reports_what_it_kept() {
     let folder = TestFolder::new();
-    let child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("trocar"))
-        .current_dir(folder.path(""))
-        .args(["roc", "--seeds", "1000000", "--thresholds", "2", "--detectors", "squared-residual"])
-        .stdout(std::process::Stdio::piped())
-        .stderr(std::process::Stdio::piped())
-        .spawn()
-        .expect("started");
+    let child = folder.begin(&["roc", "--seeds", "1000000", "--thresholds", "2", "--detectors", "squared-residual"]);
     // Wait until the handler is installed and the work has started.
     std::thread::sleep(std::time::Duration::from_secs(3));
     let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("sent");
@@ -780,45 +610,23 @@ fn an_interrupted_roc_reports_what_it_kept() {
 }
 
 #[test]
-fn completions_and_manual_pages_know_every_command() {
+fn completions_know_the_commands_the_shipped_scenarios_and_the_keys() {
     let folder = TestFolder::new();
     let commands = folder.commands();
-    for known in ["explore", "record", "schema", "init", "man", "completions"] {
-        assert!(commands.len() > 12 && commands.iter().any(|command| command == known), "{known}: {commands:?}");
+    let [bash, zsh, fish, elvish, powershell] =
+        ["bash", "zsh", "fish", "elvish", "powershell"].map(|shell| folder.good(&["completions", shell]));
+    for script in [&bash, &zsh, &fish, &elvish, &powershell] {
+        assert!(commands.iter().all(|command| script.contains(command)), "{script}");
     }
-    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
-        let script = folder.good(&["completions", shell]);
-        assert!(script.contains("help"), "{shell}");
-        for command in &commands {
-            assert!(script.contains(command), "{shell}: {command}");
-        }
-    }
-    folder.good(&["man", "--out", "pages"]);
-    assert!(folder.good(&["man"]).starts_with(".ie"), "troff");
-    for command in &commands {
-        let page = fs::read_to_string(folder.path(&format!("pages/trocar-{command}.1"))).expect("a page");
-        assert!(
-            page.contains(&format!(".TH trocar\\-{command} ")) || page.contains(&format!(".TH trocar-{command} ")),
-            "{page}"
-        );
-    }
-}
-
-#[test]
-fn completions_know_the_shipped_scenarios_and_the_keys() {
-    let folder = TestFolder::new();
-    for shell in ["bash", "zsh", "fish"] {
-        let script = folder.good(&["completions", shell]);
+    for script in [&bash, &zsh, &fish] {
         for word in ["paper/classical", "layers/skin-augmented", "detector.threshold="] {
-            assert!(script.contains(word), "{shell}: {word}");
+            assert!(script.contains(word), "{word}: {script}");
         }
     }
-    let fish = folder.good(&["completions", "fish"]);
     for command in ["run", "link", "scenarios"] {
         let start = format!("complete -c trocar -n \"__fish_trocar_using_subcommand {command}\" -a \"");
         assert!(fish.lines().any(|line| line.starts_with(&start) && line.contains("paper/classical ")), "{command}");
     }
-    let zsh = folder.good(&["completions", "zsh"]);
     assert!(zsh.contains("'*--set=[") && zsh.contains(":SECTION.KEY=VALUE:_trocar_settings'"), "{zsh}");
     assert!(zsh.contains(":_trocar_scenarios'") && zsh.starts_with("#compdef trocar"), "{zsh}");
 }
@@ -828,23 +636,24 @@ fn completions_know_the_shipped_scenarios_and_the_keys() {
 fn bash_completes_scenarios_and_keys() {
     let folder = TestFolder::new();
     fs::write(folder.path("completions.bash"), folder.good(&["completions", "bash"])).expect("write");
-    let completed = |words: &str| {
+    for (words, expected) in [
+        ("trocar run paper/classical", "paper/classical"),
+        ("trocar compare my.toml paper/classical", "paper/classical"),
+        ("trocar scenarios show layers/skin-aug", "layers/skin-augmented"),
+        ("trocar run my.toml --set detector.thres", "detector.threshold="),
+        ("trocar run my", ""),
+    ] {
         let line = format!(
             "source completions.bash && COMP_WORDS=({words}) && COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)) && \
              _trocar trocar \"${{COMP_WORDS[COMP_CWORD]}}\" \"${{COMP_WORDS[COMP_CWORD-1]}}\" 2> errors; echo \"${{COMPREPLY[*]}}\""
         );
         let output = std::process::Command::new("bash").args(["-c", &line]).current_dir(folder.path(".")).output();
-        output.ok().map(|output| String::from_utf8_lossy(&output.stdout).trim().to_owned())
-    };
-    let Some(first) = completed("trocar run paper/classical") else {
-        eprintln!("skipped: there is no bash");
-        return;
-    };
-    assert_eq!(first, "paper/classical");
-    assert_eq!(completed("trocar compare my.toml paper/classical").as_deref(), Some("paper/classical"));
-    assert_eq!(completed("trocar scenarios show layers/skin-aug").as_deref(), Some("layers/skin-augmented"));
-    assert_eq!(completed("trocar run my.toml --set detector.thres").as_deref(), Some("detector.threshold="));
-    assert_eq!(completed("trocar run my").as_deref(), Some(""));
+        let Ok(output) = output else {
+            eprintln!("skipped: there is no bash");
+            return;
+        };
+        assert_eq!(String::from_utf8_lossy(&output.stdout).trim(), expected, "{words}");
+    }
 }
 
 #[test]

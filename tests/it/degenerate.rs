@@ -186,29 +186,11 @@ proptest! {
     }
 }
 
-/// A standard deviation of 0 and every other divisor of 0 are refused. Settings that may be 0 are safe at 0.
 #[test]
-fn a_setting_that_would_be_a_divisor_of_zero_is_refused() {
-    let refused = |hypotheses: Hypotheses| {
-        let detector = DetectorSettings {
-            distance: trocar::detector::DistanceSettings {
-                kind: DistanceKind::VarianceChange,
-                hypotheses,
-                ..trocar::detector::DistanceSettings::DEFAULT
-            },
-            ..DetectorSettings::default()
-        };
-        HapticController::new(&Settings { detector, ..Settings::default() }).expect_err("refused").name
-    };
-    let good = Hypotheses::default();
-    assert_eq!(refused(Hypotheses { quiet_std_n: 0.0, ..good }), "detector.quiet_std_n");
-    assert_eq!(refused(Hypotheses { rupture_std_n: 0.0, ..good }), "detector.rupture_std_n");
-    assert_eq!(refused(Hypotheses { rupture_std_n: good.quiet_std_n, ..good }), "detector.rupture_std_n");
-    assert_eq!(refused(Hypotheses { rupture_mean_n: 0.0, ..good }), "detector.rupture_mean_n");
-
+fn settings_that_may_be_0_are_safe_at_0() {
     let estimator = RlsSettings { dead_zone_n: 0.0, normalisation: 0.0, ..RlsSettings::default() };
-    let still = AugmentationSettings { blend_s: 0.0, ..AugmentationSettings::default() };
-    let mut controller =
-        HapticController::new(&Settings { estimator, augmentation: still, ..Settings::default() }).expect("safe at 0");
+    let augmentation = AugmentationSettings { blend_s: 0.0, ..AugmentationSettings::default() };
+    let settings = Settings { estimator, augmentation, ..Settings::default() };
+    let mut controller = HapticController::new(&settings).expect("safe at 0");
     assert!((0..1000).all(|k| is_finite(&controller.step(&at(1e-5 * f64::from(k), 0.01, 3.0)))));
 }

@@ -1,6 +1,6 @@
 //! Designs on the command line: identical files for any threads and interruptions; scenarios that run; invalid designs.
 
-use std::process::{Child, Command, Stdio};
+use std::process::Command;
 use std::time::Duration;
 
 use crate::support;
@@ -60,6 +60,7 @@ fn same(folder: &TestFolder, a: &str, b: &str) {
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn the_files_do_not_depend_on_the_threads_and_the_designs_run() {
     let folder = designs();
     let text = folder.good(&["design", "small.toml", "--no-figures", "--threads", "1", "--out", "one"]);
@@ -79,23 +80,16 @@ fn the_files_do_not_depend_on_the_threads_and_the_designs_run() {
     assert_ne!(json["designs"][0]["training"], json["designs"][0]["validation"]);
 }
 
-fn begin(folder: &TestFolder, arguments: &[&str]) -> Child {
-    let mut command = Command::new(assert_cmd::cargo::cargo_bin("trocar"));
-    command.current_dir(folder.path("")).args(arguments).stdout(Stdio::null()).stderr(Stdio::piped());
-    command.spawn().expect("begun")
-}
-
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn a_design_killed_five_times_continues_to_the_same_bytes() {
     let folder = designs();
     folder.good(&["design", "small.toml", "--no-figures", "--quiet", "--out", "undisturbed"]);
-    let mut moment =
-        std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(1, |now| now.as_nanos() as u64);
+    let mut moments = crate::output::Moments::new();
     let mut kept = vec![];
     for _ in 0..5 {
-        moment = moment.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        let mut child = begin(&folder, &["design", "small.toml", "--no-figures", "--quiet"]);
-        std::thread::sleep(Duration::from_millis(50 + (moment >> 33) % 600));
+        let mut child = folder.begin(&["design", "small.toml", "--no-figures", "--quiet"]);
+        std::thread::sleep(Duration::from_secs_f64(1e-3 * (50.0 + 600.0 * moments.next())));
         let _ = child.kill();
         child.wait().expect("ended");
         let state = std::fs::read_to_string(folder.path("out/small/search.json")).unwrap_or_default();
@@ -115,7 +109,7 @@ fn a_design_killed_five_times_continues_to_the_same_bytes() {
 fn an_interrupted_design_says_what_is_kept() {
     let folder = designs();
     folder.file("small.toml", SMALL.replace("generations = 6", "generations = 5000"));
-    let child = begin(&folder, &["design", "small.toml", "--no-figures"]);
+    let child = folder.begin(&["design", "small.toml", "--no-figures"]);
     let state = folder.path("out/small/search.json");
     while !state.exists() {
         std::thread::sleep(Duration::from_millis(20));
@@ -137,6 +131,7 @@ fn the_shipped_designs_are_valid() {
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn the_search_of_another_design_is_kept() {
     let folder = designs();
     let short = SMALL.replace("generations = 6", "generations = 1");
@@ -155,8 +150,8 @@ fn the_search_of_another_design_is_kept() {
 #[test]
 fn invalid_designs_are_refused_with_their_line_and_a_remedy() {
     let folder = TestFolder::new();
-    for (from, to, reasons) in [
-        ("[free]", "[fre]", &["a design has no key fre.augmentation.min_hold_s", "wrong.toml:"][..]),
+    let changes: [(&str, &str, &[&str]); 17] = [
+        ("[free]", "[fre]", &["a design has no key fre.augmentation.min_hold_s", "wrong.toml:"]),
         (
             "min_hold_s",
             "min_hld_s",
@@ -185,12 +180,8 @@ fn invalid_designs_are_refused_with_their_line_and_a_remedy() {
         ("candidates = 12", "candidates = 1", &["must be a whole number from 4"]),
         ("metric = \"reached_share\"", "metric = \"port_hand_energy_j\"", &["port_"]),
         ("builtin:layers/skin-augmented.toml", "builtin:layers/skin-augmentd.toml", &["did you mean"]),
-    ] {
-        let text = SMALL.replacen(from, to, 1);
-        assert_ne!(text, SMALL, "{from}");
-        folder.file("wrong.toml", text);
-        folder.refused(&["design", "wrong.toml"], reasons);
-    }
+    ];
+    folder.refused_changes("design", SMALL, &changes);
     let without =
         |section: &str| SMALL.split("\n[").filter(|part| !part.starts_with(section)).collect::<Vec<_>>().join("\n[");
     folder.file("wrong.toml", without("objectives"));

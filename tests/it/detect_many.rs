@@ -58,6 +58,7 @@ fn a_folder_stands_for_its_recordings_and_a_bad_recording_does_not_stop_the_othe
         assert!(folder.path(&format!("out/detect/{name}/detection.csv")).exists(), "{name}");
     }
     assert!(!folder.path("out/detect/bad").exists() && !folder.path("out/detect/missing").exists());
+    assert!(folder.files("out").keys().all(|path| path.extension().is_none_or(|end| end != "png")), "--no-figures");
     let all = json(&folder.text("out/detect/detections.json"));
     let recordings = all["recordings"].as_array().expect("a list");
     assert_eq!(recordings.len(), 5);
@@ -65,6 +66,12 @@ fn a_folder_stands_for_its_recordings_and_a_bad_recording_does_not_stop_the_othe
     assert_eq!(recordings[2]["alarms"].as_array().map(Vec::len), Some(2));
     assert!(all["scores"].is_null(), "nothing is labelled");
     folder.file("empty/readme.txt", "").refused(&["detect", "empty"], &["empty", "no *.csv file"]);
+    // A folder counts as many recordings even with one.
+    let one = folder.json(&detect(&["b", "--json"]));
+    assert_eq!(
+        (one["recordings"].as_array().map(Vec::len), &one["recordings"][0]["folder"]),
+        (Some(1), &"none".into())
+    );
 }
 
 #[test]
@@ -95,7 +102,7 @@ fn many_recordings_give_one_json_document_and_a_single_one_the_same_object() {
     let all = json(&printed);
     let two = &all["recordings"][1];
     assert_eq!((two["file"].as_str(), two["folder"].as_str()), (Some("a/two.csv"), Some("two")));
-    let alone = json(&folder.good(&detect(&["a/two.csv", "--json", "--out", "alone"])));
+    let alone = folder.json(&detect(&["a/two.csv", "--json", "--out", "alone"]));
     for key in ["alarms", "phases", "residual", "samples", "settings"] {
         assert_eq!(two[key], alone[key], "{key}");
     }
@@ -157,13 +164,13 @@ fn labels_are_matched_with_alarms_one_to_one() {
 
     // With a window shorter than every delay, every alarm is false and every rupture is missed.
     folder.file("l2.csv", "file,time_s\ntwo.csv,0.9\none.csv,11.4\n");
-    let strict = json(&folder.good(&detect(&["a", "--labels", "l2.csv", "--within-s", "0", "--json"])));
+    let strict = folder.json(&detect(&["a", "--labels", "l2.csv", "--within-s", "0", "--json"]));
     assert_eq!((&strict["scores"]["false_alarms"], &strict["scores"]["missed"]), (&Json::from(3), &Json::from(2)));
     let per_minute = strict["scores"]["false_alarms_per_minute"].as_f64().expect("defined");
     assert!((per_minute - 3.0 / (6.0 / 60.0)).abs() < 1e-6, "3 in 6 s: {per_minute}");
     // An alarm before its rupture is false, however near.
     folder.file("l2.csv", "file,time_s\ntwo.csv,1.1\n");
-    let early = json(&folder.good(&detect(&["a/two.csv", "--labels", "l2.csv", "--json"])));
+    let early = folder.json(&detect(&["a/two.csv", "--labels", "l2.csv", "--json"]));
     assert_eq!((&early["missed_ruptures"], &early["false_alarms"]), (&Json::from(1), &Json::from(2)));
 }
 
@@ -171,14 +178,14 @@ fn labels_are_matched_with_alarms_one_to_one() {
 fn labels_in_the_folder_of_a_recording_are_read_by_default() {
     let folder = three_recordings();
     folder.file("a/two.labels.csv", "time_s,kind\n1.0,skin\n").file("b/none.labels.csv", "time_s\n");
-    let all = json(&folder.good(&detect(&["a", "b", "--json"])));
+    let all = folder.json(&detect(&["a", "b", "--json"]));
     let of = |index: usize| &all["recordings"][index];
     assert_eq!(all["recordings"].as_array().map(Vec::len), Some(3), "the labels are no recording");
     assert!(of(0)["scores"].is_null(), "not labelled, so not judged");
     assert_eq!((&of(1)["scores"]["found"], &of(1)["false_alarms"]), (&Json::from(1), &Json::from(1)));
     assert_eq!((&of(2)["scores"]["ruptures"], &of(2)["false_alarms"]), (&Json::from(0), &Json::from(0)));
     assert_eq!(all["scores"]["recordings"], 2);
-    let explicit = json(&folder.good(&detect(&["a/two.csv", "--rupture-s", "1", "--rupture-s", "2", "--json"])));
+    let explicit = folder.json(&detect(&["a/two.csv", "--rupture-s", "1", "--rupture-s", "2", "--json"]));
     assert_eq!((&explicit["missed_ruptures"], &explicit["false_alarms"]), (&Json::from(0), &Json::from(0)));
     folder.file("b/none.labels.csv", "time_s\nsoon\n");
     let outcome = folder.trocar(&detect(&["a", "b"]));
@@ -246,7 +253,7 @@ fn flags_that_exclude_each_other_are_refused() {
 #[test]
 fn the_phases_of_the_shipped_insertion_are_found() {
     let folder = TestFolder::new();
-    let found = json(&folder.good(&["detect", "builtin:in_vivo_like.csv", "--no-figures", "--json"]));
+    let found = folder.json(&["detect", "builtin:in_vivo_like.csv", "--no-figures", "--json"]);
     let phases = found["phases"].as_array().expect("a list");
     let durations: Vec<f64> = phases.iter().map(|phase| phase["duration_s"].as_f64().expect("defined")).collect();
     let names: Vec<_> = phases.iter().filter_map(|phase| phase["phase"].as_str()).collect();
@@ -257,22 +264,6 @@ fn the_phases_of_the_shipped_insertion_are_found() {
     assert!(phases[0]["mean_stiffness_n_per_m"].is_null() && phases[1]["mean_stiffness_n_per_m"].is_number());
     let printed = folder.good(&["detect", "builtin:in_vivo_like.csv", "--no-figures"]);
     assert!(printed.contains("phase       duration ") && printed.contains("B ± 2 s.e."), "{printed}");
-}
-
-#[test]
-fn a_folder_counts_as_many_recordings_even_with_one() {
-    let folder = three_recordings();
-    let all = json(&folder.good(&detect(&["b", "--json"])));
-    assert_eq!(all["recordings"].as_array().map(Vec::len), Some(1));
-    assert_eq!(all["recordings"][0]["folder"], "none");
-}
-
-#[test]
-fn no_figures_are_written_without_figures() {
-    let folder = three_recordings();
-    folder.good(&detect(&["a", "b"]));
-    let drawn = folder.files("out").keys().filter(|path| path.extension().is_some_and(|end| end == "png")).count();
-    assert_eq!(drawn, 0);
 }
 
 #[test]
@@ -295,7 +286,7 @@ fn degenerate_recordings_give_no_alarm_and_only_finite_numbers() {
         .file("d/two_samples.csv", table(&|t| [0.01 + t, 1.0], 2));
     for velocity in [&VELOCITY[..], &[]] {
         let arguments = [&["detect", "d", "--json"], velocity].concat();
-        let all = json(&folder.good(&arguments));
+        let all = folder.json(&arguments);
         for recording in all["recordings"].as_array().expect("a list") {
             assert_eq!(recording["alarms"], serde_json::json!([]), "{recording}");
             let residual = recording["residual"].as_object().expect("statistics");

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use assert_cmd::Command;
+use crate::support::test_folder::TestFolder;
 use trocar::compare::SeedStudy;
 use trocar::run::{Run, run};
 use trocar::scenario::{Scenario, Source};
@@ -95,16 +95,11 @@ fn load(name: &str) -> Scenario {
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn the_rows_of_the_first_table_agree_with_the_traces() {
-    let folder = tempfile::tempdir().expect("a folder");
-    Command::cargo_bin("trocar")
-        .expect("the program")
-        .args(["compare", "--out"])
-        .arg(folder.path())
-        .args(NAMES)
-        .assert()
-        .success();
-    let mut reader = csv::Reader::from_path(folder.path().join("compare/comparison.csv")).expect("a table");
+    let folder = TestFolder::new();
+    folder.good(&[&["compare"], &NAMES[..]].concat());
+    let mut reader = csv::Reader::from_path(folder.path("out/compare/comparison.csv")).expect("a table");
     let header = reader.headers().expect("a header").clone();
     let table: BTreeMap<String, csv::StringRecord> =
         reader.records().map(|row| row.expect("a row")).map(|row| (row[0].to_owned(), row)).collect();
@@ -112,7 +107,7 @@ fn the_rows_of_the_first_table_agree_with_the_traces() {
     for name in NAMES {
         let short = name.rsplit('/').next().expect("a name");
         let column = header.iter().position(|title| title == short).expect("a column");
-        let trace = columns(&folder.path().join("compare").join(short).join("trace.csv"));
+        let trace = columns(&folder.path(&format!("out/compare/{short}/trace.csv")));
         let (scale, ticks) = known_of(name);
         for (index, rows) in by_definition(&trace, &ticks, scale).iter().enumerate() {
             for (&key, &expected) in rows {

@@ -28,7 +28,7 @@ fn parameters_and_fits_are_printed_and_written() {
     machine(&folder, "other.csv", good);
     let command =
         [&["identify", "train.csv", "--predict", "other.csv", "--no-figures", "--json"][..], &COLUMNS].concat();
-    let printed: Json = serde_json::from_str(&folder.good(&command)).expect("JSON");
+    let printed = folder.json(&command);
     let roles: Vec<&str> = (0..2).filter_map(|k| printed["fits"][k]["role"].as_str()).collect();
     assert_eq!(roles, ["training", "prediction"]);
     assert!(printed["fits"][1]["fit_percent"].as_f64().is_some_and(|fit| fit > 99.0), "{printed}");
@@ -134,7 +134,7 @@ fn the_identified_tissue_is_a_scenario_that_runs() {
     insertion(&folder, "train.csv", "t,x,f", plain);
     insertion(&folder, "other.csv", "t,x,f", plain);
     let command = [&["identify", "train.csv", "--predict", "other.csv", "--json"][..], &TISSUE].concat();
-    let printed: Json = serde_json::from_str(&folder.good(&command)).expect("JSON");
+    let printed = folder.json(&command);
     assert_eq!((&printed["machine"], &printed["structure"]), (&"tissue".into(), &"kelvin-voigt".into()), "{printed}");
     for (key, truth, unit) in
         [("stiffness_n_per_m", 400.0, "N/m"), ("damping_n_s_per_m", 6.0, "N·s/m"), ("contact_m", 0.002, "m")]
@@ -171,9 +171,7 @@ fn the_identified_arm_is_a_scenario_that_runs_and_a_master_is_written() {
     }
     folder.file("hand.csv", text);
     let columns = ["--time", "t", "--master", "x", "--force", "f", "--no-figures", "--json"];
-    let identify = |machine: &[&str]| -> Json {
-        serde_json::from_str(&folder.good(&[&["identify", "hand.csv"][..], machine, &columns].concat())).expect("JSON")
-    };
+    let identify = |machine: &[&str]| folder.json(&[&["identify", "hand.csv"][..], machine, &columns].concat());
     let close = |printed: &Json, key: &str, truth: f64| {
         let value = printed["parameters"][key]["value"].as_f64().unwrap_or_default();
         assert!((value / truth - 1.0).abs() < 0.05, "{key}: {value} {printed}");

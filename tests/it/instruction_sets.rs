@@ -1,8 +1,9 @@
 //! A run is identical, bit for bit, in the widest instruction set of the machine and in the baseline.
 
+use crate::support::scenario;
 use trocar::engine::{Observer, Signals, Trace};
 use trocar::metrics::MetricsObserver;
-use trocar::scenario::{Scenario, Source};
+use trocar::scenario::Scenario;
 
 /// The signals that a trace does not contain.
 #[derive(Default)]
@@ -43,9 +44,7 @@ fn every_signal_and_metric_has_the_same_bits() {
     for (name, overrides) in
         [("classical", &[][..]), ("augmented", &[]), ("augmented", &noisy)].into_iter().chain(layers).chain(models)
     {
-        let path = format!("builtin:{name}");
-        let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
-        let scenario = Scenario::load(&Source::parse(&path), &overrides).expect("loads");
+        let scenario = scenario(name, overrides);
         let (wide, portable) = (run(&scenario, false), run(&scenario, true));
         assert!(!wide.1.is_empty());
         assert!(wide == portable, "{name} {overrides:?}");

@@ -1,12 +1,11 @@
 //! The metrics of the intended motion agree with their definitions, applied to whole traces.
 
+use crate::support::scenario;
 use trocar::metrics::{HORIZON_S, Metrics};
 use trocar::run::{Run, run};
-use trocar::scenario::{Scenario, Source};
 
 fn ran(name: &str, settings: &[&str]) -> Run {
-    let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-    run(Scenario::load(&Source::parse(name), &settings).expect("a scenario")).expect("a run")
+    run(scenario(name, settings)).expect("a run")
 }
 
 /// Computes the excess, the advance and the unintended cut after each rupture from a trace. Without tremor the

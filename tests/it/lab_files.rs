@@ -54,9 +54,8 @@ fn scope_signals_of_a_real_rig_agree_with_the_csv_file() {
     let real = file(REAL);
     let recording = real.to_str().expect("a path");
     let arguments = [&["detect", recording], &REAL_COLUMNS[..], &["--no-figures"]].concat();
-    let outcome = folder.trocar(&arguments);
-    assert_eq!(outcome.code, 0, "{}", outcome.err);
-    assert!(outcome.out.starts_with("own_ctrl_pop: 5810 samples over 2.905 s"), "{}", outcome.out);
+    let printed = folder.good(&arguments);
+    assert!(printed.starts_with("own_ctrl_pop: 5810 samples over 2.905 s"), "{printed}");
 }
 
 #[test]
@@ -98,13 +97,9 @@ fn columns_are_guessed_only_if_one_signal_fits_each_and_with_a_warning() {
     let folder = TestFolder::new();
     let rows: String = (0..400).map(|k| format!("{k};{};{}\n", 0.01 * f64::from(k), 0.03 * f64::from(k))).collect();
     folder.file("lab.csv", format!("t (ms);x (mm);f (N)\n{rows}"));
-    let outcome = folder.trocar(&["detect", "lab.csv", "--no-figures"]);
-    assert_eq!(outcome.code, 0, "{}", outcome.err);
-    assert!(
-        outcome.err.starts_with("warning[guessed-columns]: lab.csv: the columns are guessed: --time t (ms):ms"),
-        "{}",
-        outcome.err
-    );
+    let warned = folder.warned(&["detect", "lab.csv", "--no-figures"]);
+    let expected = "warning[guessed-columns]: lab.csv: the columns are guessed: --time t (ms):ms";
+    assert!(warned.starts_with(expected), "{warned}");
     folder.good(&["calibrate", "lab.csv", "--help"]);
     assert_eq!(folder.trocar(&["detect", "lab.csv", "--no-figures", "--deny-warnings"]).code, 1);
     folder.refused(
@@ -130,8 +125,7 @@ fn a_recording_has_its_operating_characteristic_with_flags() {
         &["--rupture-s", "1.779", "--seeds", "1", "--thresholds", "2", "--quiet", "--detectors", "squared-residual"],
     ]
     .concat();
-    let outcome = folder.trocar(&arguments);
-    assert_eq!(outcome.code, 0, "{}", outcome.err);
+    folder.good(&arguments);
     assert!(folder.text("out/roc/roc.csv").contains("own_ctrl_pop"));
     folder.refused(&["roc", "a.csv", "b.csv", "--rupture-s", "1"], &["--rupture-s labels a single recording"]);
 }

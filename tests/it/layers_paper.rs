@@ -1,16 +1,12 @@
 //! The layered insertions agree with the paper's (3.2.1, 3.2.2), and the two engines with each other.
 
+use crate::support::scenario;
 use trocar::engine::{Observer, Signals};
 use trocar::metrics::{Metrics, Outcome};
 use trocar::run::{observe, run};
 use trocar::scenario::{Scenario, Source};
 
 const SEEDS: u64 = 10;
-
-fn scenario(name: &str, settings: &[&str]) -> Scenario {
-    let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-    Scenario::load(&Source::parse(name), &settings).expect("a good scenario")
-}
 
 /// Returns the minimum and maximum measured force in N, and the metrics.
 fn measure(name: &str, settings: &[&str]) -> (f64, f64, Metrics) {

@@ -1,12 +1,11 @@
 //! Delays of fractions of a tick agree with exact solutions that do not share the engine's step.
 
-use crate::support::difference;
+use crate::support::{difference, scenario};
 use nalgebra::{DMatrix, DVector};
 use trocar::engine::Trace;
 use trocar::lti::{Continuous, StateSpace};
 use trocar::plant::{ArmParameters, ControlTiming, MasterParameters, SlaveParameters, master_system, slave_system};
 use trocar::run::run;
-use trocar::scenario::{Scenario, Source};
 
 const TICK_S: f64 = 1e-3;
 const TICKS: usize = 1500;
@@ -19,8 +18,7 @@ fn trace(settings: &[&str]) -> Trace {
         "simulation.duration_s=1.5",
         "estimator.contact_m=1",
     ];
-    let settings: Vec<String> = base.iter().chain(settings).map(|&setting| setting.to_owned()).collect();
-    let scenario = Scenario::load(&Source::parse("builtin:paper/classical.toml"), &settings).expect("loads");
+    let scenario = scenario("paper/classical", &[&base[..], settings].concat());
     run(scenario).expect("runs").trace
 }
 

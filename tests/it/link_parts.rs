@@ -1,8 +1,8 @@
 //! The parts of the link: the direct link equals the full one, and user-defined parts equal built-in ones.
 
+use crate::support::scenario;
 use proptest::prelude::*;
 use trocar::augmentation::{Mode, Modes};
-use trocar::scenario::{Scenario, Source};
 use trocar::teleoperation::{
     Architecture, Arrived, ArrivedAtMaster, AtMaster, AtSlave, Connection, DirectLink, Link, MasterSample,
     PassivityScheme, Payload, SlavePort,
@@ -11,8 +11,7 @@ use trocar::teleoperation::{
 /// Returns the link of an insertion from 0 m, with ticks of 1 ms and these settings.
 fn link(settings: &[&str]) -> Link<f64> {
     let base = ["operator.kind=ramp", "tissue.kind=kelvin-voigt", "simulation.duration_s=1"];
-    let settings: Vec<String> = base.iter().chain(settings).map(|&setting| setting.to_owned()).collect();
-    let scenario = Scenario::load(&Source::parse("builtin:paper/classical.toml"), &settings).expect("loads");
+    let scenario = scenario("paper/classical", &[&base[..], settings].concat());
     scenario.general_engine(0).expect("builds").parts.link
 }
 

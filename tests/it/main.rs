@@ -27,7 +27,6 @@ mod instruction_sets;
 mod intent;
 mod keys;
 mod lab_files;
-mod lanes;
 mod layer_ranges;
 mod layers_paper;
 mod light;

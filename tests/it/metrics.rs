@@ -26,15 +26,3 @@ fn every_surface_has_every_metric() {
     assert!(TRACE_COLUMNS.iter().zip(COLUMNS).all(|(column, name)| column.name == name));
     assert!(COLUMNS.iter().all(|name| columns.contains(&format!("| `{name}` | "))));
 }
-
-#[test]
-fn an_unknown_metric_is_refused_with_the_nearest_one_and_a_repeated_one_too() {
-    let folder = TestFolder::new();
-    let file = |metrics: &str| {
-        format!("base = \"builtin:paper/augmented.toml\"\nmetrics = [{metrics}]\naxes.scaling.force = [0.5, 1.0]\n")
-    };
-    folder.file("unknown.toml", file("\"most_slave_overshoot_m\""));
-    folder.refused(&["sweep", "unknown.toml"], &["no metric most_slave_overshoot_m", "max_slave_overshoot_m"]);
-    folder.file("twice.toml", file("\"max_slave_overshoot_m\", \"max_slave_overshoot_m\""));
-    folder.refused(&["sweep", "twice.toml"], &["max_slave_overshoot_m", "twice"]);
-}

@@ -67,6 +67,7 @@ impl Said {
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn sweep_and_page_agree_with_stability_on_every_shipped_scenario() {
     let folder = TestFolder::new();
     let (_server, address) = explore(&[]);
@@ -105,14 +106,14 @@ fn sweep_and_page_agree_with_stability_on_every_shipped_scenario() {
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn the_command_stability_prints_and_writes_the_verdict_of_the_loop() {
     let folder = TestFolder::new();
     for name in ["layers/skin-augmented", "paper/classical"] {
         let settings = ["scaling.force=3.0".to_owned()];
         let verdict = LoopVerdict::of(&scenario(name, &settings)).expect("analysed");
         let command = ["stability", name, "--set", &settings[0], "--tissue", "0:0", "--x", "scaling.force=1:3:3"];
-        let printed = folder.good(&[&command[..], &["--y", "tissue.stiffness_n_per_m=100:900:3", "--json"]].concat());
-        let json: Json = serde_json::from_str(&printed).expect("JSON");
+        let json = folder.json(&[&command[..], &["--y", "tissue.stiffness_n_per_m=100:900:3", "--json"]].concat());
         assert_eq!(Said::of_json(&json), Said::of(&verdict), "{name}");
         assert_eq!(
             json["tissue"]["stiffness_n_per_m"][1].as_f64(),
@@ -187,10 +188,8 @@ fn the_tissue_in_a_run_is_never_stiffer_than_its_parameters_state() {
 
 #[test]
 fn a_force_recorded_over_time_closes_no_loop_unless_a_tissue_is_stated() {
-    let of = |settings: &[&str]| {
-        let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
-        LoopVerdict::of(&scenario("paper/classical", &settings)).expect("analysed")
-    };
+    let of =
+        |settings: &[&str]| LoopVerdict::of(&crate::support::scenario("paper/classical", settings)).expect("analysed");
     let free = of(&["scaling.force=1000"]);
     assert_eq!((free.settings.stiffness_n_per_m, free.settings.damping_n_s_per_m), (0.0, 0.0));
     assert_eq!((free.is_stable(), free.margins.gain), (Some(true), Some(f64::INFINITY)));

@@ -1,14 +1,8 @@
 //! Human operators in the loop: reaction times, tremor and grips in whole runs, with both engines.
 
+use crate::support::scenario;
 use trocar::engine::Trace;
 use trocar::run::run;
-use trocar::scenario::{Scenario, Source};
-
-fn scenario(name: &str, settings: &[&str]) -> Scenario {
-    let source = Source::parse(&format!("builtin:{name}.toml"));
-    let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-    Scenario::load(&source, &settings).expect("loads")
-}
 
 fn trace(name: &str, settings: &[&str]) -> Trace {
     run(scenario(name, settings)).expect("runs").trace
@@ -70,33 +64,7 @@ fn without_a_reflex_there_is_no_reaction_and_without_tremor_no_tremor() {
 }
 
 #[test]
-fn a_firm_hand_moves_less_than_a_relaxed_one_and_both_are_stable() {
-    let settings = [
-        "operator.kind=ramp",
-        "operator.speed_m_per_s=0.02",
-        "tissue.kind=kelvin-voigt",
-        "tissue.stiffness_n_per_m=200",
-    ];
-    let final_m = |grip: &str| {
-        let grip = format!("arm.grip={grip}");
-        let trace = trace("classical", &[&settings[..], &["simulation.duration_s=4", &grip]].concat());
-        let tail = &trace.slave_position_m[trace.slave_position_m.len() - 200..];
-        let spread = tail.iter().fold(0.0_f64, |most, x| most.max((x - tail[0]).abs()));
-        assert!(spread < 1e-6, "{grip} has come to rest: {spread}");
-        tail[0]
-    };
-    // At rest the spring of the hand, k_a k_h / (k_a + k_h), and the tissue are in series.
-    let expected = |factor: f64| {
-        let hand = factor * 733.0 * 14998.0 / (733.0 + 14998.0);
-        0.02 * hand / (hand + 200.0)
-    };
-    for (grip, factor) in [("relaxed", 0.5), ("paper", 1.0), ("firm", 2.0)] {
-        assert!((final_m(grip) - expected(factor)).abs() < 1e-6, "{grip}: {} {}", final_m(grip), expected(factor));
-    }
-}
-
-#[test]
-fn reflexes_and_grip_determine_the_stiffness_of_a_hand_at_rest() {
+fn grip_and_reflexes_determine_the_stiffness_of_a_hand_at_rest() {
     let settings = [
         "operator.kind=ramp",
         "operator.speed_m_per_s=0.02",
@@ -104,22 +72,27 @@ fn reflexes_and_grip_determine_the_stiffness_of_a_hand_at_rest() {
         "tissue.stiffness_n_per_m=200",
         "simulation.duration_s=5",
     ];
-    let hand = 733.0 * 14998.0 / (733.0 + 14998.0);
     let final_m = |setting: &str, engine: &str| {
         let trace = trace("classical", &[&settings[..], &[setting, engine]].concat());
         let tail = &trace.slave_position_m[trace.slave_position_m.len() - 200..];
         assert!(tail.iter().all(|x| (x - tail[0]).abs() < 1e-6), "{setting} has come to rest");
         tail[0]
     };
-    // At rest the springs of the hand and the tissue are in series. The long-latency reflex adds its gain to the
-    // hand's stiffness.
+    // At rest the spring of the hand, k_a k_h / (k_a + k_h), and the tissue are in series. The long-latency reflex adds
+    // its gain to the hand's stiffness; the short-latency reflex responds to speed only.
+    let hand = 733.0 * 14998.0 / (733.0 + 14998.0);
     let in_series = |hand: f64| 0.02 * hand / (hand + 200.0);
     for engine in ["simulation.engine=exact", "simulation.engine=dop853"] {
-        let reflex = final_m("operator.stretch_long_gain_n_per_m=150", engine);
-        assert!((reflex - in_series(hand + 150.0)).abs() < 1e-6, "{engine}: {reflex}");
-        // The short-latency reflex responds to speed only.
-        let short = final_m("operator.stretch_short_gain_n_s_per_m=15", engine);
-        assert!((short - in_series(hand)).abs() < 1e-6, "{engine}: {short}");
+        for (setting, hand) in [
+            ("arm.grip=relaxed", 0.5 * hand),
+            ("arm.grip=paper", hand),
+            ("arm.grip=firm", 2.0 * hand),
+            ("operator.stretch_long_gain_n_per_m=150", hand + 150.0),
+            ("operator.stretch_short_gain_n_s_per_m=15", hand),
+        ] {
+            let found = final_m(setting, engine);
+            assert!((found - in_series(hand)).abs() < 1e-6, "{engine} {setting}: {found}");
+        }
         let stiff = final_m("operator.stiffening_per_n=0.1", engine);
         // x = F/200 and F = hand (1 + 0.1 F) (0.02 - x), solved for x.
         let of = |x: f64| 200.0 * x - hand * (1.0 + 0.1 * 200.0 * x) * (0.02 - x);
@@ -140,18 +113,4 @@ fn reflexes_reduce_the_overshoot_and_act_within_a_tenth_of_a_second() {
     let gentle = "operator.stiffening_per_n=0.05";
     let firm = run(scenario("hand/reflex", &["perception.reflex=none", gentle])).expect("runs");
     assert!(firm.metrics.ruptures[0].time_s < plain.metrics.ruptures[0].time_s, "a stiffer arm gets there earlier");
-}
-
-#[test]
-fn every_shipped_scenario_runs_to_its_end_and_is_reproducible() {
-    for (name, _) in trocar::scenario::shipped_questions() {
-        let load = || Scenario::load(&Source::parse(&format!("builtin:{name}")), &[]).expect("loads");
-        let (one, two) = (run(load()).expect("runs"), run(load()).expect("runs"));
-        let swings = matches!(one.metrics.outcome, trocar::metrics::Outcome::Oscillating { .. });
-        assert_eq!(swings, name == "passivity/late-wall.toml", "{name}: {:?}", one.metrics.outcome);
-        assert!(one.metrics.ticks == one.scenario.grid.ticks(), "{name}: {:?}", one.metrics.outcome);
-        assert_eq!(one.metrics, two.metrics, "{name}");
-        let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits());
-        assert!(same(&one.trace.slave_position_m, &two.trace.slave_position_m), "{name}");
-    }
 }

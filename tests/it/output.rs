@@ -1,8 +1,8 @@
 //! Folders of results: commands that are killed, run at once, or are interrupted.
 //!
-//! `TROCAR_KILLS=75 cargo test --test it output::` kills each of the four commands 75 times, instead of 4.
+//! `TROCAR_KILLS=75 cargo test --test it output::` kills each of the four commands 75 times, instead of 2.
 
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use crate::support::test_folder::TestFolder;
@@ -21,27 +21,32 @@ fn folder() -> TestFolder {
         folder.file(&format!("{name}.toml"), SCENARIO.replace("\"x\"", &format!("\"{name}\"")));
     }
     folder.file("s.toml", SWEEP);
+    folder.file("two.csv", insertion());
+    folder
+}
+
+/// Returns a recording at 10 mm/s with a rupture after 1 s.
+pub(crate) fn insertion() -> String {
     let rows = (0..1500).map(|k| {
         let (t, since) = (f64::from(k) * 1e-3, if k > 1000 { 1.0 } else { 0.0 });
         format!("{t:.3},{:.6},{:.4}\n", 1e-2 * t, 3.0 * (t - 0.95 * since))
     });
-    folder.file("two.csv", std::iter::once("time_s,position_m,force_n\n".to_owned()).chain(rows).collect::<String>());
-    folder
+    std::iter::once("time_s,position_m,force_n\n".to_owned()).chain(rows).collect()
 }
 
 fn kills() -> usize {
-    std::env::var("TROCAR_KILLS").ok().and_then(|kills| kills.parse().ok()).unwrap_or(4)
+    std::env::var("TROCAR_KILLS").ok().and_then(|kills| kills.parse().ok()).unwrap_or(2)
 }
 
 /// Random numbers below 1, different in each run.
-struct Moments(u64);
+pub(crate) struct Moments(u64);
 
 impl Moments {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self(SystemTime::now().duration_since(UNIX_EPOCH).map_or(1, |now| now.as_nanos() as u64))
     }
 
-    fn next(&mut self) -> f64 {
+    pub(crate) fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 40) as f64 / (1 << 24) as f64
     }
@@ -49,12 +54,6 @@ impl Moments {
 
 fn words(line: &str) -> Vec<&str> {
     line.split_whitespace().collect()
-}
-
-fn begin(folder: &TestFolder, line: &str) -> Child {
-    let mut command = Command::new(assert_cmd::cargo::cargo_bin("trocar"));
-    command.current_dir(folder.path("")).args(words(line)).stdout(Stdio::null()).stderr(Stdio::piped());
-    command.spawn().expect("starts")
 }
 
 fn has_leftovers(folder: &TestFolder) -> bool {
@@ -91,8 +90,8 @@ fn a_killed_command_leaves_the_old_or_the_new_folder_and_does_not_disturb_others
         for turn in 0..kills() {
             // Every second command has company, of its own kind or of another.
             let company = [&lines[turn % 2], NEXT][turn / 2 % 2];
-            let other = (turn % 2 == 1).then(|| begin(&folder, company));
-            let moment_s = kill(begin(&folder, &lines[(turn + 1) % 2]), time_s, &mut moments);
+            let other = (turn % 2 == 1).then(|| folder.begin(&words(company)));
+            let moment_s = kill(folder.begin(&words(&lines[(turn + 1) % 2])), time_s, &mut moments);
             if let Some(other) = other {
                 let output = other.wait_with_output().expect("ended");
                 assert!(output.status.success(), "{company}: {}", String::from_utf8_lossy(&output.stderr));
@@ -115,8 +114,8 @@ fn a_killed_sweep_continues_to_the_same_bytes_without_leftovers() {
     let mut moments = Moments::new();
     for turn in 0..kills() {
         std::fs::remove_dir_all(folder.path("out/s")).expect("there");
-        let other = (turn % 2 == 1).then(|| begin(&folder, ["sweep s.toml --quiet", NEXT][turn / 2 % 2]));
-        let moment_s = kill(begin(&folder, "sweep s.toml --quiet"), time_s, &mut moments);
+        let other = (turn % 2 == 1).then(|| folder.begin(&words(["sweep s.toml --quiet", NEXT][turn / 2 % 2])));
+        let moment_s = kill(folder.begin(&words("sweep s.toml --quiet")), time_s, &mut moments);
         if let Some(other) = other {
             let output = other.wait_with_output().expect("ended");
             let said = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -133,7 +132,7 @@ fn of_two_commands_at_once_the_last_one_has_the_folder() {
     folder.good(&words("compare x.toml y.toml --quiet"));
     let whole = folder.files("out/compare");
     let mut all = ["run x.toml", "compare x.toml", "roc x.toml --seeds 1", "detect two.csv", "compare y.toml"]
-        .map(|line| (line, begin(&folder, &format!("{line} --no-figures --quiet"))));
+        .map(|line| (line, folder.begin(&words(&format!("{line} --no-figures --quiet")))));
     for (line, child) in &mut all {
         assert!(child.wait().expect("ended").success(), "{line}");
     }
@@ -153,7 +152,7 @@ fn ctrl_c_ends_with_a_message_and_code_130_and_leaves_the_old_results() {
         "strategies x.toml --seeds 1000 --quiet",
         "stability x.toml --event-limits --quiet",
     ] {
-        let child = begin(&folder, line);
+        let child = folder.begin(&words(line));
         std::thread::sleep(Duration::from_millis(400));
         let interrupt = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("ran");
         assert!(interrupt.success());

@@ -1,5 +1,6 @@
 //! Eight scenarios in lanes have the metrics of separate runs, bit for bit, in every instruction set.
 
+use crate::support::scenario;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -107,6 +108,16 @@ fn lanes_of_replays_are_identical_to_single_runs() {
     );
     let fixture = ["augmentation.hold=yielding", "augmentation.force_law=guide"];
     compare("augmented", &fixture, &[("augmentation.yield_distance_m", 0.0, 0.01)], 8, 8);
+    for (seed, hold) in ["none", "speed-limit", "forbidden-region"].into_iter().enumerate() {
+        let hold = format!("augmentation.hold={hold}");
+        compare(
+            "augmented",
+            &[&hold, "augmentation.force_law=damp", "augmentation.cue=true"],
+            &[],
+            1,
+            30 + seed as u64,
+        );
+    }
 }
 
 #[test]
@@ -170,18 +181,27 @@ fn lanes_are_identical_to_single_runs_even_if_some_of_them_diverge() {
     assert!(diverged > 0, "some lanes diverge");
     let hunt_crossley = [("tissue.mu", 500.0, 60_000.0), ("tissue.lambda", 0.0, 500.0)];
     compare("augmented", &with(&["tissue.kind=hunt-crossley", "tissue.power=1.5"]), &hunt_crossley, 8, 11);
+    compare("augmented", &with(&["tissue.kind=generalised"]), &[], 1, 14);
 }
 
 #[test]
 fn lanes_of_links_and_other_estimators_are_identical_to_single_runs() {
+    let late = ["channel.forward_delay_s=0.012", "channel.backward_delay_s=0.007"];
+    let rough = ["channel.jitter_s=0.004", "channel.loss=0.2", "channel.outage_s=0.004"];
     for (seed, fixed) in [
-        &["channel.forward_delay_s=0.012", "channel.backward_delay_s=0.007"][..],
-        &["channel.forward_delay_s=0.012", "channel.jitter_s=0.004", "channel.loss=0.2", "channel.outage_s=0.004"],
-        &["channel.backward_delay_s=0.01", "passivity.scheme=time-domain", "passivity.budget_j=1e-4"],
+        &late[..],
+        &[late[0], rough[0], rough[1], rough[2]],
+        &[late[0], late[1], rough[0], rough[1], rough[2], "channel.recovery=hold"],
+        &[late[0], late[1], rough[0], rough[1], "channel.outage_s=0.009", "channel.recovery=give-up"],
+        &[late[1], rough[1], "passivity.scheme=time-domain", "passivity.budget_j=1e-4"],
+        &[late[0], late[1], rough[1], "passivity.scheme=wave-variables"],
+        &[late[0], late[1], rough[1], "passivity.scheme=energy-tank", "passivity.tank_level_j=1e-3"],
         &["controller.kind=four-channel", "controller.slave_force_gain=0.5"],
+        &["controller.kind=local-force"],
+        &["controller.kind=position-position", "slave.compliance_m_per_n=7.7e-4"],
         &["estimator.parameters=stiffness-damping-friction", "estimator.forgetting=exponential"],
-        &["estimator.parameters=hunt-crossley"],
-        &["estimator.parameters=least-residual"],
+        &["estimator.parameters=hunt-crossley", "detector.minimum_depth_m=0.01"],
+        &["estimator.parameters=least-residual", "detector.motion=inserting"],
         &["detector.distance=page-hinkley"],
         &["detector.distance=likelihood-ratio"],
         &["sensor.position_resolution_m=1e-5", "sensor.force_bandwidth_hz=80", "sensor.force_range_n=8"],
@@ -195,18 +215,25 @@ fn lanes_of_links_and_other_estimators_are_identical_to_single_runs() {
 
 #[test]
 fn scenarios_that_cannot_share_a_pack_run_separately() {
-    let one =
-        |settings: &[&str]| load("augmented", &settings.iter().map(|&setting| setting.to_owned()).collect::<Vec<_>>());
-    let scenarios = [
-        one(&[]),
-        one(&["simulation.duration_s=2"]),
-        one(&["sensor.force_noise_std_n=0.02"]),
-        one(&["channel.forward_delay_s=0.0035"]),
-        one(&["actuator.master_force_limit_n=3", "simulation.control=sampled"]),
+    let replayed = ["augmented", "paper/depth-augmented"];
+    let cases = [
+        ("augmented", &["simulation.duration_s=2"][..]),
+        ("augmented", &["channel.forward_delay_s=0.0035"]),
+        ("augmented", &["actuator.master_force_limit_n=3", "simulation.control=sampled"]),
     ];
-    assert!(!can_share(&scenarios));
-    let together: Vec<String> = run_pack(&scenarios).into_iter().map(|m| format!("{:?}", m.expect("runs"))).collect();
-    assert_eq!(together, scenarios.iter().map(alone).collect::<Vec<_>>());
+    let recordings = replayed.map(|name| (name, &["recording.scale.force_n=1.1"][..]));
+    let ruptures = replayed.map(|name| (name, &["recording.ruptures_s=[5.52]"][..]));
+    for (name, settings) in cases.into_iter().chain(recordings).chain(ruptures) {
+        // Three, because fewer always run separately.
+        let scenarios = [scenario(name, &[]), scenario(name, settings), scenario(name, &[])];
+        assert!(!can_share(&scenarios), "{name} {settings:?}");
+        let together = run_pack(&scenarios).into_iter().map(|metrics| format!("{:?}", metrics.expect("runs")));
+        assert_eq!(
+            together.collect::<Vec<_>>(),
+            scenarios.iter().map(alone).collect::<Vec<_>>(),
+            "{name} {settings:?}"
+        );
+    }
 }
 
 #[test]

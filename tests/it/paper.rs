@@ -2,17 +2,12 @@
 //! scenarios.
 
 use crate::support;
-use crate::support::difference;
+use crate::support::{difference, scenario};
 use trocar::compare::{Comparison, check_in_noise, paper_facts};
 use trocar::engine::COLUMNS;
 use trocar::metrics::{Metrics, Outcome};
 use trocar::run::run;
 use trocar::scenario::{Scenario, Source};
-
-fn scenario(name: &str, settings: &[&str]) -> Scenario {
-    let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-    Scenario::load(&Source::parse(name), &settings).expect("a good scenario")
-}
 
 fn metrics(name: &str, settings: &[&str]) -> Metrics {
     run(scenario(name, settings)).expect("runs").metrics

@@ -13,8 +13,7 @@ const EVERYTHING: [&str; 4] =
     ["population.size=24", "population.arm=people", "population.tissue=log-normal", "population.delay=uniform"];
 
 fn scenario(settings: &[&str]) -> Scenario {
-    let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
-    Scenario::load(&Source::parse("passivity/late-wall"), &settings).expect("loads")
+    support::scenario("passivity/late-wall", settings)
 }
 
 fn axes() -> (Axis, Axis) {

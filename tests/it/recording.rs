@@ -50,12 +50,3 @@ fn the_pop_occurs_at_its_label() {
     let furthest_m = position_m[3558..=3558 + 600].iter().fold(f64::MIN, |most, &x| most.max(x));
     assert!((furthest_m - position_m[3558] - 0.99e-3).abs() < 0.02e-3, "{furthest_m}");
 }
-
-#[test]
-fn the_error_for_a_misspelt_column_suggests_the_similar_one() {
-    let error = open("scenarios/recordings/own_ctrl_pop.csv", "env_out_Nm").expect_err("misspelt");
-    let message = error.to_string();
-    let expected = "own_ctrl_pop.csv: no column 'env_out_Nm' (--force or recording.columns.force_n); the file has \
-                    t_s, xm_rad, xs_rad, vs_rad_s, env_out_Nm_derived; did you mean 'env_out_Nm_derived'?";
-    assert!(message.ends_with(expected), "{message}");
-}

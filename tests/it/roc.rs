@@ -220,6 +220,7 @@ fn interpolated(rate_hz: f64, noise_std_n: f64, seed: u64) -> Vec<DetectorInput<
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn the_defaults_detect_the_shipped_ruptures_at_every_rate_and_noise() {
     let settings = DetectorSettings::for_kind(DistanceKind::Adaptive, Hypotheses::default());
     for rate_hz in [100.0, 200.0, 333.0, 500.0, 1000.0, 2000.0, 5000.0, 10_000.0] {

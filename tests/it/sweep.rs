@@ -3,11 +3,11 @@
 use crate::support;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use crate::support::test_folder::TestFolder;
+use crate::support::test_folder::{TestFolder, words};
 use trocar::run::measure;
 use trocar::scenario::Source;
 use trocar::sweep::{Execution, Part, Plan, Progress, Rows, Shard, execute};
@@ -16,7 +16,7 @@ use trocar::sweep::{Execution, Part, Plan, Progress, Rows, Shard, execute};
 const SMALL: &str = r#"
 base = "builtin:layers/skin-augmented.toml"
 seeds = 3
-metrics = ["detected_ruptures", "max_slave_overshoot_m", "tracking_rmse_m", "rupture_1_detection_delay_s"]
+metrics = ["detected_ruptures", "max_slave_overshoot_m", "tracking_rmse_m", "rupture_1_detection_delay_s", "port_needle_energy_j"]
 [set]
 simulation.duration_s = 3.5
 [axes]
@@ -99,9 +99,8 @@ fn patients_are_drawn_from_correlated_distributions() {
 
 #[test]
 fn invalid_distributions_and_correlations_are_refused() {
-    let folder = TestFolder::new();
-    for (from, to, reasons) in [
-        ("spread = 1.4 }\noperator", "spread = 1.0 }\noperator", &["above 1 and at most 10"][..]),
+    let changes: [(&str, &str, &[&str]); 9] = [
+        ("spread = 1.4 }\noperator", "spread = 1.0 }\noperator", &["above 1 and at most 10"]),
         (", spread = 1.4 }\noperator", " }\noperator", &["only one of median and spread"]),
         ("spread = 1.4 }\noperator", "spread = 1.4, from = 1.0 }\noperator", &["a range and a distribution"]),
         ("coefficient = 0.8", "coefficient = 1.0", &["above -1 and below 1 for 2 axes"]),
@@ -110,12 +109,8 @@ fn invalid_distributions_and_correlations_are_refused() {
         ("[correlations.toughness]", "[correlations]", &["write [correlations.NAME]"]),
         ("kind = \"latin-hypercube\"\npoints = 64", "kind = \"grid\"", &["a grid cannot have"]),
         ("interspinous", "intraspinous", &["there is no layer intraspinous-ligament"]),
-    ] {
-        let text = PATIENTS.replace(from, to);
-        assert_ne!(text, PATIENTS, "{from}");
-        folder.file("wrong.toml", text);
-        folder.refused(&["sweep", "wrong.toml"], reasons);
-    }
+    ];
+    TestFolder::new().refused_changes("sweep", PATIENTS, &changes);
 }
 
 /// User-defined points, two of which share a value, with listed seeds.
@@ -138,7 +133,7 @@ fn given_points_run_with_listed_seeds() {
     let folder = TestFolder::new();
     folder.file("listed.toml", LISTED);
     folder.good(&["sweep", "listed.toml", "--out", "out", "--quiet"]);
-    let rows = std::fs::read_to_string(folder.path("out/listed/cases.csv")).expect("rows");
+    let rows = folder.text("out/listed/cases.csv");
     let inputs: Vec<String> =
         rows.lines().skip(1).map(|row| row.split(',').take(4).collect::<Vec<_>>().join(",")).collect();
     assert_eq!(
@@ -146,35 +141,21 @@ fn given_points_run_with_listed_seeds() {
         ["0,0.5,0.02,7", "1,0.5,0.02,3", "2,1.0,0.02,7", "3,1.0,0.02,3", "4,1.0,0.05,7", "5,1.0,0.05,3"]
     );
     assert!(!folder.path("out/listed/heat_max_slave_overshoot_m.csv").exists(), "given points fill no map");
-    for (from, to, reasons) in [
-        ("[0.02, 0.02, 0.05]", "[0.02, 0.05]", &["axes.detector.threshold must be a list of as many values"][..]),
+    let changes: [(&str, &str, &[&str]); 6] = [
+        ("[0.02, 0.02, 0.05]", "[0.02, 0.05]", &["axes.detector.threshold must be a list of as many values"]),
         ("[0.02, 0.02, 0.05]", "{ from = 0.01, to = 0.1 }", &["axes.detector.threshold must be a list"]),
         ("[0.02, 0.02, 0.05]", "[0.02, 0.02, -1.0]", &["detector.threshold", "-1"]),
         ("kind = \"list\"", "kind = \"list\"\npoints = 3", &["a design of given points has no design.points"]),
         ("seeds = [7, 3]", "seeds = [7, 7]", &["a list of different whole numbers"]),
         ("seeds = [7, 3]", "seeds = [7, 3]\nfirst_seed = 1", &["first_seed is given, and the seeds are a list"]),
-    ] {
-        let text = LISTED.replace(from, to);
-        assert_ne!(text, LISTED, "{from}");
-        folder.file("wrong.toml", text);
-        folder.refused(&["sweep", "wrong.toml"], reasons);
-    }
+    ];
+    folder.refused_changes("sweep", LISTED, &changes);
 }
 
 fn sweep_files() -> TestFolder {
     let folder = TestFolder::new();
     folder.file("small.toml", SMALL).file("long.toml", LONG).file("shared.toml", SHARED);
     folder
-}
-
-fn begin(folder: &TestFolder, arguments: &[&str]) -> Child {
-    Command::new(assert_cmd::cargo::cargo_bin("trocar"))
-        .current_dir(folder.path(""))
-        .args(arguments)
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("begun")
 }
 
 fn await_a_pack(folder: &TestFolder, below: &str, child: &mut Child) {
@@ -209,7 +190,7 @@ pub(crate) fn rows(folder: &TestFolder, name: &str) -> Vec<BTreeMap<String, Stri
 fn a_row_has_the_results_of_a_separate_run() {
     let folder = sweep_files();
     let printed = folder.good(&["sweep", "small.toml"]);
-    let said = printed.split("\n\n").next().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ");
+    let said = words(printed.split("\n\n").next().unwrap_or_default());
     let answer = "small: The strongest influence on detected ruptures is scaling.force, with 36 % of its variance: on average 1.5 at 2 and 2 at \
                   1.25.";
     assert!(said.starts_with(answer), "{said}");
@@ -220,15 +201,18 @@ fn a_row_has_the_results_of_a_separate_run() {
         let row = &rows[case];
         assert_eq!(row["case"], case.to_string());
         folder.file("case.toml", folder.good(&["sweep", "small.toml", "--case", &case.to_string()]));
-        let summary: serde_json::Value =
-            serde_json::from_str(&folder.good(&["run", "case.toml", "--json"])).expect("JSON");
+        let summary = folder.json(&["run", "case.toml", "--json"]);
         let metrics = &summary["metrics"];
         let number = |name: &str| row[name].parse::<f64>().expect("a number");
         assert_eq!(summary["seed"].to_string(), row["seed"]);
         // The JSON parser has an error in the last digit.
         let agree = |a: f64, b: f64| (a - b).abs() <= 2.0 * f64::EPSILON * b.abs();
-        let rmse = metrics["tracking_rmse_m"].as_f64().expect("a number");
-        assert!(agree(rmse, number("tracking_rmse_m")), "{case}: {rmse}");
+        for (of_run, name) in [
+            (&metrics["tracking_rmse_m"], "tracking_rmse_m"),
+            (&metrics["ports"]["needle_energy_j"], "port_needle_energy_j"),
+        ] {
+            assert!(agree(of_run.as_f64().expect("a number"), number(name)), "{case}: {of_run}");
+        }
         let ruptures = metrics["ruptures"].as_array().expect("a list");
         let overshoot = ruptures.iter().filter_map(|rupture| rupture["slave_overshoot_m"].as_f64()).reduce(f64::max);
         match (overshoot, row["max_slave_overshoot_m"].parse().ok()) {
@@ -241,27 +225,6 @@ fn a_row_has_the_results_of_a_separate_run() {
     let distinct: std::collections::BTreeSet<_> = rows.iter().map(|row| &row["tracking_rmse_m"]).collect();
     assert_eq!(distinct.len(), 36, "a seed or an axis does not matter");
     folder.refused(&["sweep", "small.toml", "--case", "36"], &["no case 36", "36 cases, numbered from 0"]);
-}
-
-#[test]
-fn the_energies_of_the_ports_agree_with_each_run() {
-    let folder = TestFolder::new();
-    folder.file(
-        "ports.toml",
-        "base = \"builtin:passivity/late-wall-waves\"\nmetrics = [\"port_generated_j\", \"port_needle_energy_j\", \"tracking_rmse_m\"]\n\
-         [axes]\n\"scaling.force\" = [0.5, 1.0, 2.0]\n",
-    );
-    folder.good(&["sweep", "ports.toml", "--quiet"]);
-    for row in rows(&folder, "out/ports/cases.csv") {
-        let force = format!("scaling.force={}", row["scaling.force"]);
-        folder.good(&["run", "passivity/late-wall-waves", "--set", &force, "--quiet", "--out", "alone"]);
-        let summary: serde_json::Value =
-            serde_json::from_str(&folder.text("alone/late-wall-waves/summary.json")).expect("JSON");
-        for name in ["generated_j", "needle_energy_j"] {
-            let alone = summary["metrics"]["ports"][name].as_f64().expect("a number");
-            assert_eq!(row[&format!("port_{name}")].parse::<f64>().expect("a number"), alone, "{name}, {force}");
-        }
-    }
 }
 
 #[test]
@@ -366,7 +329,7 @@ fn shards_join_to_the_files_of_the_whole_sweep_after_a_killed_worker() {
     let folder = sweep_files();
     folder.good(&["sweep", "long.toml", "--quiet", "--out", "whole"]);
     let shard = |index: &'static str| ["sweep", "long.toml", "--quiet", "--threads", "1", "--shard", index];
-    let (mut one, mut two) = (begin(&folder, &shard("1/2")), begin(&folder, &shard("2/2")));
+    let (mut one, mut two) = (folder.begin(&shard("1/2")), folder.begin(&shard("2/2")));
     await_a_pack(&folder, "out/long/shard-2-of-2", &mut two);
     two.kill().expect("killed");
     two.wait().expect("ended");
@@ -403,12 +366,8 @@ fn incomplete_or_different_parts_are_rejected() {
 }
 
 #[test]
-fn a_sweep_killed_at_any_time_continues_to_the_same_bytes() {
+fn sweeps_killed_at_any_time_continue_to_the_same_bytes() {
     killed_ten_times("long");
-}
-
-#[test]
-fn a_sweep_with_shared_runs_killed_at_any_time_continues_to_the_same_bytes() {
     killed_ten_times("shared");
 }
 
@@ -418,13 +377,11 @@ fn killed_ten_times(name: &str) {
     let file = format!("{name}.toml");
     folder.good(&["sweep", &file, "--quiet", "--out", "undisturbed"]);
     let (undisturbed, out) = (format!("undisturbed/{name}"), format!("out/{name}"));
-    let mut moment =
-        std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(1, |now| now.as_nanos() as u64);
+    let mut moments = crate::output::Moments::new();
     let (mut kept, mut kills) = (vec![], 0);
     while kills < 10 {
-        moment = moment.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        let mut child = begin(&folder, &["sweep", &file, "--quiet"]);
-        std::thread::sleep(Duration::from_millis(30 + (moment >> 33) % 300));
+        let mut child = folder.begin(&["sweep", &file, "--quiet"]);
+        std::thread::sleep(Duration::from_secs_f64(1e-3 * (30.0 + 300.0 * moments.next())));
         let _ = child.kill();
         let has_ended = child.wait().expect("ended").success();
         // A sweep killed between its last step and its end is also complete.
@@ -452,7 +409,7 @@ fn killed_ten_times(name: &str) {
 fn a_folder_in_use_by_another_process_is_not_changed() {
     let folder = sweep_files();
     folder.good(&["sweep", "long.toml", "--quiet", "--out", "undisturbed"]);
-    let mut first = begin(&folder, &["sweep", "long.toml", "--quiet"]);
+    let mut first = folder.begin(&["sweep", "long.toml", "--quiet"]);
     await_a_pack(&folder, "out/long", &mut first);
     let second = folder.trocar(&["sweep", "long.toml", "--quiet"]);
     assert_eq!(second.code, 1, "{}", second.err);
@@ -488,7 +445,7 @@ fn sweeps_without_axes_or_with_unrankable_axes_have_a_summary() {
 #[test]
 fn ctrl_c_stops_a_sweep_and_keeps_its_cases() {
     let folder = sweep_files();
-    let mut child = begin(&folder, &["sweep", "long.toml", "--threads", "1"]);
+    let mut child = folder.begin(&["sweep", "long.toml", "--threads", "1"]);
     await_a_pack(&folder, "out/long", &mut child);
     let interrupt = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("ran");
     assert!(interrupt.success());
@@ -540,11 +497,12 @@ fn a_changed_sweep_is_refused_with_the_difference() {
 fn errors_in_a_file_are_underlined() {
     let folder = TestFolder::new();
     let base = "base = \"builtin:paper/classical.toml\"\n";
-    let cases: [(&str, &[&str]); 19] = [
+    let cases: [(&str, &[&str]); 20] = [
         ("sedes = 3", &["x.toml:2:1", "did you mean seeds?"]),
         ("scaling.force = 2.0", &["write axes.scaling.force to vary it, set.scaling.force to fix it"]),
         ("seeds = 0", &["seeds is 0, must be a whole number from 1", "^"]),
         ("metrics = [\"false_alarm\"]", &["no metric false_alarm", "did you mean false_alarms?"]),
+        ("metrics = [\"events\", \"events\"]", &["events", "twice"]),
         ("metrics = [\"events\"]\nfocus = [\"ruptures\"]", &["not among the kept metrics", "add \"ruptures\""]),
         ("axes.scaling.froce = [1.0]", &["no key scaling.froce", "did you mean scaling.force?"]),
         ("axes.scaling.froce = { from = 1, to = 2, points = 3 }", &["did you mean scaling.force?"]),
@@ -565,20 +523,15 @@ fn errors_in_a_file_are_underlined() {
         folder.file("x.toml", format!("{base}{text}\n"));
         folder.refused(&["sweep", "x.toml"], phrases);
     }
-    folder.file("x.toml", "seeds = 2\n").refused(&["sweep", "x.toml"], &["base is missing"]);
-    folder.file("x.toml", "base = \"y.toml\"\n").refused(&["sweep", "x.toml"], &["y.toml"]);
-    folder.refused(&["sweep"], &["FILE"]);
-    folder.refused(&["sweep", "x.toml", "--shard", "3/2"], &["1 <= i <= n"]);
-}
-
-#[test]
-fn values_that_exclude_each_other_are_refused_before_anything_runs() {
-    let folder = TestFolder::new();
     // Each value is allowed, but the cutting force must not exceed the rupture force.
     let sweep = "base = \"builtin:layers/direct-access.toml\"\n\
                  axes.tissue.layer.capsule.cutting_force_n = { from = 0.1, to = 1.5, points = 3 }\n\
                  axes.tissue.layer.capsule.rupture_force_n = { from = 0.5, to = 2.0, points = 3 }\n";
     folder.file("x.toml", sweep).refused(&["sweep", "x.toml"], &["x.toml:", "in the case of"]);
+    folder.file("x.toml", "seeds = 2\n").refused(&["sweep", "x.toml"], &["base is missing"]);
+    folder.file("x.toml", "base = \"y.toml\"\n").refused(&["sweep", "x.toml"], &["y.toml"]);
+    folder.refused(&["sweep"], &["FILE"]);
+    folder.refused(&["sweep", "x.toml", "--shard", "3/2"], &["1 <= i <= n"]);
 }
 
 #[test]
@@ -606,7 +559,7 @@ fn shipped_and_documented_sweeps_are_valid() {
     for word in ["seeds", "design.kind", "rupture_1_felt_contrast", "--shard 3/8", "merge"] {
         assert!(help.contains(word), "{word}");
     }
-    let schema: serde_json::Value = serde_json::from_str(&folder.good(&["schema", "sweep-file"])).expect("JSON");
+    let schema = folder.json(&["schema", "sweep-file"]);
     assert!(schema["properties"]["axes"]["properties"]["scaling"]["properties"]["force"]["anyOf"].is_array());
     assert!(schema["properties"]["set"]["properties"]["scaling"]["properties"]["force"].is_object());
 }
@@ -649,32 +602,4 @@ fn the_columns_of_the_loop_agree_with_the_analysis_of_each_case() {
         stable += usize::from(analysis.is_stable());
     }
     assert!((3..10).contains(&stable), "{stable}");
-}
-
-#[test]
-fn the_shipped_sweep_of_scale_factors_is_analytic_and_simulated() {
-    let folder = TestFolder::new();
-    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/sweeps/scale_factors.toml");
-    folder.good(&["sweep", file, "--set", "simulation.duration_s=1.0"]);
-    let rows = rows(&folder, "out/scale_factors/cases.csv");
-    assert_eq!(rows.len(), 16 * 12);
-    let mut stable = 0;
-    for row in &rows {
-        let number = |name: &str| row[name].parse::<f64>().ok();
-        let (analytic, simulated) = (number("stability_is_stable"), number("stability_is_stable_simulated"));
-        let radius = number("stability_spectral_radius").expect("there");
-        assert_eq!(analytic, Some(f64::from(u8::from(radius < 1.0))));
-        // Close to the boundary a run is undecided.
-        if (radius - 1.0).abs() > 1e-5 {
-            assert_eq!(simulated, analytic, "{row:?}");
-        }
-        // Without tissue damping, the loop gain is proportional to the product of the scales, and the margin to its
-        // inverse.
-        if let Some(gain) = number("stability_gain_margin") {
-            let product = number("scaling.force").expect("there") * number("scaling.position").expect("there");
-            assert!((gain * product * 600.0 / 2517.7 - 1.0).abs() < 1e-4, "{gain} {product}");
-            stable += 1;
-        }
-    }
-    assert!(stable > 60 && stable < 170, "{stable}");
 }

@@ -57,6 +57,7 @@ fn at_rest(settings: &[&str]) -> Scenario {
 }
 
 #[test]
+#[ignore = "a minute of processor time: certificates"]
 fn any_events_at_the_papers_numbers_are_certified_with_a_margin() {
     let switching = analysed(&[], TISSUE);
     let found = switching.certificate.as_ref().expect("certified");
@@ -80,6 +81,7 @@ fn dwell_ms(settings: &[&str], tissue: (f64, f64)) -> Option<f64> {
 }
 
 #[test]
+#[ignore = "a minute of processor time: certificates"]
 fn dwells_are_certified_for_stiffer_tissues_and_larger_scales() {
     // An independent solver, with one function of state and gap, gives 11, 41, 315, 42 and 172 ms.
     for (settings, tissue, limit_ms) in [
@@ -97,6 +99,7 @@ fn dwells_are_certified_for_stiffer_tissues_and_larger_scales() {
 }
 
 #[test]
+#[ignore = "a minute of processor time: certificates"]
 fn the_certified_dwell_depends_on_the_tick_only_by_rounding() {
     for tissue in [TISSUE, (50.0, 1000.0)] {
         let dwell = |tick_ms: f64| {
@@ -115,6 +118,7 @@ fn the_certified_dwell_depends_on_the_tick_only_by_rounding() {
 }
 
 #[test]
+#[ignore = "a minute of processor time: certificates"]
 fn the_certificates_of_delays_and_other_architectures_agree_with_the_manual() {
     // Only the first columns of each row of the manual's table; the others take longer.
     for (setting, delays_s) in [
@@ -135,6 +139,7 @@ fn the_certificates_of_delays_and_other_architectures_agree_with_the_manual() {
 }
 
 #[test]
+#[ignore = "a minute of processor time: certificates"]
 fn five_and_ten_ticks_each_way_are_certified_with_the_supervisors_time() {
     for delay_s in ["0.005", "0.01"] {
         let settings = ["forward", "backward"].map(|way| format!("channel.{way}_delay_s={delay_s}"));
@@ -146,6 +151,7 @@ fn five_and_ten_ticks_each_way_are_certified_with_the_supervisors_time() {
 }
 
 #[test]
+#[ignore = "a minute of processor time: certificates"]
 fn amplified_forces_are_certified_at_the_enforced_time() {
     let switching = analysed(&["augmentation.force_law=amplify"], TISSUE);
     // With lost contact at any tick and an additional force.
@@ -168,6 +174,7 @@ fn a_gap_that_is_kept_has_no_certificate_and_grows_in_no_sequence() {
 }
 
 #[test]
+#[ignore = "a minute of processor time: certificates"]
 fn a_hundred_thousand_random_sequences_stay_within_the_certified_bound() {
     let short = [
         "augmentation.min_hold_s=0.02",
@@ -197,6 +204,7 @@ fn a_hundred_thousand_random_sequences_stay_within_the_certified_bound() {
 }
 
 #[test]
+#[ignore = "a minute of processor time: certificates"]
 fn the_motion_decays_in_the_engine_on_the_worst_sequence_found() {
     for policy in ["ramp", "snap"] {
         let setting = format!("augmentation.reengage={policy}");
@@ -213,6 +221,7 @@ fn the_motion_decays_in_the_engine_on_the_worst_sequence_found() {
 }
 
 #[test]
+#[ignore = "a minute of processor time: certificates"]
 fn the_worst_sequence_is_shown_whatever_tissue_and_operator_are_set() {
     let layers = Source::parse("layers/skin-augmented");
     let set =
@@ -222,6 +231,7 @@ fn the_worst_sequence_is_shown_whatever_tissue_and_operator_are_set() {
 }
 
 #[test]
+#[ignore = "a minute of processor time: certificates"]
 fn fast_switching_that_makes_a_stable_loop_unstable_is_refused_and_shown() {
     let switching = analysed(&HOLD, (1500.0, 1500.0));
     let of_loop = trocar::stability::LinearLoop { stiffness_n_per_m: 1500.0, ..switching.settings.of_loop.clone() };
@@ -252,6 +262,7 @@ fn fast_switching_that_makes_a_stable_loop_unstable_is_refused_and_shown() {
 }
 
 #[test]
+#[ignore = "a minute of processor time: certificates"]
 fn cases_that_the_certificate_does_not_cover_are_reported() {
     for (setting, word) in [
         ("augmentation.enabled=false", "there are no events"),
@@ -271,6 +282,7 @@ fn cases_that_the_certificate_does_not_cover_are_reported() {
 }
 
 #[test]
+#[ignore = "a minute of processor time: certificates"]
 fn releasing_the_slave_moves_the_needle_suddenly_with_snap_only() {
     let events = analysed(&["augmentation.reengage=snap"], TISSUE).events;
     let of = |wanted: fn(&Reengage) -> bool| events.iter().find(|event| wanted(&event.reengage)).expect("there");
@@ -306,6 +318,7 @@ fn scheduled_events_are_accepted_when_an_alarm_would_be() {
 }
 
 #[test]
+#[ignore = "a minute of processor time: certificates"]
 fn the_command_writes_the_printed_results_of_the_switching() {
     let folder = crate::support::test_folder::TestFolder::new();
     let small = ["--x", "scaling.force=0.1:10:8", "--y", "tissue.stiffness_n_per_m=10:2000:8"];

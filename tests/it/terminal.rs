@@ -3,7 +3,8 @@
 
 use std::fs;
 
-use crate::support::test_folder::TestFolder;
+use crate::support::scenario;
+use crate::support::test_folder::{TestFolder, words};
 
 /// Maximum width of printed lines, in characters.
 const WIDTH: usize = 80;
@@ -17,6 +18,7 @@ fn assert_fits(printed: &str, what: &str) {
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn every_command_prints_lines_of_at_most_80_characters() {
     let folder = TestFolder::new();
     let recording = folder.good(&["record", "--out", "-"]);
@@ -71,13 +73,14 @@ fn every_command_prints_lines_of_at_most_80_characters() {
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn a_comparison_is_short_and_states_its_conclusion() {
     let folder = TestFolder::new();
     let table = |printed: &str| printed.split("\n\n").nth(1).unwrap_or_default().lines().count();
     let printed = folder.good(&["compare"]);
     // A heading and its rule, eight rows for each of two ruptures, and three rows for the run.
     assert_eq!(table(&printed), 2 + 2 * 8 + 3, "{printed}");
-    let sentence = printed.split_whitespace().collect::<Vec<_>>().join(" ");
+    let sentence = words(&printed);
     let expected = "classical and augmented: In the 0.3 s after both ruptures the slave advances by 8.95 and 5.75 mm without \
                     augmentation and stays within 0.0058 mm with it. On its return it advances by 9.35 and 7.59 mm with it; 2 s after \
                     both ruptures both are equally deep (11 and 11.9 mm). Both runs detect every rupture within 8 ms, with no missed \
@@ -98,15 +101,9 @@ fn a_comparison_is_short_and_states_its_conclusion() {
 #[test]
 fn terminal_report_json_page_and_python_show_the_same_sentences() {
     let folder = TestFolder::new();
-    let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
-    let printed = words(&folder.good(&["compare", PAIR[0], PAIR[1], "--report"]));
+    let printed = folder.said(&["compare", PAIR[0], PAIR[1], "--report"]);
     let report = words(&folder.text("out/compare/report.html"));
-    let runs = PAIR.map(|name| {
-        trocar::run::run(
-            trocar::scenario::Scenario::load(&trocar::scenario::Source::parse(name), &[]).expect("shipped"),
-        )
-        .expect("a run")
-    });
+    let runs = PAIR.map(|name| trocar::run::run(scenario(name, &[])).expect("a run"));
     // The page of `trocar explore` sends this text; the report and the terminal render the document with it.
     let page = trocar::compare::verdict_of_schemes(&runs[0], &runs[1]);
     assert_eq!(page, trocar::compare::verdict(&runs.each_ref()));
@@ -138,10 +135,9 @@ const NESTED: [[&str; 2]; 5] =
     [["scenarios", "show"], ["sweep", "merge"], ["link", "master"], ["link", "slave"], ["link", "replay"]];
 
 #[test]
-fn every_help_is_wrapped_once_and_has_an_example() {
+fn every_help_fits_is_wrapped_once_and_has_an_example() {
     let folder = TestFolder::new();
     let commands = folder.commands();
-    assert!(commands.len() > 12, "{commands:?}");
     let mut calls: Vec<Vec<&str>> = commands.iter().map(|command| vec![command.as_str()]).collect();
     calls.push(vec![]);
     calls.extend(NESTED.map(Vec::from));
@@ -150,18 +146,15 @@ fn every_help_is_wrapped_once_and_has_an_example() {
             assert_fits(&folder.good(&[&call[..], &[flag]].concat()), &call.join(" "));
         }
         let help = folder.good(&[&call[..], &["--help"]].concat());
-        let examples = ["Examples:\n", "Example:\n"].iter().find_map(|heading| help.split(heading).nth(1));
+        let block = |heading| Some(help.split(heading).nth(1)?.lines().take_while(|line| !line.is_empty()));
+        let examples = block("Examples:\n").or_else(|| block("Example:\n"));
         let is_example = |line: &str| line.contains("trocar") && line.starts_with("  ");
-        let block =
-            |heading: &str| help.split(heading).nth(1).is_some_and(|text| text.lines().next().is_some_and(is_example));
-        assert!(
-            examples.is_some_and(|text| text.lines().any(is_example)) || block("Live stream:\n"),
-            "{call:?}\n{help}"
-        );
+        let mut shown = examples.clone().or_else(|| block("Live stream:\n")).into_iter().flatten();
+        assert!(shown.any(is_example), "{call:?}\n{help}");
         // A line that is wrapped a second time would begin with a word of its description.
-        for line in examples.iter().flat_map(|text| text.lines().take_while(|line| !line.is_empty())) {
+        for line in examples.into_iter().flatten() {
             let indent = line.len() - line.trim_start().len();
-            assert!(indent >= 6 || indent == 2 && (line.contains("trocar ")), "{call:?}: {line:?}");
+            assert!(indent >= 6 || indent == 2 && line.contains("trocar "), "{call:?}: {line:?}");
         }
     }
 }
@@ -171,6 +164,7 @@ fn every_command_has_its_manual_page() {
     let folder = TestFolder::new();
     let printed = folder.good(&["man", "--out", "pages"]);
     assert_fits(&printed, "man");
+    assert!(folder.good(&["man"]).starts_with(".ie"), "troff");
     let mut expected: Vec<String> = folder.commands().iter().map(|command| format!("trocar-{command}.1")).collect();
     expected.push("trocar.1".to_owned());
     expected.extend(NESTED.map(|[command, nested]| format!("trocar-{command}-{nested}.1")));

@@ -1,5 +1,6 @@
 //! User-defined parts: the examples run, and copies of built-in parts are identical to them, bit for bit.
 
+use crate::support::scenario;
 use trocar::augmentation::{AugmentedTick, ForceLaw, HeldReference, ModeChange, MotionLaw};
 use trocar::detector::{CusumDetector, Decision, Detector, DetectorInput, Distance};
 use trocar::engine::{Trace, UserDefinedParts};
@@ -7,7 +8,6 @@ use trocar::estimation::{AnyEstimator, Estimate, Estimator};
 use trocar::metrics::Outcome;
 use trocar::operator::Operator;
 use trocar::run::{Run, RunReport, empty_trace_with, observe_with, run, run_with};
-use trocar::scenario::{Scenario, Source};
 use trocar::tissue::{Reaction, Tissue};
 use trocar::warning::Code;
 
@@ -20,11 +20,6 @@ mod user_defined_force_law;
 #[path = "../../examples/user_defined_tissue.rs"]
 #[allow(dead_code, reason = "its main is not called here")]
 mod user_defined_tissue;
-
-fn scenario(name: &str, settings: &[&str]) -> Scenario {
-    let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-    Scenario::load(&Source::parse(name), &settings).expect("loads")
-}
 
 fn assert_same_bits(run: &Run, built_in: &Run, what: &str) {
     let bits = |trace: &Trace| {
@@ -74,6 +69,8 @@ fn a_scenario_with_boxed_parts_is_identical_to_the_built_in_one_bit_for_bit() {
         ("link/saturating-master", &[]),
         ("passivity/long-delay-tank", &[]),
         ("link/four-channel", &["augmentation.events_s=[1.5]"]),
+        ("augmented", &["augmentation.reengage=ramp-until-load"]),
+        ("layers/skin-augmented", &["sensor.at_tip=true"]),
     ] {
         let built_in = run(scenario(name, settings)).expect("runs");
         // The wiring for user-defined parts, without any.

@@ -4,7 +4,7 @@
 use crate::support;
 use std::fmt::Write as _;
 
-use crate::support::test_folder::TestFolder;
+use crate::support::test_folder::{TestFolder, words};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value as Json;
@@ -133,15 +133,11 @@ fn the_verdict_states_which_delays_it_covers_or_why_it_is_unknown() {
     assert_eq!(of_delays["forward_ticks"], serde_json::json!([20, 30]));
     let margin = json["margins"]["jitter_ticks"].as_u64().expect("a margin");
     assert!((10..60).contains(&margin), "{margin}");
-    let text = folder.good(
-        &[
-            &["stability", "passivity/late-wall", "--x", "scaling.force=0.5:2:2", "--y", "scaling.position=0.5:2:2"],
-            &*settings(&["channel.jitter_s=0.01"]).iter().flat_map(|setting| ["--set", setting]).collect::<Vec<_>>(),
-        ]
-        .concat(),
-    );
-    let words: Vec<&str> = text.split_whitespace().collect();
-    assert!(words.join(" ").contains("for every order of delays of 20 to 30 ticks to the slave"), "{text}");
+    let jitter = settings(&["channel.jitter_s=0.01"]);
+    let axes = ["--x", "scaling.force=0.5:2:2", "--y", "scaling.position=0.5:2:2"];
+    let set: Vec<&str> = jitter.iter().flat_map(|setting| ["--set", setting]).collect();
+    let text = folder.said(&[&["stability", "passivity/late-wall"], &axes[..], &set].concat());
+    assert!(text.contains("for every order of delays of 20 to 30 ticks to the slave"), "{text}");
     for (more, why) in [
         (&["channel.jitter_s=0.08"][..], "without a proof for every order"),
         (&["channel.jitter_s=0.01", "channel.outage_s=0.01"], "which can count as an outage"),
@@ -149,7 +145,7 @@ fn the_verdict_states_which_delays_it_covers_or_why_it_is_unknown() {
     ] {
         let (json, said) = stability(&folder, "passivity/late-wall", &settings(more));
         assert_eq!(json["is_stable"], Json::Null, "{more:?}");
-        assert!(said.split_whitespace().collect::<Vec<_>>().join(" ").contains(why), "{more:?}: {said}");
+        assert!(words(&said).contains(why), "{more:?}: {said}");
     }
     let events = ["channel.jitter_s=0.002".to_owned()];
     // The proof covers teleoperation, and not the events.

@@ -56,10 +56,6 @@ codes! {
          was still moving, it also rests where it was deepest in the last 20 %; the swing there counts if the run \
          swings without becoming weaker, at least half as fast and half as far. A stick-slip that needs a moving hand \
          does not count as a swing of the loop.";
-    HandEnergyImpossible "hand-energy-impossible":
-        "The hand exchanges more energy with the master than a person can.",
-        "The mean power between hand and master, |∫ F_h dx_h| over the duration, is above 100 W, or the force on the \
-         hand exceeds 1000 N. No person sustains that: the loop is unstable or a scale is wrong.";
     ActiveLoop "active-loop":
         "The master gives the hand more energy than hand and tissue have supplied.",
         "The tissue is a passive model, but the work of the hand on the master is negative: the teleoperator feeds \
@@ -174,11 +170,6 @@ codes! {
          the largest force, of at least 1 N, is there, or the adaptive detector raises an alarm there, the contact \
          position is too deep, or the positions decrease into the tissue, or the force has the wrong sign: give a \
          smaller --contact-m, or change the sign of --position or --force.";
-    RarelyArmed "rarely-armed":
-        "The detector was armed for less than a tenth of the time in contact.",
-        "The detector is armed once g has been below the threshold for detector.settle_s in contact. Noise or a wrong \
-         model can keep g high, so that the detector stays disarmed and misses ruptures. Raise drift and threshold to \
-         match the noise (`trocar calibrate` computes both).";
     ForceOffset "force-offset":
         "The force is not 0 before the needle touches the tissue.",
         "Over the free motion at the beginning the force is constant and differs from 0: the sensor is not tared. \
@@ -221,9 +212,6 @@ codes! {
         "The recordings have no labelled rupture, so the share of detected ruptures is unknown and every alarm counts \
          as false, even an alarm at a rupture without a label. Label the ruptures with --rupture-s, unless the \
          recordings contain none.";
-    MissingSection "missing-section":
-        "A file with settings lacks a section.",
-        "trocar uses the defaults for this section.";
 }
 
 impl Code {

@@ -251,34 +251,4 @@ mod tests {
             }
         }
     }
-
-    #[cfg(feature = "alloc")]
-    #[test]
-    fn a_chain_continues_from_its_stored_state_and_gathers_with_others() {
-        use crate::lane::{Gather, Stored};
-        let new = |contact_m| Chain {
-            contact_m,
-            estimator: Rls::<f64>::new(&RlsSettings::default()),
-            detector: CusumDetector::<f64>::new(&DetectorSettings::default(), 1e-3),
-        };
-        let measurement = |k: u32| {
-            let position_m = 0.02 + 1e-5 * f64::from(k);
-            let force_n = 3.0 + 0.02 * f64::from(k * k % 7) - if k % 500 == 450 { 1.0 } else { 0.0 };
-            Measurement { force_n, position_m, velocity_m_per_s: 0.01 }
-        };
-        let shown = |output: ChainOutput<f64>| (output.depth_m, output.estimate.residual_n, output.decision.decision);
-        let (mut used, mut restored) = (new(0.01), new(0.01));
-        for k in 0..600 {
-            used.step(&measurement(k));
-        }
-        restored.restore(&used.state()).expect("the same settings");
-        let other = new(0.0);
-        let all = [&used, &other, &other, &other, &other, &other, &other, &other];
-        let mut gathered = <Chain<f64, Rls<f64>, CusumDetector<f64>> as Gather>::gather::<f64>(all).expect("alike");
-        for k in 600..1200 {
-            let expected = shown(used.step(&measurement(k)));
-            assert_eq!(shown(restored.step(&measurement(k))), expected, "{k}");
-            assert_eq!(shown(gathered.step(&measurement(k))), expected, "{k}");
-        }
-    }
 }

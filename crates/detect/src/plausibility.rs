@@ -36,10 +36,6 @@ const SLOPE_SAMPLES: usize = 20;
 /// Windows of [`SLOPE_SAMPLES`] summed together, for vectorisation.
 const WINDOWS_AT_ONCE: usize = 256;
 
-/// Minimum share of the time in contact for which the detector is armed, and minimum time in contact in s.
-const MIN_ARMED: f64 = 0.1;
-const MIN_CONTACT_S: f64 = 0.5;
-
 /// Motion in contact over which a force of at least [`MIN_RESISTING_N`] must change.
 const MIN_MOTION_M: f64 = 5e-4;
 
@@ -304,39 +300,18 @@ fn contact(detection: &Detection, peak: usize) -> Option<Warning> {
         let remedy = "give a smaller --contact-m, or change the sign of --position, as in --position COLUMN:-mm";
         return Some(Warning::new(Code::ForceOutOfContact, message).at("--contact-m or --position").remedy(remedy));
     }
-    if let Some(alarm) = detection.alarms.iter().position(|&sample| detection.position_m[sample] <= contact_m) {
-        let sample = detection.alarms[alarm];
-        let message = format!(
-            "alarm {} at {:.3} s is raised out of contact, at a force of {:.3} N: the needle is at {:.3} mm, the contact at {:.3} mm",
-            alarm + 1,
-            detection.time_s[sample],
-            force[sample],
-            1e3 * detection.position_m[sample],
-            1e3 * contact_m
-        );
-        let remedy = "give a smaller --contact-m, or change the sign of --position or --force, as in --force COLUMN:-N";
-        let place = "--contact-m, --position or --force";
-        return Some(Warning::new(Code::ForceOutOfContact, message).at(place).remedy(remedy));
-    }
-    let in_contact = detection.position_m.iter().filter(|&&position| position > contact_m).count();
-    let armed = detection.conditions.iter().filter(|conditions| conditions.in_contact() && conditions.armed()).count();
-    let share = armed as f64 / in_contact as f64;
-    (in_contact as f64 * detection.interval_s >= MIN_CONTACT_S && share < MIN_ARMED).then(|| {
-        let (why, key, remedy) = match detection.detector.distance.kind.waits_for() {
-            Some(waits_for) => (
-                format!("it waits for {waits_for}"),
-                "detector.distance",
-                "begin the recording earlier, or choose another detector",
-            ),
-            None => (
-                "g keeps exceeding the threshold".to_owned(),
-                "detector.drift",
-                "the noise or the model's error is too large for the settings: `trocar calibrate` computes others",
-            ),
-        };
-        let message = format!("the detector was armed in only {:.0} % of the time in contact: {why}", 100.0 * share);
-        Warning::new(Code::RarelyArmed, message).at(key).remedy(remedy)
-    })
+    let alarm = detection.alarms.iter().position(|&sample| detection.position_m[sample] <= contact_m)?;
+    let sample = detection.alarms[alarm];
+    let message = format!(
+        "alarm {} at {:.3} s is raised out of contact, at a force of {:.3} N: the needle is at {:.3} mm, the contact at {:.3} mm",
+        alarm + 1,
+        detection.time_s[sample],
+        force[sample],
+        1e3 * detection.position_m[sample],
+        1e3 * contact_m
+    );
+    let remedy = "give a smaller --contact-m, or change the sign of --position or --force, as in --force COLUMN:-N";
+    Some(Warning::new(Code::ForceOutOfContact, message).at("--contact-m, --position or --force").remedy(remedy))
 }
 
 fn constant_force(signals: &Signals<'_>, peak: usize) -> Option<Warning> {

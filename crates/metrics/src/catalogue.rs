@@ -261,19 +261,4 @@ mod tests {
             assert_eq!(serde_json::to_value(better).expect("a word"), better.word());
         }
     }
-
-    #[test]
-    fn the_short_table_has_the_main_metrics() {
-        let shown =
-            [Shown::Main, Shown::MainWhereDefined, Shown::Always, Shown::WhereDefined, Shown::First, Shown::Never];
-        assert_eq!(shown.map(Shown::is_main), [true, true, false, false, false, false]);
-    }
-
-    #[test]
-    fn a_field_is_a_number_or_undefined() {
-        assert_eq!(
-            [2.5.value(), 3_u64.value(), Some(4.5).value(), None::<u64>.value()],
-            [Some(2.5), Some(3.0), Some(4.5), None]
-        );
-    }
 }

@@ -1,6 +1,6 @@
 //! Timelines of an insertion, for the tests of metrics.
 
-use super::{Metrics, MetricsObserver};
+use super::{Metrics, MetricsObserver, RunMetric};
 use trocar_core::augmentation::{Mode, Modes};
 use trocar_core::time::TickGrid;
 use trocar_engine::engine::{Observer as _, Signals};
@@ -132,12 +132,24 @@ impl Insertion {
         }
         observer.metrics(0)
     }
+
+    /// Checks metrics by their keys; `None` is an undefined metric.
+    #[track_caller]
+    pub(super) fn expect<const N: usize>(&self, expected: [(&str, Option<f64>); N]) {
+        let metrics = self.metrics();
+        for (key, expected) in expected {
+            assert_close(RunMetric::named(key).expect(key).read(&metrics), expected, key);
+        }
+    }
 }
 
 #[track_caller]
-pub(super) fn assert_close(value: Option<f64>, expected: f64) {
-    let is_close = value.is_some_and(|value| (value - expected).abs() <= 1e-12 + 1e-9 * expected.abs());
-    assert!(is_close, "{value:?} instead of {expected}");
+pub(super) fn assert_close(value: Option<f64>, expected: Option<f64>, what: &str) {
+    let is_close = match (value, expected) {
+        (Some(value), Some(expected)) => (value - expected).abs() <= 1e-12 + 1e-9 * expected.abs(),
+        _ => value == expected,
+    };
+    assert!(is_close, "{what}: {value:?} instead of {expected:?}");
 }
 
 #[cfg(target_arch = "x86_64")]

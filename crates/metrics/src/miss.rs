@@ -630,18 +630,6 @@ mod tests {
     }
 
     #[test]
-    fn the_history_of_a_supervisor_contains_accepted_and_ignored_alarms() {
-        for is_taken in [true, false] {
-            let history = supervisor(120, is_taken);
-            let has = [120..=120, 110..=130, 100..=119, 121..=140].map(|ticks| history.has_alarm(ticks));
-            assert_eq!(has, [true, true, false, false]);
-        }
-        assert_eq!(supervisor(120, true).alarms, [120]);
-        assert_eq!(supervisor(120, false).ignored_alarms, [120]);
-        assert_eq!(supervisor(120, false).events, [(50, 80)]);
-    }
-
-    #[test]
     fn every_reason_has_a_word_a_key_and_a_remedy_that_removes_it() {
         let (mut contact_m, mut detector, mut augmentation) =
             (0.5, DetectorSettings::default(), AugmentationSettings::default());
@@ -679,23 +667,25 @@ mod tests {
 
     #[test]
     fn reasons_are_reported_in_milliseconds_millimetres_and_percent() {
-        let message = |reason: MissReason| reason.to_string();
-        assert!(message(MissReason::NotInContact { depth_m: -1.234e-3 }).contains("was 1.23 mm above"));
-        let text = message(MissReason::NotArmed { quiet_s: 0.01234, settle_s: 0.1 });
-        assert!(text.contains("for 12.3 ms") && text.contains("is 100 ms"), "{text}");
-        assert!(message(MissReason::WrongMotion { velocity_m_per_s: -0.0123 }).contains("at -12.3 mm/s"));
-        assert!(message(MissReason::TooShallow { depth_m: 4.5e-3 }).contains("at 4.5 mm"));
-        assert!(message(MissReason::BelowThreshold { reached: 0.1239 }).contains("reached 12.4 %"));
-        assert!(message(MissReason::BelowThreshold { reached: 1.26e-5 }).contains("reached less than 0.1 % of it"));
-        assert!(message(MissReason::NotInContact { depth_m: -1e-6 }).contains("less than 0.01 mm above"));
-        assert!(message(MissReason::BelowDrift { largest: 0.0012 }).contains("exceeded 1.200e-3"));
-        assert!(message(MissReason::EventUnderWay { begin_s: 1.5 }).contains("1.500 s"));
-        assert!(message(MissReason::Refractory { end_s: 2.25 }).contains("2.250 s"));
-        assert!(message(MissReason::AlarmOfAnother { alarm_s: 3.0 }).contains("3.000 s"));
-        assert!(message(MissReason::NotReady { waits_for: "the noise" }).contains("waits for the noise"));
-        assert!(message(MissReason::NoFall).contains("no fall") && message(MissReason::NoDrop).contains("drop_only"));
-        assert!(message(MissReason::AfterAlarm { alarm_s: 0.5 }).contains("0.500 s"));
-        assert!(message(MissReason::EarlierEvent).contains("an earlier alarm"));
+        for (reason, phrase) in [
+            (MissReason::NotInContact { depth_m: -1.234e-3 }, "was 1.23 mm above"),
+            (MissReason::NotInContact { depth_m: -1e-6 }, "less than 0.01 mm above"),
+            (MissReason::NotArmed { quiet_s: 0.01234, settle_s: 0.1 }, "for 12.3 ms"),
+            (MissReason::NotArmed { quiet_s: 0.01234, settle_s: 0.1 }, "is 100 ms"),
+            (MissReason::WrongMotion { velocity_m_per_s: -0.0123 }, "at -12.3 mm/s"),
+            (MissReason::TooShallow { depth_m: 4.5e-3 }, "at 4.5 mm"),
+            (MissReason::BelowThreshold { reached: 0.1239 }, "reached 12.4 %"),
+            (MissReason::BelowThreshold { reached: 1.26e-5 }, "reached less than 0.1 % of it"),
+            (MissReason::BelowDrift { largest: 0.0012 }, "exceeded 1.200e-3"),
+            (MissReason::EventUnderWay { begin_s: 1.5 }, "1.500 s"),
+            (MissReason::Refractory { end_s: 2.25 }, "2.250 s"),
+            (MissReason::AlarmOfAnother { alarm_s: 3.0 }, "3.000 s"),
+            (MissReason::AfterAlarm { alarm_s: 0.5 }, "0.500 s"),
+            (MissReason::NotReady { waits_for: "the noise" }, "waits for the noise"),
+        ] {
+            let message = reason.to_string();
+            assert!(message.contains(phrase), "{message}");
+        }
     }
 
     #[test]

@@ -147,11 +147,4 @@ mod tests {
         }
         assert!(RunMetric::named("rupture_12_felt_fall_s").is_some());
     }
-
-    #[test]
-    fn a_metric_of_a_rupture_or_an_event_has_the_number_in_its_key() {
-        let number = |key| RunMetric::named(key).map(|metric| metric.number());
-        assert_eq!(number("rupture_12_felt_fall_s"), Some(12));
-        assert_eq!(number("missed_ruptures"), Some(1));
-    }
 }

@@ -210,12 +210,4 @@ mod tests {
                         keep fewer rows or columns, or raise recording.max_bytes";
         assert_eq!(message(file.path()), expected);
     }
-
-    #[test]
-    fn an_empty_file_is_refused() {
-        let file = tempfile::NamedTempFile::new().expect("a file");
-        let expected =
-            "PATH: holds no data; a header line with the columns' names is expected, then one sample per line";
-        assert_eq!(message(file.path()), expected);
-    }
 }

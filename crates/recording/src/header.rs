@@ -114,11 +114,4 @@ mod tests {
         assert_eq!(separator(b"t"), b',');
         assert_eq!(separator(b""), b',');
     }
-
-    #[test]
-    fn suggestions_need_similarity() {
-        let names = ["t_s", "Force_N"].map(String::from);
-        assert_eq!(nearest(&names, "force").as_deref(), Some("Force_N"));
-        assert_eq!(nearest(&names, "position"), None);
-    }
 }

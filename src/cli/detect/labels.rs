@@ -97,42 +97,12 @@ impl LabelRows {
 mod tests {
     use super::*;
 
-    fn row(time_s: Option<f64>, line: u64) -> LabelRow {
-        LabelRow { file: None, time_s, kind: Some(format!("kind {line}")), line }
-    }
-
-    fn labels(rows: Vec<LabelRow>) -> Result<Vec<Label>, DetectError> {
-        LabelRows { file: "labels.csv".into(), rows }.labels(1.0, 5.0, 0.0)
-    }
-
-    #[test]
-    fn labels_are_in_order_of_time_with_their_kinds() {
-        let found = labels(vec![row(Some(5.0), 2), row(Some(1.0), 3), row(Some(2.5), 4)]).expect("valid");
-        assert_eq!(found.iter().map(|label| label.time_s).collect::<Vec<_>>(), [1.0, 2.5, 5.0]);
-        assert_eq!(found[0].kind.as_deref(), Some("kind 3"));
-        assert!(labels(vec![row(None, 2)]).expect("no rupture").is_empty());
-    }
-
     #[test]
     fn labels_of_the_calendar_count_from_the_origin_of_the_recording() {
-        let rows = LabelRows { file: "labels.csv".into(), rows: vec![row(Some(1767225602.5), 2), row(Some(3.0), 3)] };
-        let found = rows.labels(0.0, 5.0, 1767225600.0).expect("valid");
+        let row = |(time_s, line)| LabelRow { file: None, time_s: Some(time_s), kind: None, line };
+        let rows = [(1767225602.5, 2), (3.0, 3)].map(row).into();
+        let found = LabelRows { file: "labels.csv".into(), rows }.labels(0.0, 5.0, 1767225600.0).expect("valid");
         assert_eq!(found.iter().map(|label| label.time_s).collect::<Vec<_>>(), [2.5, 3.0]);
-    }
-
-    #[test]
-    fn invalid_labels_are_refused_with_their_line() {
-        let refused = |rows| labels(rows).expect_err("refused").to_string();
-        let text = refused(vec![row(Some(2.0), 2), row(Some(5.1), 3)]);
-        assert!(
-            text.starts_with("labels.csv line 3: the rupture at 5.1 s is outside") && text.contains("from 1 to 5 s"),
-            "{text}"
-        );
-        assert!(refused(vec![row(Some(0.9), 7)]).contains("line 7"));
-        let text = refused(vec![row(Some(2.0), 2), row(Some(3.0), 3), row(Some(2.0), 4)]);
-        assert!(text.starts_with("labels.csv line 4: ") && text.contains("already on line 2"), "{text}");
-        let text = refused(vec![row(Some(2.0), 2), row(None, 3)]);
-        assert!(text.starts_with("labels.csv line 3: ") && text.contains("line 2 labels one"), "{text}");
     }
 
     #[test]

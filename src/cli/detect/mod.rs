@@ -16,10 +16,8 @@ use super::error::{CliError, DetectError};
 use super::format::FormatArgs;
 use super::quantity::quantity;
 use super::recorded::{ColumnArgs, RecordedFlags};
-use super::warnings::Warnings;
 use super::within::WithinArgs;
 use super::{OutputArgs, ScenarioArgs, report};
-use trocar_base::warning::{Code, Warning};
 use trocar_core::error::{non_negative, positive};
 use trocar_metrics::RUPTURE_WINDOW_S;
 use trocar_report::html::command_line;
@@ -83,7 +81,7 @@ pub(super) struct DetectArgs {
 
 pub(super) fn run(mut args: DetectArgs) -> Result<(), CliError> {
     if let Some(file) = &args.settings_file {
-        args.tuning = tuning(file, &Warnings::new(&args.output))?;
+        args.tuning = tuning(file)?;
     }
     let args = &args;
     non_negative("--within-s", args.within.within_s)?;
@@ -116,16 +114,10 @@ pub(super) fn run(mut args: DetectArgs) -> Result<(), CliError> {
 }
 
 /// A file with neither section is an error.
-fn tuning(file: &str, warnings: &Warnings) -> Result<Vec<String>, CliError> {
+fn tuning(file: &str) -> Result<Vec<String>, CliError> {
     let values = Values::load(&Source::parse(file), &[])?;
-    let missing: Vec<&str> =
-        TUNED_SECTIONS.into_iter().filter(|section| values.section_place(section).is_none()).collect();
-    if missing.len() == TUNED_SECTIONS.len() {
+    if TUNED_SECTIONS.iter().all(|section| values.section_place(section).is_none()) {
         return Err(DetectError::NoSettings { file: file.to_owned() }.into());
-    }
-    for section in missing {
-        warnings.print(&[Warning::new(Code::MissingSection, format!("{file} has no [{section}]; defaults are used"))
-            .at(format!("[{section}]"))]);
     }
     Ok(values.written_settings(&TUNED_SECTIONS))
 }

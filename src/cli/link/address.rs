@@ -39,28 +39,9 @@ pub(super) fn key(file: Option<&Path>, address: SocketAddr) -> Result<Key, LinkE
 mod tests {
     use super::*;
 
-    fn address(text: &str) -> SocketAddr {
-        resolved(text).expect("an address")
-    }
-
-    #[test]
-    fn an_address_is_a_host_and_a_port() {
-        assert_eq!(address("127.0.0.1:7711").to_string(), "127.0.0.1:7711");
-        let error = resolved("127.0.0.1").expect_err("no port").to_string();
-        assert!(error.starts_with("127.0.0.1: ") && error.ends_with("as in 127.0.0.1:7711"), "{error}");
-    }
-
-    #[test]
-    fn a_key_is_needed_between_machines_and_not_on_one() {
-        assert!(key(None, address("127.0.0.1:1")).is_ok() && key(None, address("[::1]:1")).is_ok());
-        assert!(matches!(key(None, address("192.0.2.1:1")), Err(LinkError::NeedsKey { .. })));
-        let missing = key(Some(Path::new("no/such.key")), address("127.0.0.1:1"));
-        assert!(matches!(missing, Err(LinkError::KeyFile { .. })));
-    }
-
     #[test]
     fn a_socket_never_waits() {
-        let socket = bound(address("127.0.0.1:0")).expect("a free port");
+        let socket = bound("127.0.0.1:0".parse().expect("an address")).expect("a free port");
         let error = socket.recv(&mut [0; 8]).expect_err("nothing has been sent");
         assert_eq!(error.kind(), std::io::ErrorKind::WouldBlock);
         let taken = bound(socket.local_addr().expect("bound")).expect_err("in use");

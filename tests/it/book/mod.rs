@@ -118,21 +118,25 @@ fn the_commands_of_the_first_pages_print_what_they_show() {
 }
 
 #[test]
+#[ignore = "a minute of processor time"]
 fn the_commands_of_the_tutorials_print_what_they_show() {
     execute("tutorials");
 }
 
 #[test]
+#[ignore = "a minute of processor time"]
 fn the_commands_of_the_concepts_print_what_they_show() {
     execute("concepts");
 }
 
 #[test]
+#[ignore = "a minute of processor time"]
 fn the_commands_of_the_how_to_pages_print_what_they_show() {
     execute("howto");
 }
 
 #[test]
+#[ignore = "a minute of processor time"]
 fn the_evidence_pages_agree_with_their_commands() {
     execute("evidence");
 }

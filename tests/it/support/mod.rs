@@ -1,7 +1,6 @@
 //! Common code of the tests: reads tables, compares columns, builds an insertion by hand.
 
 pub mod closed_forms;
-pub mod pair;
 pub mod passive_cases;
 pub mod server;
 pub mod test_folder;
@@ -17,7 +16,7 @@ use trocar::engine::{Any, Engine, Parts, Plants, ScheduledAlarms, TissueForce};
 use trocar::estimation::{AnyEstimator, RlsSettings};
 use trocar::operator::{HumanOperator, Motion, Ramp};
 use trocar::plant::{ControlTiming, SlaveParameters, SlaveStep};
-use trocar::scenario::Scenario;
+use trocar::scenario::{Scenario, Source};
 use trocar::sensor::{AnySensor, SensorSettings};
 use trocar::stability::{LinearLoop, SwitchingSettings};
 use trocar::teleoperation::{
@@ -25,6 +24,12 @@ use trocar::teleoperation::{
 };
 use trocar::time::TickGrid;
 use trocar::tissue::{AnyTissue, KelvinVoigt, KelvinVoigtSettings};
+
+/// Loads a scenario that must be good.
+pub fn scenario(name: &str, settings: &[&str]) -> Scenario {
+    let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
+    Scenario::load(&Source::parse(name), &settings).unwrap_or_else(|error| panic!("{name} {settings:?}: {error}"))
+}
 
 pub fn linear_loop(scenario: &Scenario) -> LinearLoop {
     trocar::stability_check::linear_loop(scenario).expect("analysed")

@@ -3,9 +3,11 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
 use std::time::SystemTime;
 
 use assert_cmd::Command;
+use serde_json::Value as Json;
 use tempfile::TempDir;
 
 pub struct TestFolder(TempDir);
@@ -42,6 +44,13 @@ impl TestFolder {
         command
     }
 
+    /// Starts trocar in this folder.
+    pub fn begin(&self, arguments: &[&str]) -> Child {
+        let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("trocar"));
+        command.current_dir(self.0.path()).args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command.spawn().expect("begun")
+    }
+
     pub fn trocar(&self, arguments: &[&str]) -> Outcome {
         self.fed(arguments, b"")
     }
@@ -59,6 +68,23 @@ impl TestFolder {
         outcome.out
     }
 
+    /// Returns what a command prints, with single spaces between its words.
+    pub fn said(&self, arguments: &[&str]) -> String {
+        words(&self.good(arguments))
+    }
+
+    /// Returns the JSON document that a command prints.
+    pub fn json(&self, arguments: &[&str]) -> Json {
+        serde_json::from_str(&self.good(arguments)).expect("JSON")
+    }
+
+    /// Returns what a command that succeeds prints on standard error.
+    pub fn warned(&self, arguments: &[&str]) -> String {
+        let outcome = self.trocar(arguments);
+        assert_eq!(outcome.code, 0, "{arguments:?}: {}", outcome.err);
+        outcome.err
+    }
+
     /// Runs a command that must be refused with exit code 2, no output and no file. Returns the message.
     pub fn refusal(&self, arguments: &[&str]) -> String {
         let before = self.state();
@@ -74,6 +100,16 @@ impl TestFolder {
         let message = self.refusal(arguments);
         for phrase in phrases {
             assert!(message.contains(phrase), "{arguments:?}: no {phrase:?} in\n{message}");
+        }
+    }
+
+    /// Checks that a command refuses a file that differs from a good text by one of these changes. A change has the
+    /// replaced part, its replacement, and phrases of the message.
+    pub fn refused_changes(&self, command: &str, good: &str, changes: &[(&str, &str, &[&str])]) {
+        for (from, to, phrases) in changes {
+            let text = good.replacen(from, to, 1);
+            assert_ne!(text, good, "{from}");
+            self.file("wrong.toml", text).refused(&[command, "wrong.toml"], phrases);
         }
     }
 
@@ -113,6 +149,11 @@ impl TestFolder {
         };
         files_below(self.0.path()).into_iter().map(look).collect()
     }
+}
+
+/// Joins the words of a text with single spaces.
+pub fn words(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 pub fn files_below(folder: &Path) -> Vec<PathBuf> {

@@ -189,25 +189,29 @@ impl Case {
     }
 }
 
-/// Parses the printed commands of a program in the same form.
-fn printed(text: &str) -> Vec<[u64; 18]> {
+/// Parses the printed rows of a program in the same form: the bits of `numbers` numbers, then words.
+fn parsed<const N: usize>(text: &str, numbers: usize) -> Vec<[u64; N]> {
     let row = |line: &str| {
         let cells: Vec<&str> = line.split(',').collect();
-        assert_eq!(cells.len(), 18, "{line}");
-        std::array::from_fn(|at| match at {
-            0..10 => cells[at].parse::<f64>().expect("a number").to_bits(),
-            _ => cells[at].parse().expect("a whole number"),
+        assert_eq!(cells.len(), N, "{line}");
+        std::array::from_fn(|at| match cells[at] {
+            number if at < numbers => number.parse::<f64>().expect("a number").to_bits(),
+            word => word.parse().expect("a whole number"),
         })
     };
     text.lines().skip(1).map(row).collect()
 }
 
-fn assert_same(case: &Case, compiler: &str, found: &[[u64; 18]]) {
-    let expected = case.commands();
+fn assert_equal<const N: usize>(case: &Case, compiler: &str, found: &[[u64; N]], expected: &[[u64; N]]) {
     assert_eq!(found.len(), expected.len(), "{}", case.name);
-    for (k, (found, expected)) in found.iter().zip(&expected).enumerate() {
+    for (k, (found, expected)) in found.iter().zip(expected).enumerate() {
         assert_eq!(found, expected, "{} with {compiler}, sample {k}", case.name);
     }
+}
+
+/// Checks the commands that a program of the rig has printed.
+fn assert_same(case: &Case, compiler: &str, text: &str) {
+    assert_equal(case, compiler, &parsed(text, 10), &case.commands());
 }
 
 #[test]
@@ -222,7 +226,7 @@ fn a_program_in_c_gives_the_commands_of_rust_bit_for_bit() {
         let program = compiled(compiler, "examples/rig.c", &folder);
         for case in &cases {
             let found = run(Command::new(&program).args(&case.arguments), &case.input());
-            assert_same(case, compiler, &printed(&found));
+            assert_same(case, compiler, &found);
         }
     }
 }
@@ -240,20 +244,8 @@ fn the_detector_alone_in_c_gives_the_alarms_of_the_rig_bit_for_bit() {
                 let _ = writeln!(input, "{slave_position_m:?},{slave_velocity_m_per_s:?},{force_n:?}");
             }
             let text = run(Command::new(&program).args(&case.arguments), &input);
-            let row = |line: &str| -> [u64; 9] {
-                let cells: Vec<&str> = line.split(',').collect();
-                assert_eq!(cells.len(), 9, "{line}");
-                std::array::from_fn(|at| match at {
-                    0..7 => cells[at].parse::<f64>().expect("a number").to_bits(),
-                    _ => cells[at].parse().expect("a whole number"),
-                })
-            };
-            let found: Vec<_> = text.lines().skip(1).map(row).collect();
-            let expected: Vec<_> = case.commands().iter().map(of_rig).collect();
-            assert_eq!(found.len(), expected.len(), "{}", case.name);
-            for (k, (found, expected)) in found.iter().zip(&expected).enumerate() {
-                assert_eq!(found, expected, "{} with {compiler}, sample {k}", case.name);
-            }
+            let found: Vec<[u64; 9]> = parsed(&text, 7);
+            assert_equal(&case, compiler, &found, &case.commands().iter().map(of_rig).collect::<Vec<_>>());
             let alarms: u64 = found.iter().map(|row| row[7]).sum();
             assert!(alarms >= case.events, "{}: {alarms} alarms", case.name);
         }
@@ -281,7 +273,7 @@ fn valgrind_finds_no_error_in_a_program_in_c() {
         let program = compiled(compiler, "examples/rig.c", &folder);
         for case in cases(&folder) {
             let output = run(valgrind(&program).args(&case.arguments), &case.input());
-            assert_same(&case, "valgrind", &printed(&output));
+            assert_same(&case, "valgrind", &output);
         }
         let check = compiled(compiler, "tests/c/check.c", &folder);
         run(&mut valgrind(&check), "");
@@ -402,7 +394,7 @@ fn cmake_and_pkg_config_find_the_installed_library() {
     let case = augmented(&folder);
     let input = case.input();
     let found = run(Command::new(format!("{examples}/rig")).args(&case.arguments), &input);
-    assert_same(&case, "CMake", &printed(&found));
+    assert_same(&case, "CMake", &found);
     // Linked statically.
     let alarms = run(Command::new(format!("{examples}/rig_cpp")).arg(&case.arguments[1]), &input);
     let expected = case.commands().iter().filter(|command| command[11] == 1).count();
@@ -418,5 +410,5 @@ fn cmake_and_pkg_config_find_the_installed_library() {
     let program = at("by_pkg_config");
     let mut gcc = Command::new(compilers(&["gcc", "clang"])[0]);
     run(gcc.arg(here().join("examples/rig.c")).args(flags.split_whitespace()).args(["-o", &program]), "");
-    assert_same(&case, "pkg-config", &printed(&run(Command::new(&program).args(&case.arguments), &input)));
+    assert_same(&case, "pkg-config", &run(Command::new(&program).args(&case.arguments), &input));
 }

@@ -144,19 +144,3 @@ impl<L: Lane> ModeChange<L> {
         self.now.differs(self.before).any()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn each_mode_is_recognised_by_its_predicate_alone() {
-        for mode in [Mode::Teleoperation, Mode::Augmented, Mode::Reengaging] {
-            let modes = Modes::<f64>::splat(mode);
-            let found = [modes.is_teleoperation(), modes.is_augmented(), modes.is_reengaging()];
-            assert_eq!(found.map(usize::from).iter().sum::<usize>(), 1);
-            assert!(found[usize::from(mode.code())] && modes.is(mode));
-            assert_eq!((modes.lane(0), Modes::from_codes(modes.codes()).lane(0)), (mode, mode));
-        }
-    }
-}

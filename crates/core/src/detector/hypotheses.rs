@@ -53,11 +53,4 @@ mod tests {
             Some("detector.rupture_mean_n")
         );
     }
-
-    #[test]
-    fn the_tuning_of_a_square_is_half_the_difference_and_half_the_sum_of_the_variances() {
-        let hypotheses = Hypotheses { quiet_std_n: 0.1, rupture_std_n: 0.3, ..Hypotheses::default() };
-        let (threshold, drift) = hypotheses.squared_tuning();
-        assert!((threshold - 0.04).abs() < 1e-15 && (drift - 0.05).abs() < 1e-15, "{threshold} {drift}");
-    }
 }

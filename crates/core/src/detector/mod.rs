@@ -227,44 +227,16 @@ mod tests {
     use super::*;
 
     fn input(residual: f64, velocity: f64) -> DetectorInput<f64> {
-        DetectorInput {
-            force_n: 5.0 + residual,
-            predicted_force_n: 5.0,
-            residual_n: residual,
-            correction: [0.0; 2],
-            depth_m: 0.02,
-            velocity_m_per_s: velocity,
-            in_contact: true,
-        }
-    }
-
-    /// The indices of the residuals that raise an alarm, after one quiet second.
-    fn alarms(residuals: &[f64], velocity: f64) -> Vec<usize> {
-        let mut detector = CusumDetector::new(&DetectorSettings::default(), 1e-3);
-        for _ in 0..1000 {
-            assert!(!detector.update(&input(0.01, 0.01)).alarm);
-        }
-        let is_alarm = |(k, &e): (usize, &f64)| detector.update(&input(e, velocity)).alarm.then_some(k);
-        residuals.iter().enumerate().filter_map(is_alarm).collect()
-    }
-
-    #[test]
-    fn one_large_drop_raises_one_alarm() {
-        let mut residuals = vec![-15.0];
-        residuals.extend([0.0; 400]);
-        assert_eq!(alarms(&residuals, 0.01), [0]);
+        DetectorInput { velocity_m_per_s: velocity, ..fixtures::with_residual(residual) }
     }
 
     #[test]
     fn a_small_drop_takes_as_many_samples_as_the_drift_predicts() {
         // e² - ν = 0.0289 - 0.0202 = 0.0087 per sample, which exceeds γ = 0.0198 at the third.
-        assert_eq!(alarms(&[-0.17; 10], 0.01), [2]);
-    }
-
-    #[test]
-    fn a_rise_and_a_withdrawal_are_not_ruptures() {
-        assert!(alarms(&[0.5; 50], 0.01).is_empty());
-        assert!(alarms(&[-0.5; 50], -0.03).is_empty());
+        let mut detector = CusumDetector::new(&DetectorSettings::default(), 1e-3);
+        assert!((0..1000).all(|_| !detector.update(&input(0.01, 0.01)).alarm));
+        let alarms: Vec<u32> = (1..=10).filter(|_| detector.update(&input(-0.17, 0.01)).alarm).collect();
+        assert_eq!(alarms, [3]);
     }
 
     /// True if a drop of 15 N raises an alarm at a depth (m) and a velocity (m/s).
@@ -286,25 +258,6 @@ mod tests {
         assert_eq!(of(Motion::Any), [true; 5]);
         assert_eq!(of(Motion::NotWithdrawn), [false, true, true, true, true]);
         assert_eq!(of(Motion::Inserting), [false, false, false, false, true]);
-    }
-
-    #[test]
-    fn a_drop_counts_from_the_minimum_depth_on() {
-        let arming = ArmingSettings { minimum_depth_m: 0.005, ..ArmingSettings::default() };
-        assert_eq!(
-            [0.001, 0.0049, 0.005, 0.02].map(|depth| raises_alarm(arming, depth, 0.01)),
-            [false, false, true, true]
-        );
-    }
-
-    #[test]
-    fn negative_limits_of_depth_and_speed_are_refused() {
-        let of = |arming: ArmingSettings| arming.validate().expect_err("below 0").name;
-        let minimum_depth_m = -1e-3;
-        assert_eq!(of(ArmingSettings { minimum_depth_m, ..ArmingSettings::default() }), "detector.minimum_depth_m");
-        let insertion_speed_m_per_s = f64::NAN;
-        let settings = ArmingSettings { insertion_speed_m_per_s, ..ArmingSettings::default() };
-        assert_eq!(of(settings), "detector.insertion_speed_m_per_s");
     }
 
     #[test]
@@ -337,39 +290,13 @@ mod tests {
     #[test]
     fn every_distance_finds_a_drop_of_half_a_newton() {
         for kind in DistanceKind::ALL {
-            let mut detector = CusumDetector::new(&DetectorSettings::for_kind(kind, Hypotheses::default()), 1e-3);
+            let settings = DetectorSettings::for_kind(kind, Hypotheses::default());
+            assert!((settings.cusum.cap / settings.cusum.threshold - 10.0).abs() < 1e-12, "{kind:?}");
+            let mut detector = CusumDetector::new(&settings, 1e-3);
             let sample = |drop: f64| DetectorInput { correction: [drop / 0.02, 0.0], ..input(drop, 0.01) };
             let quiet = (0..500).filter(|_| detector.update(&sample(-0.001)).alarm).count();
             let found = (0..5).filter(|k| detector.update(&sample(-0.5 * f64::from(*k))).alarm).count();
             assert_eq!((quiet, found), (0, 1), "{kind:?}");
-        }
-    }
-
-    #[test]
-    fn the_input_of_a_sample_has_each_value_in_its_field() {
-        let estimate = Estimate {
-            predicted_force_n: 1.0,
-            residual_n: 2.0,
-            correction: [3.0, 4.0],
-            stiffness_n_per_m: 5.0,
-            damping_n_s_per_m: 6.0,
-            extra_parameter: 7.0,
-        };
-        let input = DetectorInput::<f64>::new(8.0, 0.9, 10.0, &estimate);
-        assert_eq!((input.force_n, input.depth_m, input.velocity_m_per_s), (8.0, 0.9, 10.0));
-        assert_eq!((input.predicted_force_n, input.residual_n, input.correction), (1.0, 2.0, [3.0, 4.0]));
-        let is_in_contact = |depth_m| DetectorInput::<f64>::new(8.0, depth_m, 10.0, &estimate).in_contact;
-        assert_eq!([1e-9, 0.0, -1e-9].map(is_in_contact), [true, false, false]);
-    }
-
-    #[test]
-    fn the_detector_of_a_kind_has_its_kind_its_hypotheses_and_a_cap_of_ten_thresholds() {
-        let hypotheses = Hypotheses { rupture_mean_n: -0.4, ..Hypotheses::default() };
-        for kind in DistanceKind::ALL {
-            let settings = DetectorSettings::for_kind(kind, hypotheses);
-            assert_eq!((settings.distance.kind, settings.distance.hypotheses), (kind, hypotheses));
-            assert_eq!(settings.distance.tuning(), (settings.cusum.threshold, settings.cusum.drift), "{kind:?}");
-            assert!((settings.cusum.cap / settings.cusum.threshold - 10.0).abs() < 1e-12, "{kind:?}");
         }
     }
 
@@ -431,19 +358,6 @@ mod tests {
         assert!(run(100, 0.01));
         assert!(!run(30, 0.01), "within 50 ms the noise is not known");
         assert!(!run(100, -0.03), "the motion is required of every distance");
-    }
-
-    #[test]
-    fn thresholds_of_lanes_replace_the_configured_ones() {
-        let alarm_at = |threshold: f64, residual: f64| {
-            let detector = CusumDetector::<f64>::new(&DetectorSettings::default(), 1e-3);
-            let mut detector = detector.with_thresholds(threshold, 10.0 * threshold);
-            for _ in 0..200 {
-                detector.update(&input(0.0, 0.01));
-            }
-            detector.update(&input(residual, 0.01)).alarm
-        };
-        assert_eq!([alarm_at(0.1, -0.4), alarm_at(0.2, -0.4)], [true, false]);
     }
 
     fn drop_in_noise(samples: u64, seed: u64) -> Vec<DetectorInput<f64>> {

@@ -74,46 +74,6 @@ fn an_even_stream_is_identical_to_its_file_bit_for_bit() {
 }
 
 #[test]
-fn the_first_two_samples_give_the_interval_and_are_evaluated() {
-    let spec = insertion(&[MEASURED]);
-    let (ticks, _, summary) = stream(&spec, None, VelocitySource::Measured, &samples(&spec));
-    assert_eq!(summary.interval_s, Some(0.001));
-    let file = detect(&spec).expect("valid");
-    assert_eq!(ticks.len(), file.time_s.len());
-    assert_eq!(alarms_s(&ticks), file.alarms.iter().map(|&k| file.time_s[k]).collect::<Vec<_>>());
-}
-
-#[test]
-fn lost_samples_are_interpolated() {
-    let spec = insertion(&[MEASURED]);
-    let all = samples(&spec);
-    let kept: Vec<LiveSample> = (0..all.len()).filter(|k| k % 7 != 2).map(|k| all[k]).collect();
-    let (ticks, anomalies, summary) = stream(&spec, Some(1e-3), VelocitySource::Measured, &kept);
-    assert!(anomalies.is_empty());
-    assert_eq!((ticks.len(), summary.interpolated as usize), (all.len(), all.len() - kept.len()));
-    for (tick, sample) in ticks.iter().zip(&all) {
-        assert!((tick.time_s - sample.time_s).abs() < 1e-9);
-    }
-    let found = alarms_s(&ticks);
-    assert_eq!(found.len(), 2, "{found:?}");
-    assert!(
-        found.iter().zip([5.52, 8.85]).all(|(alarm, rupture)| (0.0..0.01).contains(&(alarm - rupture))),
-        "{found:?}"
-    );
-}
-
-#[test]
-fn after_a_gap_the_detection_restarts_and_finds_the_next_rupture() {
-    let spec = insertion(&[MEASURED]);
-    let kept: Vec<LiveSample> = samples(&spec).into_iter().filter(|s| !(5.0..7.0).contains(&s.time_s)).collect();
-    let (ticks, anomalies, summary) = stream(&spec, Some(1e-3), VelocitySource::Measured, &kept);
-    assert_eq!(anomalies, [TimestampAnomaly::Gap { last_s: 4.999, time_s: 7.0 }]);
-    assert_eq!((summary.restarts, ticks.len()), (1, kept.len()));
-    let found = alarms_s(&ticks);
-    assert!(found.len() == 1 && (8.85..8.86).contains(&found[0]), "{found:?}");
-}
-
-#[test]
 fn samples_that_are_not_later_are_omitted_until_the_clock_counts_as_set_back() {
     let spec = insertion(&[MEASURED]);
     let all = samples(&spec);

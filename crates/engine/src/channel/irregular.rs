@@ -180,13 +180,6 @@ mod tests {
     }
 
     #[test]
-    fn without_irregularity_a_link_is_a_plain_delay() {
-        let held = held(0.0, 0.0, 3, 1);
-        assert_eq!(held[..5], [-7.0, -7.0, -7.0, 0.0, 1.0]);
-        assert_eq!(held[19_999], 19_996.0);
-    }
-
-    #[test]
     fn the_receiver_holds_the_last_sample_as_often_as_samples_are_lost() {
         let held = held(0.0, 0.1, 2, 1);
         let over = held[10..].windows(2).filter(|pair| pair[0] == pair[1]).count();

@@ -156,13 +156,4 @@ mod tests {
         assert_eq!(ages(&[1, 5]), Some((1, 5)));
         assert_eq!((ages(&[1, Schedule::LOST]), ages(&[])), (None, None));
     }
-
-    #[test]
-    fn a_schedule_reports_whether_it_has_delays_and_outages() {
-        let has = |schedule: &Schedule| (schedule.has_delays(), schedule.has_outages(), schedule.is_empty());
-        let outages: Arc<[Range<u64>]> = std::iter::once(1..2).collect();
-        assert_eq!(has(&Schedule::default()), (false, false, true));
-        assert_eq!(has(&Schedule::new(Arc::from([3]), Arc::default())), (true, false, false));
-        assert_eq!(has(&Schedule::new(Arc::default(), outages)), (false, true, false));
-    }
 }

@@ -291,45 +291,7 @@ impl trocar_core::lane::Gather for Motion<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// An operator that returns everything that it receives.
-    #[derive(Default)]
-    struct Echo {
-        master_m: f64,
-        has_cue: bool,
-    }
-
-    impl Operator<f64> for Echo {
-        fn desired_position_m(&mut self, tick: u64, felt_n: f64) -> f64 {
-            tick as f64 + 10.0 * felt_n + 100.0 * self.master_m
-        }
-
-        fn intended_position_m(&self, desired_m: f64) -> f64 {
-            desired_m - 0.25
-        }
-
-        fn master(&mut self, position_m: f64) {
-            self.master_m = position_m;
-        }
-
-        fn cue(&mut self, is_on: bool) {
-            self.has_cue = is_on;
-        }
-
-        fn notices(&self) -> bool {
-            self.has_cue
-        }
-    }
-
-    #[test]
-    fn a_boxed_operator_behaves_like_the_operator_in_the_box() {
-        let mut boxed: Box<dyn Operator<f64>> = Box::new(Echo::default());
-        assert!(!Operator::<f64>::notices(&boxed));
-        Operator::<f64>::master(&mut boxed, 7.0);
-        Operator::<f64>::cue(&mut boxed, true);
-        assert_eq!(Operator::<f64>::desired_position_m(&mut boxed, 3, 2.0), 723.0);
-        assert_eq!((Operator::<f64>::intended_position_m(&boxed, 1.0), Operator::<f64>::notices(&boxed)), (0.75, true));
-    }
+    use std::ops::Range;
 
     #[test]
     fn a_ramp_reaches_its_end_in_either_direction() {
@@ -394,11 +356,11 @@ mod tests {
         };
         let stiffening = StiffeningSettings { per_n: 0.5, limit: 1.0, time_s: 0.0 };
         let shift = |stretch: &StretchSettings, stiffening: &StiffeningSettings| {
-            let mut operator = ramp().tensing(stretch, stiffening, 500.0, 1e-3);
-            operator.desired_position_m(100, 0.0);
-            operator.master(0.003);
+            let mut operator: Box<dyn Operator<f64>> = Box::new(ramp().tensing(stretch, stiffening, 500.0, 1e-3));
+            Operator::<f64>::desired_position_m(&mut operator, 100, 0.0);
+            Operator::<f64>::master(&mut operator, 0.003);
             // 2 mm beyond 1 mm; the felt force is 1 N.
-            operator.desired_position_m(101, 1.0) - 1.01e-3
+            Operator::<f64>::desired_position_m(&mut operator, 101, 1.0) - 1.01e-3
         };
         let none = (StretchSettings::default(), StiffeningSettings::default());
         assert!(shift(&none.0, &none.1).abs() < 1e-15);
@@ -413,41 +375,22 @@ mod tests {
         ramp().reacting(&settings, &Perception::None, (1, 0), 1e-3)
     }
 
-    /// The desired positions of an operator who feels a drop from 2 N to 1 N at tick 500.
-    fn after_a_drop(mut operator: HumanOperator<f64>) -> Vec<f64> {
-        (0..1500).map(|tick| operator.desired_position_m(tick, if tick < 501 { 2.0 } else { 1.0 })).collect()
-    }
-
-    #[test]
-    fn an_operator_who_stops_pauses_a_reaction_time_after_the_drop_and_continues() {
-        let positions = after_a_drop(reacting(Reflex::Stop));
-        assert!((positions[601] - 6.01e-3).abs() < 1e-12, "{}", positions[601]);
-        assert!((602..=1101).all(|tick| positions[tick] == positions[601]), "0.5 s");
-        assert!((positions[1200] - 7e-3).abs() < 2e-5, "{}", positions[1200]);
-        let unmoved = after_a_drop(reacting(Reflex::None));
-        assert!((unmoved[1499] - 0.01499).abs() < 1e-12);
-    }
-
-    #[test]
-    fn an_operator_who_withdraws_moves_back() {
-        let positions = after_a_drop(reacting(Reflex::Withdraw { distance_m: 0.002, speed_m_per_s: 0.02 }));
-        let deepest = positions[601];
-        assert!((positions[651] - (deepest - 1e-3)).abs() < 1e-12, "20 mm/s for 50 ms: {}", positions[651]);
-        assert!((positions[1101] - (deepest - 2e-3)).abs() < 1e-12, "2 mm in all");
+    /// The ticks at which an operator notices a change. In a box, as user-defined operators are.
+    fn noticed(operator: HumanOperator<f64>, cue: Range<u64>, felt_n: fn(u64) -> f64) -> Vec<u64> {
+        let mut operator: Box<dyn Operator<f64>> = Box::new(operator);
+        let mut notices = |tick: &u64| {
+            Operator::<f64>::cue(&mut operator, cue.contains(tick));
+            Operator::<f64>::desired_position_m(&mut operator, *tick, felt_n(*tick));
+            Operator::<f64>::notices(&operator)
+        };
+        (0..1500).filter(&mut notices).collect()
     }
 
     #[test]
     fn an_operator_reports_that_a_drop_is_noticed() {
-        let mut operator = reacting(Reflex::Stop);
-        let mut noticed = vec![];
-        for tick in 0..1500 {
-            operator.desired_position_m(tick, if tick < 501 { 2.0 } else { 1.0 });
-            if operator.notices() {
-                noticed.push(tick);
-            }
-        }
-        assert_eq!(noticed, [501]);
-        assert!(!ramp().notices(), "without a reaction nothing is noticed");
+        let dropped = |tick: u64| if tick < 501 { 2.0 } else { 1.0 };
+        assert_eq!(noticed(reacting(Reflex::Stop), 0..0, dropped), [501]);
+        assert_eq!(noticed(ramp(), 0..0, dropped), [0_u64; 0], "without a reaction nothing is noticed");
     }
 
     #[test]
@@ -480,16 +423,8 @@ mod tests {
     fn a_cue_on_the_skin_is_noticed() {
         let settings = PerceptionSettings { lapse_rate: 0.0, criterion: 9.0, ..PerceptionSettings::DEFAULT };
         let perception = Perception::Psychometric(settings);
-        let mut operator = ramp().reacting(&ReflexSettings::default(), &perception, (1, 0), 1e-3);
-        let mut noticed = vec![];
-        for tick in 0..600 {
-            operator.cue((200..400).contains(&tick));
-            operator.desired_position_m(tick, 2.0);
-            if operator.notices() {
-                noticed.push(tick);
-            }
-        }
+        let operator = ramp().reacting(&ReflexSettings::default(), &perception, (1, 0), 1e-3);
         // Half of the cue is integrated after ln 2 of the 50 ms.
-        assert_eq!(noticed, [234]);
+        assert_eq!(noticed(operator, 200..400, |_| 2.0), [234]);
     }
 }

@@ -47,17 +47,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_minimum_jerk_movement_starts_and_ends_at_rest() {
-        let way = minimum_jerk(0.01, 0.03, 1.0, 1e-3, 1500);
-        assert_eq!((way[0], way[1000], way[1499]), (0.01, 0.03, 0.03));
-        assert!((way[500] - 0.02).abs() < 1e-15, "halfway at half time");
-        let speeds: Vec<f64> = way.windows(2).map(|pair| (pair[1] - pair[0]) * 1e3).collect();
-        let peak = speeds.iter().copied().fold(0.0, f64::max);
-        assert!((peak - 1.875 * 0.02).abs() < 1e-6, "15/8 of the mean speed: {peak}");
-        assert!(speeds[0] < 1e-6 && speeds[999] < 1e-6);
-    }
-
-    #[test]
     fn an_insertion_advances_in_pushes_rests_and_returns() {
         let way = insertion_extraction((-0.01, 0.03), (2.0, 4), (0.5, 1.0), 1e-3, 4001);
         for (tick, position) in [(0, -0.01), (500, 0.0), (1000, 0.01), (2000, 0.03), (2500, 0.03), (3500, -0.01)] {

@@ -71,31 +71,3 @@ impl<const STATES: usize> MotorStep<STATES> {
         })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_missing_limit_is_infinite_and_a_rate_is_a_change_per_tick() {
-        let none = ActuatorLimits::NONE;
-        assert!(none.are_none());
-        let infinite = [
-            none.max_master_force_n(),
-            none.max_slave_command(),
-            none.max_master_change_n(1e-3),
-            none.max_slave_change(1e-3),
-        ];
-        assert_eq!(infinite, [f64::INFINITY; 4]);
-        let limits = ActuatorLimits {
-            master_force_n: Some(1.0),
-            slave_command: Some(2.0),
-            master_force_rate_n_per_s: Some(3000.0),
-            slave_command_rate_per_s: Some(5000.0),
-            ..none
-        };
-        assert!(!limits.are_none() && !ActuatorLimits { slave_lag_s: 1e-3, ..none }.are_none());
-        assert_eq!((limits.max_master_force_n(), limits.max_slave_command()), (1.0, 2.0));
-        assert_eq!((limits.max_master_change_n(2e-3), limits.max_slave_change(2e-3)), (6.0, 10.0));
-    }
-}

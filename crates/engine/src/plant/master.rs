@@ -285,27 +285,6 @@ mod tests {
     }
 
     #[test]
-    fn the_sampled_step_converges_to_the_continuous_one() {
-        let (master, arm) = (MasterParameters::default(), ArmParameters::default());
-        let step = |timing, tick| MasterStep::new(&master, &arm, timing, tick).expect("valid");
-        let difference = |tick| {
-            let (a, b) = (step(ControlTiming::Sampled, tick), step(ControlTiming::Continuous, tick));
-            (0..4)
-                .flat_map(|i| (0..5).map(move |j| (i, j)))
-                .map(|(i, j)| (a.transition[i][j] - b.transition[i][j]).abs())
-                .fold(0.0, f64::max)
-        };
-        assert!(difference(1e-4) < 0.02 * difference(1e-3), "second order in the tick");
-    }
-
-    #[test]
-    fn a_negative_mass_is_named() {
-        let master = MasterParameters { mass_kg: -1.0, ..MasterParameters::default() };
-        let error = master_system(&master, &ArmParameters::default(), ControlTiming::Continuous).expect_err("negative");
-        assert_eq!(error.to_string(), "master.mass_kg is -1, must be a positive, finite number");
-    }
-
-    #[test]
     fn a_firm_grip_doubles_the_stiffness_at_the_same_damping_ratio_and_roles_exchange_the_springs() {
         use std::f64::consts::SQRT_2;
         assert_eq!(Grip::Firm.stiffness_factor() / Grip::Paper.stiffness_factor(), 2.0);
@@ -315,26 +294,5 @@ mod tests {
         }
         assert_eq!(Grip::Firm.damping_factor(), SQRT_2);
         assert_eq!((ArmRoles::AsPrinted.at_master(1.0, 2.0), ArmRoles::DeVlugt.at_master(1.0, 2.0)), (1.0, 2.0));
-    }
-
-    #[test]
-    fn the_force_of_the_hand_is_the_force_of_spring_and_damper_between_arm_and_master() {
-        let step =
-            MasterStep::new(&MasterParameters::default(), &ArmParameters::default(), ControlTiming::Continuous, 1e-3)
-                .expect("valid");
-        assert_eq!(step.hand_force, [-733.0, -37.3, 733.0, 37.3, 0.0]);
-    }
-
-    #[test]
-    fn a_held_motor_without_a_lag_equals_the_feedback_of_the_machine() {
-        let (master, arm) = (MasterParameters::default(), ArmParameters::default());
-        let machine = MasterStep::of_machine(&master, &arm, 1e-3).expect("valid");
-        let motor = MasterStep::of_motor(&master, &arm, 1e-3, 0.0).expect("valid");
-        for i in 0..MASTER_STATES {
-            assert!((motor.from_command[i] - machine.feedback[i]).abs() < 1e-15, "{i}");
-            assert_eq!(motor.from_actual[i], 0.0);
-        }
-        let lagging = MasterStep::of_motor(&master, &arm, 1e-3, 5e-3).expect("valid");
-        assert!((lagging.kept - (-0.2_f64).exp()).abs() < 1e-12 && (lagging.kept + lagging.gained - 1.0).abs() < 1e-12);
     }
 }

@@ -199,26 +199,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn at_rest_nothing_moves() {
-        for damping in [Damping::Velocity, Damping::AsPrinted] {
-            for timing in [ControlTiming::Continuous, ControlTiming::Sampled] {
-                let slave = SlaveParameters { damping, ..SlaveParameters::default() };
-                let step = SlaveStep::new(&slave, timing, 1e-3).expect("valid");
-                for i in 0..3 {
-                    let next: f64 =
-                        (0..3).map(|j| step.transition[i][j] * step.rest[j]).sum::<f64>() + step.reference[i];
-                    assert!(
-                        (next - step.rest[i]).abs() < 1e-9 * (1.0 + step.rest[i].abs()),
-                        "{damping:?} {timing:?} {i}"
-                    );
-                }
-                let gain = if damping == Damping::Velocity { 1.0 } else { 1300.0 / 1315.0 };
-                assert!((step.rest[0] - gain).abs() < 1e-9);
-            }
-        }
-    }
-
-    #[test]
     fn a_slave_without_a_steady_state_starts_at_its_reference() {
         use nalgebra::{DMatrix, dmatrix};
         let system = |a: DMatrix<f64>| {
@@ -245,20 +225,6 @@ mod tests {
                 assert!((pole.re - re).abs() < 1e-6 && (pole.im - im).abs() < 1e-6, "{damping:?} {pole}");
             }
         }
-    }
-
-    #[test]
-    fn a_slave_without_velocity_is_refused() {
-        let slave = SlaveParameters { denominator: vec![1.0, 2.0], ..SlaveParameters::default() };
-        let message = slave_system(&slave, ControlTiming::Continuous).expect_err("first order").to_string();
-        assert!(message.contains("degree 1"), "{message}");
-    }
-
-    #[test]
-    fn the_command_is_the_controller_of_eq_31() {
-        let slave = |damping| SlaveParameters { damping, ..SlaveParameters::default() };
-        assert_eq!(slave(Damping::Velocity).control(), [1300.0, -1300.0, -15.0]);
-        assert_eq!(slave(Damping::AsPrinted).control(), [1300.0, -1315.0, 0.0]);
     }
 
     #[test]

@@ -63,19 +63,6 @@ mod tests {
     }
 
     #[test]
-    fn after_a_step_the_error_decays_with_the_time_constant() {
-        let tau = time_constant_s(25.0);
-        let mut lag = Lag::<f64>::new(25.0, TICK_S, 0.0);
-        // The input rises during the tick before the first output. Afterwards the exact response is exponential.
-        let first = lag.update(1.0);
-        assert!((first - (1.0 - tau / TICK_S * (1.0 - (-TICK_S / tau).exp()))).abs() < 1e-15);
-        for k in 1..200 {
-            let expected = 1.0 - (1.0 - first) * (-f64::from(k) * TICK_S / tau).exp();
-            assert!((lag.update(1.0) - expected).abs() < 1e-14, "{k}");
-        }
-    }
-
-    #[test]
     fn a_wide_band_passes_the_input_and_a_zero_band_blocks_it() {
         let (mut wide, mut narrow) = (Lag::<f64>::new(1e12, TICK_S, 0.0), Lag::<f64>::new(1e-300, TICK_S, 2.0));
         for k in 0..50 {
@@ -83,14 +70,5 @@ mod tests {
             assert!((wide.update(input) - input).abs() < 1e-8);
             assert_eq!(narrow.update(input), 2.0);
         }
-    }
-
-    #[test]
-    fn an_oscillation_at_the_bandwidth_passes_at_half_its_power() {
-        // At 1/1000 of the tick rate the line between samples equals the sine to 2e-6.
-        let mut lag = Lag::<f64>::new(1.0, TICK_S, 0.0);
-        let outputs = (0..8000).map(|k| lag.update((std::f64::consts::TAU * f64::from(k) * TICK_S).sin()));
-        let peak = outputs.skip(6000).fold(0.0, f64::max);
-        assert!((peak - 0.5_f64.sqrt()).abs() < 1e-5, "{peak}");
     }
 }

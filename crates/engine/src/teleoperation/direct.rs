@@ -57,25 +57,3 @@ impl<L: Lane> Connection<L> for DirectLink<L> {
 }
 
 trocar_core::lane::gather!(DirectLink { position_scale, force_scale });
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use trocar_core::augmentation::Mode;
-
-    #[test]
-    fn position_and_force_arrive_scaled_in_the_same_tick() {
-        let mut link = DirectLink::<f64>::new(0.5, 3.0);
-        let master = AtMaster { position_m: 0.02, velocity_m_per_s: 9.0, hand_force_n: 9.0 };
-        let slave = AtSlave { position_m: 9.0, velocity_m_per_s: 9.0, force_n: 2.5 };
-        assert_eq!((link.position_scale(), link.force_scale()), (0.5, 3.0));
-        assert_eq!(link.to_slave(&master, &slave), 0.01);
-        assert_eq!(link.limit_reference(0.7, &slave), 0.7);
-        assert_eq!(
-            link.to_master(Modes::splat(Mode::Augmented), &slave, &master),
-            (Modes::splat(Mode::Augmented), 7.5)
-        );
-        assert_eq!((link.limit(0.7, &master), link.deflection_m(5.0)), (0.7, 0.0));
-        assert!(link.report(0).is_none());
-    }
-}

@@ -275,22 +275,6 @@ mod tests {
     }
 
     #[test]
-    fn a_withheld_part_stays_withheld_during_an_outage() {
-        let mut receiver = Receiver::new(&RecoverySettings::DEFAULT, 0.03, TICK_S, 0.0);
-        let mut out = 0.0;
-        for tick in 0..400 {
-            out = receiver.update(1e-3, tick < 100, None);
-            if tick == 300 {
-                receiver.withhold(4e-4);
-            }
-        }
-        assert!((out - 6e-4).abs() < 1e-18, "{out}");
-        receiver.update(1e-3, true, None);
-        receiver.withhold(4e-4);
-        assert!(receiver.update(1e-3, true, None) > 6e-4, "the receiver follows its samples again");
-    }
-
-    #[test]
     fn holding_keeps_the_offset() {
         let (out, _) = through_an_outage(Recovery::Hold);
         assert!((out[400] - out[99]).abs() < 1e-18);

@@ -74,6 +74,46 @@ fn positions_and_forces_arrive_after_their_delays_scaled_for_the_receiver() {
 }
 
 #[test]
+fn outages_of_both_directions_are_reported() {
+    let mut link = link(|_| {}, [0, 0], 100..350);
+    for tick in 0..600 {
+        link.to_slave(&master(tick), &slave(tick));
+        link.to_master(Modes::splat(Mode::Teleoperation), &slave(tick), &master(tick));
+    }
+    let report = link.report(0).expect("a link with outages");
+    assert_eq!((report.outages, report.longest_outage_ticks, report.given_up_tick), (2, 250.0, None));
+    let mut link = self::link(|settings| settings.recovery.policy = Recovery::GiveUp, [0, 0], 100..350);
+    let mut last = (0.0, 0.0);
+    // 33 N at 50 N/s.
+    for tick in 0..1000 {
+        let target = link.to_slave(&master(tick), &slave(tick));
+        last = (target, link.to_master(Modes::splat(Mode::Teleoperation), &slave(tick), &master(tick)).1);
+    }
+    assert_eq!(link.report(0).expect("a report").given_up_tick, Some(199.0));
+    assert_eq!(last.1, 0.0, "the force goes to 0");
+    assert!((last.0 - 0.5 * 1e-4 * 99.0).abs() < 1e-12, "the slave stays where it is: {last:?}");
+}
+
+#[test]
+fn the_part_that_a_scheme_withholds_in_an_outage_stays_withheld() {
+    // The scheme has not enough energy for 100 mm against 1 kN, and the link is down meanwhile.
+    let mut link = link(|settings| settings.passivity.scheme = Scheme::TimeDomain, [2, 2], 100..2000);
+    let mut target = 0.0;
+    let still = |position_m: f64, force_n: f64| AtSlave { position_m, velocity_m_per_s: 0.0, force_n };
+    let hand = |position_m: f64| AtMaster { position_m, velocity_m_per_s: 0.0, hand_force_n: 0.0 };
+    for tick in 0..400 {
+        let at_slave = still(0.0, if tick < 90 { 0.0 } else { 1000.0 });
+        let at_master = hand(if tick < 90 { 0.0 } else { 0.2 });
+        target = link.to_slave(&at_master, &at_slave);
+        let reference = link.limit_reference(target, &at_slave);
+        let (_, force) = link.to_master(Modes::splat(Mode::Teleoperation), &at_slave, &at_master);
+        link.limit(force, &at_master);
+        assert!(reference < 0.01, "{tick}: the scheme holds the slave: {reference}");
+    }
+    assert!(target < 0.01, "it does not go on to where the hand was: {target}");
+}
+
+#[test]
 fn the_report_contains_both_energies_the_largest_excess_and_the_distance_left_behind() {
     let mut link = link(|_| {}, [1, 1], 0..0);
     let (mut e_m, mut e_s, mut generated, mut held) = (0.0, 0.0, 0.0_f64, 0.0);
@@ -109,144 +149,17 @@ fn the_report_contains_both_energies_the_largest_excess_and_the_distance_left_be
 }
 
 #[test]
-fn outages_of_both_directions_are_reported() {
-    let mut link = link(|_| {}, [0, 0], 100..350);
-    for tick in 0..600 {
-        link.to_slave(&master(tick), &slave(tick));
-        link.to_master(Modes::splat(Mode::Teleoperation), &slave(tick), &master(tick));
-    }
-    let report = link.report(0).expect("a link with outages");
-    assert_eq!((report.outages, report.longest_outage_ticks, report.given_up_tick), (2, 250.0, None));
-    let mut link = self::link(|settings| settings.recovery.policy = Recovery::GiveUp, [0, 0], 100..350);
-    let mut last = (0.0, 0.0);
-    // 33 N at 50 N/s.
-    for tick in 0..1000 {
-        let target = link.to_slave(&master(tick), &slave(tick));
-        last = (target, link.to_master(Modes::splat(Mode::Teleoperation), &slave(tick), &master(tick)).1);
-    }
-    assert_eq!(link.report(0).expect("a report").given_up_tick, Some(199.0));
-    assert_eq!(last.1, 0.0, "the force goes to 0");
-    assert!((last.0 - 0.5 * 1e-4 * 99.0).abs() < 1e-12, "the slave stays where it is: {last:?}");
-}
-
-#[test]
-fn a_plain_link_without_a_delay_is_direct() {
-    assert!(link(|_| {}, [0, 0], 0..0).as_direct().is_some_and(|direct| direct.position_scale == 0.5));
-    for (forward, backward) in [(1, 0), (0, 1)] {
-        assert!(!link(|_| {}, [forward, backward], 0..0).is_direct());
-    }
-    let changes: [fn(&mut LinkSettings); 3] = [
-        |settings| settings.controller.kind = ControllerKind::LocalForce,
-        |settings| settings.passivity.scheme = Scheme::TimeDomain,
-        |settings| settings.machines.compliance_m_per_n = 1e-4,
-    ];
-    for change in changes {
-        assert!(!link(change, [0, 0], 0..0).is_direct());
-        let mut settings = LinkSettings {
-            controller: ControllerSettings::DEFAULT,
-            machines: MACHINES,
-            recovery: RecoverySettings::DEFAULT,
-            passivity: PassivitySettings::DEFAULT,
-        };
-        assert!(settings.is_baseline());
-        change(&mut settings);
-        assert!(!settings.is_baseline());
-    }
-}
-
-#[test]
-fn the_slave_yields_by_its_compliance() {
-    let link = link(|settings| settings.machines.compliance_m_per_n = 2e-3, [0, 0], 0..0);
-    assert!((link.deflection_m(5.0) - 0.01).abs() < 1e-15);
-}
-
-#[test]
-fn settings_out_of_range_are_refused() {
-    let slave = SlaveStep::new(&SlaveParameters::default(), ControlTiming::Continuous, 1e-3).expect("valid");
-    let settings = LinkSettings {
+fn only_the_papers_link_is_the_baseline() {
+    let paper = LinkSettings {
         controller: ControllerSettings::DEFAULT,
         machines: MACHINES,
-        recovery: RecoverySettings { speed_m_per_s: -1.0, ..RecoverySettings::DEFAULT },
+        recovery: RecoverySettings::DEFAULT,
         passivity: PassivitySettings::DEFAULT,
     };
-    let lines = Lines {
-        forward: Delay::new(0, [0.0; 4]),
-        backward: Delay::new(0, [0.0; 5]),
-        forward_payload: Delay::new(0, [0.0; 4]),
-        backward_payload: Delay::new(0, [0.0; 4]),
-    };
-    let error = Link::<f64>::new(&settings, lines, &slave, 1e-3, 0.0).expect_err("a negative speed");
-    assert_eq!(error.name, "channel.recovery_speed_m_per_s");
-}
-
-#[test]
-fn the_part_that_a_scheme_withholds_in_an_outage_stays_withheld() {
-    // The scheme has not enough energy for 100 mm against 1 kN, and the link is down meanwhile.
-    let mut link = link(|settings| settings.passivity.scheme = Scheme::TimeDomain, [2, 2], 100..2000);
-    let mut target = 0.0;
-    let still = |position_m: f64, force_n: f64| AtSlave { position_m, velocity_m_per_s: 0.0, force_n };
-    let hand = |position_m: f64| AtMaster { position_m, velocity_m_per_s: 0.0, hand_force_n: 0.0 };
-    for tick in 0..400 {
-        let at_slave = still(0.0, if tick < 90 { 0.0 } else { 1000.0 });
-        let at_master = hand(if tick < 90 { 0.0 } else { 0.2 });
-        target = link.to_slave(&at_master, &at_slave);
-        let reference = link.limit_reference(target, &at_slave);
-        let (_, force) = link.to_master(Modes::splat(Mode::Teleoperation), &at_slave, &at_master);
-        link.limit(force, &at_master);
-        assert!(reference < 0.01, "{tick}: the scheme holds the slave: {reference}");
-    }
-    assert!(target < 0.01, "it does not go on to where the hand was: {target}");
-}
-
-#[cfg(target_arch = "x86_64")]
-#[test]
-fn links_with_any_architecture_and_scheme_run_side_by_side_as_they_do_alone() {
-    use crate::engine::{Avx2, InstructionSet};
-    use trocar_core::lane::{Gather, Lane as _};
-    if !InstructionSet::Avx2.is_available() {
-        return;
-    }
-    for kind in ControllerKind::ALL {
-        for scheme in Scheme::ALL {
-            let change = |scale: f64| {
-                move |settings: &mut LinkSettings| {
-                    (settings.controller.kind, settings.passivity.scheme) = (kind, scheme);
-                    settings.machines.force_scale = scale;
-                }
-            };
-            let mut alone: [Link<f64>; 8] =
-                std::array::from_fn(|lane| link(change(1.0 + lane as f64), [3, 2], 50..180));
-            let mut together: Link<Avx2> = Gather::gather(std::array::from_fn(|lane| &alone[lane])).expect("alike");
-            for tick in 0..300 {
-                let wide = |of: fn(u64) -> f64| Avx2::splat(of(tick));
-                let at_master = AtMaster {
-                    position_m: wide(|tick| master(tick).position_m),
-                    velocity_m_per_s: wide(|tick| master(tick).velocity_m_per_s),
-                    hand_force_n: wide(|tick| master(tick).hand_force_n),
-                };
-                let at_slave = AtSlave {
-                    position_m: wide(|tick| slave(tick).position_m),
-                    velocity_m_per_s: wide(|tick| slave(tick).velocity_m_per_s),
-                    force_n: wide(|tick| slave(tick).force_n),
-                };
-                let target = together.to_slave(&at_master, &at_slave);
-                let reference = together.limit_reference(target, &at_slave);
-                let mode = Modes::<Avx2>::splat(Mode::Teleoperation);
-                let (_, arrived) = together.to_master(mode, &at_slave, &at_master);
-                let force = together.limit(arrived, &at_master);
-                for (lane, one) in alone.iter_mut().enumerate() {
-                    let (at_master, at_slave) = (master(tick), slave(tick));
-                    let target = one.to_slave(&at_master, &at_slave);
-                    let expected = one.limit_reference(target, &at_slave);
-                    let (_, arrived) = one.to_master(Modes::splat(Mode::Teleoperation), &at_slave, &at_master);
-                    let felt = one.limit(arrived, &at_master);
-                    assert_eq!(reference.lane(lane).to_bits(), expected.to_bits(), "{kind:?} {scheme:?} {tick} {lane}");
-                    assert_eq!(force.lane(lane).to_bits(), felt.to_bits(), "{kind:?} {scheme:?} {tick} {lane}");
-                }
-            }
-            for (lane, one) in alone.iter().enumerate() {
-                assert_eq!(together.report(lane), one.report(0), "{kind:?} {scheme:?} {lane}");
-            }
-        }
-    }
+    assert!(paper.is_baseline());
+    let [mut local, mut scheme, mut compliant] = [paper; 3];
+    local.controller.kind = ControllerKind::LocalForce;
+    scheme.passivity.scheme = Scheme::TimeDomain;
+    compliant.machines.compliance_m_per_n = 1e-4;
+    assert_eq!([local, scheme, compliant].map(|settings| settings.is_baseline()), [false; 3]);
 }

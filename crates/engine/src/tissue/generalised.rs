@@ -186,17 +186,6 @@ mod tests {
     }
 
     #[test]
-    fn lists_of_different_lengths_are_named() {
-        let refused = |depths: &[f64], mus: &[f64]| {
-            Generalised::<f64>::new(&settings(depths, mus, &[0.0, 0.0], 1.0, 0.0)).expect_err("refused").name
-        };
-        assert_eq!(refused(&[0.0, 0.0], &[1.0, 1.0]), "tissue.depths_m");
-        assert_eq!(refused(&[], &[]), "tissue.depths_m");
-        assert_eq!(refused(&[0.0, 0.1], &[1.0]), "tissue.mus");
-        assert_eq!(refused(&[0.0, 0.1], &[1.0, -1.0]), "tissue.mus");
-    }
-
-    #[test]
     fn impossible_lists_are_refused() {
         let refused = |depths_m: &[f64], mus: &[f64], lambdas: &[f64]| {
             Generalised::<f64>::new(&settings(depths_m, mus, lambdas, 1.0, 0.0)).err().map(|error| error.name)
@@ -209,10 +198,5 @@ mod tests {
         assert_eq!(refused(&[0.0, 0.0], &[1.0; 2], &[1.0; 2]), Some("tissue.depths_m"), "not ascending");
         assert_eq!(refused(&[0.0, 0.01], &[1.0], &[1.0; 2]), Some("tissue.mus"));
         assert_eq!(refused(&[0.0, 0.01], &[1.0; 2], &[1.0, -1.0]), Some("tissue.lambdas"));
-    }
-
-    #[test]
-    fn the_surface_is_the_configured_surface() {
-        assert_eq!(Generalised::<f64>::surface_m(&settings(&[0.0], &[1.0], &[1.0], 1.0, 0.013)), Some(0.013));
     }
 }

@@ -66,22 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_tissue_reacts_only_in_contact() {
-        let mut tissue = KelvinVoigt::<f64>::new(&KelvinVoigtSettings {
-            stiffness_n_per_m: 200.0,
-            damping_n_s_per_m: 5.0,
-            surface: Surface { contact_m: 0.01 },
-        })
-        .expect("valid");
-        assert_eq!(tissue.react(0, 0.01, 1.0).force_n, 0.0);
-        assert!((tissue.react(0, 0.03, -0.1).force_n - 3.5).abs() < 1e-12);
-        assert!(
-            KelvinVoigt::<f64>::new(&KelvinVoigtSettings { stiffness_n_per_m: -1.0, ..Default::default() }).is_err()
-        );
-    }
-
-    #[test]
-    fn the_tissue_is_a_spring_and_a_damper_at_any_depth() {
+    fn the_tissue_is_a_spring_and_a_damper_below_its_surface() {
         let settings = KelvinVoigtSettings {
             stiffness_n_per_m: 123.0,
             damping_n_s_per_m: 4.5,
@@ -90,8 +75,10 @@ mod tests {
         assert_eq!(KelvinVoigt::<f64>::springs(&settings, None), Some(Springs::constant(123.0, 4.5)));
         assert_eq!(KelvinVoigt::<f64>::surface_m(&settings), Some(0.013));
         let mut tissue = KelvinVoigt::<f64>::new(&settings).expect("valid");
+        assert_eq!(tissue.react(0, 0.013, 1.0).force_n, 0.0);
         let reaction = tissue.react(0, 0.023, 0.2);
         assert!((reaction.force_n - (1.23 + 0.9)).abs() < 1e-12 && !reaction.ruptured);
+        assert!((tissue.react(0, 0.023, -0.4).force_n + 0.57).abs() < 1e-12, "a fast withdrawal pulls");
         assert_eq!(tissue.shaft_force_n(), 0.0);
     }
 }

@@ -193,12 +193,6 @@ mod tests {
     }
 
     #[test]
-    fn the_default_layers_are_listed_from_the_skin_down() {
-        let names: Vec<&str> = LayerParameters::default_list().into_iter().map(|(name, _)| name).collect();
-        assert_eq!(names, ["skin", "fat", "muscle", "capsule", "organ"]);
-    }
-
-    #[test]
     fn the_default_list_gives_a_value_to_every_key() {
         for (name, values) in LayerParameters::default_list() {
             assert_eq!(values.len(), LayerParameters::KEYS.len(), "{name}");

@@ -190,15 +190,4 @@ mod tests {
         };
         assert_eq!([moves(0.0, 0.0), moves(1e-3, 0.0), moves(0.0, 1e-3)], [false, true, true]);
     }
-
-    #[test]
-    fn a_moving_tissue_reports_the_shaft_force_of_the_tissue_in_it() {
-        let spring = StillTissue::<f64>::KelvinVoigt(KelvinVoigt::new(&KelvinVoigtSettings::DEFAULT).expect("valid"));
-        let motion = OrganMotion { breathing_amplitude_m: 4e-3, ..OrganMotion::DEFAULT };
-        let tissue = motion.applied_to(spring, 1e-3).expect("valid");
-        assert_eq!(tissue.shaft_force_n(), 0.0);
-        let bad = OrganMotion { breathing_period_s: 0.0, ..motion };
-        let spring = StillTissue::<f64>::KelvinVoigt(KelvinVoigt::new(&KelvinVoigtSettings::DEFAULT).expect("valid"));
-        assert_eq!(bad.applied_to(spring, 1e-3).expect_err("no period").name, "tissue.breathing_period_s");
-    }
 }

@@ -56,12 +56,6 @@ mod tests {
     use trocar_core::error::positive;
 
     #[test]
-    fn the_path_of_a_layers_key_contains_its_name() {
-        assert_eq!(path_in_layer("tissue.layer.*.grip_n", Some("dura")), "tissue.layer.dura.grip_n");
-        assert_eq!(path_in_layer("tissue.static_ratio", None), "tissue.static_ratio");
-    }
-
-    #[test]
     fn the_first_wrong_layer_is_reported_by_index_and_an_empty_list_is_an_error() {
         let check = |value: &f64| positive("tissue.layer.*.x", *value).map(drop);
         let layers = |values: &[f64]| values.iter().map(|value| ("a".into(), *value)).collect::<Vec<_>>();

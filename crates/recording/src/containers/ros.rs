@@ -433,26 +433,24 @@ float64 y";
         Decoder::new(Definition::parse(Encoding::Cdr, "geometry_msgs/msg/WrenchStamped", WRENCH).expect("a definition"))
     }
 
+    fn decode(decoder: &mut Decoder, bytes: &[u8]) -> Result<Vec<f64>, String> {
+        let mut values = vec![];
+        decoder.decode(bytes, &mut values, &mut FirstStamps::new(), &room()).map_err(reason)?;
+        Ok(values)
+    }
+
     #[test]
     fn numbers_of_nested_messages_are_aligned_and_named() {
         for order in [Order::Little, Order::Big] {
-            let (mut decoder, mut values) = (decoder(), vec![]);
-            decoder
-                .decode(&message(order, 1_700_000_000, &[7.0]), &mut values, &mut FirstStamps::new(), &room())
-                .expect("numbers");
+            let mut decoder = decoder();
+            let values = decode(&mut decoder, &message(order, 1_700_000_000, &[7.0])).expect("numbers");
             let names =
                 ["header.stamp", "wrench.force.x", "wrench.force.y", "joints[0]", "state[0]", "state[1]", "gain"];
             assert_eq!(decoder.names(), names);
             assert_eq!(values, [0.0, 1.5, -2.5, 7.0, 1.0, 2.0, 0.5]);
-            values.clear();
-            decoder
-                .decode(&message(order, 1_700_000_002, &[8.0]), &mut values, &mut FirstStamps::new(), &room())
-                .expect("numbers");
+            let values = decode(&mut decoder, &message(order, 1_700_000_002, &[8.0])).expect("numbers");
             assert_eq!(values[..4], [2.0, 1.5, -2.5, 8.0]);
-            let refused = decoder
-                .decode(&message(order, 0, &[7.0, 8.0]), &mut values, &mut FirstStamps::new(), &room())
-                .map_err(reason)
-                .expect_err("another length");
+            let refused = decode(&mut decoder, &message(order, 0, &[7.0, 8.0])).expect_err("another length");
             assert_eq!(refused, "the length of an array in it changes");
         }
     }
@@ -461,14 +459,14 @@ float64 y";
     fn messages_of_ros_1_are_packed() {
         let text = "time t\nuint8 a\nfloat64 b\nstring c\nint16 d\nbyte e";
         let definition = Definition::parse(Encoding::Ros1, "lab/Sample", text).expect("a definition");
-        let (mut decoder, mut values) = (Decoder::new(definition), vec![]);
+        let mut decoder = Decoder::new(definition);
         let mut bytes = [[9_u32.to_le_bytes(), 5_u32.to_le_bytes()].concat(), vec![3]].concat();
         bytes.extend(2.5_f64.to_le_bytes());
         bytes.extend([1, 0, 0, 0, b'x']);
         bytes.extend((-4_i16).to_le_bytes());
         // A byte of ROS 1 is signed.
         bytes.push(0xff);
-        decoder.decode(&bytes, &mut values, &mut FirstStamps::new(), &room()).expect("numbers");
+        let values = decode(&mut decoder, &bytes).expect("numbers");
         assert_eq!((values, decoder.names().join(" ").as_str()), (vec![0.0, 3.0, 2.5, -4.0, -1.0], "t a b d e"));
     }
 
@@ -476,7 +474,7 @@ float64 y";
     fn long_arrays_are_omitted() {
         let text = "Point[] points\nuint8[] image\nfloat64 after\n===\nMSG: lab/Point\nfloat32[2] x";
         let definition = Definition::parse(Encoding::Cdr, "lab/Cloud", text).expect("a definition");
-        let (mut decoder, mut values) = (Decoder::new(definition), vec![]);
+        let mut decoder = Decoder::new(definition);
         let mut bytes = vec![0, 1, 0, 0];
         bytes.extend(65_u32.to_le_bytes());
         bytes.extend([0; 65 * 8]);
@@ -484,7 +482,7 @@ float64 y";
         bytes.extend([0; 100]);
         bytes.resize(4 + (bytes.len() - 4).next_multiple_of(8), 0);
         bytes.extend(6.5_f64.to_le_bytes());
-        decoder.decode(&bytes, &mut values, &mut FirstStamps::new(), &room()).expect("numbers");
+        let values = decode(&mut decoder, &bytes).expect("numbers");
         assert_eq!((values, decoder.names()), (vec![6.5], &["after".to_owned()][..]));
     }
 
@@ -492,14 +490,11 @@ float64 y";
     fn damaged_messages_and_definitions_are_refused() {
         let whole = message(Order::Little, 3, &[7.0]);
         for len in 0..whole.len() {
-            assert!(decoder().decode(&whole[..len], &mut vec![], &mut FirstStamps::new(), &room()).is_err(), "{len}");
+            assert!(decode(&mut decoder(), &whole[..len]).is_err(), "{len}");
         }
         let refused = |text: &str, bytes: &[u8]| {
             let definition = Definition::parse(Encoding::Cdr, "lab/A", text);
-            let mut numbers = |definition| {
-                Decoder::new(definition).decode(bytes, &mut vec![], &mut FirstStamps::new(), &room()).map_err(reason)
-            };
-            definition.and_then(&mut numbers).expect_err("refused")
+            definition.and_then(|definition| decode(&mut Decoder::new(definition), bytes)).expect_err("refused")
         };
         assert_eq!(refused("A again", &[0, 1, 0, 0]), "messages are nested deeper than 16");
         assert_eq!(refused("lab/B b", &[0, 1, 0, 0]), "the message lab/B is not defined");

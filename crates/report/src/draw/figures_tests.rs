@@ -220,31 +220,17 @@ fn studies(mut each: impl FnMut(&str, Figure<'_>)) {
         needed: y.clone(),
         of_arm: x.clone(),
     };
-    let detectors = ["squared-residual", "mean-change", "variance-change", "parameter-change"];
-    let detectors = detectors.into_iter().chain(["force-derivative", "likelihood-ratio", "page-hinkley", "adaptive"]);
+    let detectors = "squared-residual mean-change variance-change parameter-change force-derivative likelihood-ratio \
+                     page-hinkley adaptive";
     let curve = |name| CharacteristicView {
         name,
         false_alarms_per_minute: x.clone(),
         detection: y.iter().map(|y| y / 3.0).collect(),
         delay_median_s: y.iter().map(|y| 1e-3 * y).collect(),
     };
-    let curves: Vec<_> = detectors.map(curve).collect();
-    let tried =
-        ["none", "freeze-decay", "freeze-amplify", "freeze-clutch", "freeze-snap", "freeze-until-load", "speed-limit"];
-    let tried = tried
-        .into_iter()
-        .chain([
-            "freeze-fade",
-            "freeze-still",
-            "fixture",
-            "forbidden-region",
-            "damping",
-            "cue",
-            "tip-force",
-            "weak-force",
-            "designed",
-        ])
-        .enumerate();
+    let curves: Vec<_> = detectors.split(' ').map(curve).collect();
+    let tried = "none freeze-decay freeze-amplify freeze-clutch freeze-snap freeze-until-load speed-limit freeze-fade \
+                 freeze-still fixture forbidden-region damping cue tip-force weak-force designed";
     let strategy = |(index, name)| StrategyView {
         name,
         reached: Some(if index % 3 == 2 { 0.6 } else { 1.0 }),
@@ -255,7 +241,7 @@ fn studies(mut each: impl FnMut(&str, Figure<'_>)) {
         is_compared: index % 3 != 2,
         is_on_front: index % 2 == 0 && index % 3 != 2,
     };
-    let tried: Vec<_> = tried.map(strategy).collect();
+    let tried: Vec<_> = tried.split(' ').enumerate().map(strategy).collect();
     let means: Vec<f64> = (0..48).map(|k| f64::from(k % 7)).collect();
     let axis = |name, log| AxisView { name, log };
     let heat_view = HeatView {

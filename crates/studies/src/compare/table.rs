@@ -92,24 +92,3 @@ pub fn rows(runs: &[&Metrics], noise: &[NoiseCheck]) -> Vec<Row> {
     let in_noise = in_noise.map(|metric| Row::new(&metric.declaration, 1, noise.iter().map(metric.read).collect()));
     shown.chain(in_noise).collect()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::run::measure;
-    use trocar_scenario::{Scenario, Source};
-
-    #[test]
-    fn every_row_has_a_description() {
-        let load = |name: &str| Scenario::load(&Source::parse(name), &[]).expect("a scenario");
-        let scenarios = ["paper/augmented", "link/outage-at-the-rupture"].map(load);
-        let metrics = scenarios.each_ref().map(|scenario| measure(scenario).expect("a run"));
-        let noise = [super::super::check_in_noise(&scenarios[0]).expect("a run")];
-        let rows = rows(&metrics.iter().collect::<Vec<_>>(), &noise);
-        assert!(rows.iter().any(|row| row.metric.starts_with("link_")), "the rows of links are included");
-        for row in rows {
-            let meaning = row.declaration.meaning;
-            assert!(meaning.ends_with('.') && meaning.len() > 20, "{}: {meaning:?}", row.metric);
-        }
-    }
-}

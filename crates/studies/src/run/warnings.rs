@@ -12,9 +12,6 @@ use trocar_metrics::{Miss, MissReason, Outcome, RuptureMetrics};
 use trocar_run::{Swing, lasting_swing};
 use trocar_scenario::{OperatorSpec, Scenario, TissueSpec, idle_keys};
 
-/// Mean power that no person sustains: trained people sustain about 100 W with one arm at a crank.
-const MAX_HAND_POWER_W: f64 = 100.0;
-
 /// The controllers' lag stores and returns some energy.
 const MAX_GIVEN_J: f64 = 1e-3;
 const MAX_GIVEN_SHARE: f64 = 0.1;
@@ -99,19 +96,6 @@ impl<'a> RunReport<'a> {
 
     fn energy_of_the_hand(self) -> Option<Warning> {
         let (hand_j, tissue_j) = (self.run.metrics.operator_energy_j?, self.run.metrics.tissue_energy_j?);
-        let duration_s = self.run.metrics.ticks as f64 * self.run.scenario.grid.tick_s();
-        let power_w = hand_j.abs() / duration_s;
-        if power_w > MAX_HAND_POWER_W {
-            let message = format!(
-                "hand and master exchange {hand_j:.3e} J in {duration_s:.3} s, {power_w:.3e} W on average, more than \
-                 a person can"
-            );
-            return Some(
-                Warning::new(Code::HandEnergyImpossible, message)
-                    .at("scaling.force")
-                    .remedy("reduce scaling.force, the delays or the stiffness until the run settles"),
-            );
-        }
         let is_model = matches!(self.run.scenario.tissue, TissueSpec::Model(_)) && !self.is_user_defined("tissue");
         let is_passive = is_model && !self.run.scenario.organ_motion.moves();
         let allowed_j = MAX_GIVEN_J.max(MAX_GIVEN_SHARE * tissue_j.abs());

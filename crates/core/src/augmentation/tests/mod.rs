@@ -65,85 +65,38 @@ fn settings() -> AugmentationSettings {
 }
 
 #[test]
-fn an_event_freezes_reengages_and_ends() {
-    let commands = Timeline::new(settings()).alarm_at(100).run(2000, |_| 4.0);
-    // In 0.5 s of freeze the hand moves ahead by 5 mm + 0.1 mm; closing this gap at 20 mm/s takes 255 ms.
-    assert_eq!(modes(&commands), [(0, 0), (100, 1), (600, 2), (856, 0)]);
+fn an_event_freezes_while_g_is_large_and_quiet_time_has_not_passed_reengages_and_ends() {
+    // The tick until which g is above the threshold, and the ticks of the release and of the end.
+    for (above_until, released, ended) in [
+        // In 0.5 s of freeze the hand moves ahead by 5 mm + 0.1 mm; closing this gap at 20 mm/s takes 255 ms.
+        (0, 600, 856),
+        // 50 ms of quiet after g fell.
+        (700, 749, 1079),
+        // The maximum of a freeze.
+        (5000, 1100, 1606),
+    ] {
+        let commands = Timeline::new(settings()).alarm_at(100).above_until(above_until).run(2000, |_| 4.0);
+        assert_eq!(modes(&commands), [(0, 0), (100, 1), (released, 2), (ended, 0)], "{above_until}");
+    }
 }
 
 #[test]
-fn a_large_residual_prolongs_the_freeze_to_max_hold() {
-    let commands = Timeline::new(settings()).alarm_at(100).above_until(5000).run(2000, |_| 4.0);
-    assert_eq!(modes(&commands)[2], (1100, 2));
-}
-
-#[test]
-fn the_hysteresis_waits_for_quiet() {
-    let commands = Timeline::new(settings()).alarm_at(100).above_until(700).run(2000, |_| 4.0);
-    assert_eq!(modes(&commands)[2], (749, 2), "50 ms of quiet after g fell");
-}
-
-#[test]
-fn no_alarm_is_taken_during_an_event_or_in_the_refractory_period() {
-    let timeline = Timeline::new(settings()).alarm_at(100).alarm_at(300).alarm_at(700).alarm_at(1000).alarm_at(1056);
-    let commands = timeline.run(1200, |_| 4.0);
-    assert_eq!(modes(&commands), [(0, 0), (100, 1), (600, 2), (856, 0), (1056, 1)]);
-}
-
-#[test]
-fn a_ramp_never_moves_the_reference_faster_than_hand_speed_plus_catch_up_speed() {
-    let commands = Timeline::new(settings()).alarm_at(100).run(2000, |_| 4.0);
-    let step = |pair: &[Command<f64>]| (pair[1].slave_reference_m - pair[0].slave_reference_m).abs();
-    let fastest = commands[101..].windows(2).map(step).fold(0.0, f64::max);
-    assert!(fastest <= 0.03 * TICK_S * (1.0 + 1e-9), "{fastest}");
-}
-
-#[test]
-fn a_clutch_keeps_the_gap_and_a_snap_closes_it_at_once() {
-    let with = |reengage| Timeline::new(AugmentationSettings { reengage, ..settings() }).alarm_at(100);
-    let clutch = with(Reengage::Clutch).run(2000, |_| 4.0);
-    let gap = 0.01 * 1.999 - clutch[1999].slave_reference_m;
-    assert!((gap - 5.1e-3).abs() < 1e-9, "{gap}");
-    let snap = with(Reengage::Snap).run(2000, |_| 4.0);
-    let jump = snap[600].slave_reference_m - snap[599].slave_reference_m;
-    assert!((jump - 5.1e-3).abs() < 1e-9, "{jump}");
-}
-
-#[test]
-fn the_slave_is_frozen_at_the_configured_position() {
-    let at = |freeze| {
-        let commands = Timeline::new(AugmentationSettings { freeze, ..settings() }).alarm_at(100).run(400, |_| 4.0);
-        (commands[100].slave_reference_m, commands[399].slave_reference_m)
-    };
-    let (measured, reference) = (0.01 * 0.1 - 1e-4, 0.01 * 0.099);
-    assert_eq!(at(Freeze::Measured), (measured, measured));
-    let (first, last) = at(Freeze::Reference);
-    assert!((first - reference).abs() < 1e-15 && first == last);
-}
-
-#[test]
-fn the_slave_moves_as_far_as_a_speed_limit_a_region_or_no_hold_allows() {
-    let at = |hold| {
-        let commands = Timeline::new(AugmentationSettings { hold, ..settings() }).alarm_at(100).run(500, |_| 4.0);
-        (commands[100].slave_reference_m, commands[499].slave_reference_m)
-    };
-    let anchor = 0.01 * 0.1 - 1e-4;
-    let (first, last) = at(HoldSettings::SpeedLimit(SpeedLimitSettings { speed_m_per_s: 0.004 }));
-    // The first step begins at the anchor; the hand is faster than the limit.
-    assert!((first - (anchor + 4e-6)).abs() < 1e-15, "{first}");
-    assert!((last - (anchor + 400.0 * 4e-6)).abs() < 1e-12, "{last}");
-    let (first, last) = at(HoldSettings::ForbiddenRegion(ForbiddenRegionSettings { margin_m: 0.001 }));
-    assert!((first - 0.01 * 0.1).abs() < 1e-15 && (last - (anchor + 0.001)).abs() < 1e-15, "{first} {last}");
-    assert_eq!(at(HoldSettings::Following), (0.01 * 0.1, 0.01 * 0.499));
-}
-
-#[test]
-fn a_forbidden_region_lets_the_needle_be_withdrawn() {
-    let hold = HoldSettings::ForbiddenRegion(ForbiddenRegionSettings { margin_m: 0.0 });
-    let mut timeline = Timeline::new(AugmentationSettings { hold, ..settings() }).alarm_at(100);
-    timeline.hand_speed = -0.01;
-    let commands = timeline.run(400, |_| 4.0);
-    assert!((commands[399].slave_reference_m + 0.01 * 0.399).abs() < 1e-15);
+fn during_an_event_the_slave_moves_as_far_from_its_anchor_as_the_hold_allows() {
+    let speed = HoldSettings::SpeedLimit(SpeedLimitSettings { speed_m_per_s: 0.004 });
+    let region = HoldSettings::ForbiddenRegion(ForbiddenRegionSettings { margin_m: 0.001 });
+    let (measured, hand) = (0.01 * 0.1 - 1e-4, 0.01 * 0.1);
+    // The references at the alarm and 399 ms later. The hand is faster than the limit of the speed.
+    for (freeze, hold, first_m, last_m) in [
+        (Freeze::Measured, HoldSettings::Frozen, measured, measured),
+        (Freeze::Reference, HoldSettings::Frozen, 0.01 * 0.099, 0.01 * 0.099),
+        (Freeze::Measured, speed, measured + 4e-6, measured + 400.0 * 4e-6),
+        (Freeze::Measured, region, hand, measured + 0.001),
+    ] {
+        let settings = AugmentationSettings { freeze, hold, ..settings() };
+        let commands = Timeline::new(settings).alarm_at(100).run(500, |_| 4.0);
+        let [first, last] = [100, 499].map(|tick: usize| commands[tick].slave_reference_m);
+        assert!((first - first_m).abs() < 1e-15 && (last - last_m).abs() < 1e-12, "{hold:?}: {first} {last}");
+    }
 }
 
 #[test]
@@ -164,49 +117,6 @@ fn a_ramp_until_load_stops_where_the_force_rises_and_keeps_the_remaining_gap() {
     let gap = |tick: usize| 0.01 * tick as f64 * TICK_S - loaded[tick].slave_reference_m;
     assert!((gap(1999) - gap(750)).abs() < 1e-12 && gap(750) > 2e-3, "{} {}", gap(750), gap(1999));
     assert_eq!(modes(&loaded)[3].1, 0);
-}
-
-#[test]
-fn damping_is_added_to_the_measured_force_and_a_cue_changes_no_force() {
-    let force = ForceLawSettings::Damp(DampSettings { damping_n_s_per_m: 50.0, time_constant_s: 0.01 });
-    let commands = Timeline::new(AugmentationSettings { force, ..settings() }).alarm_at(100).run(400, |_| 4.0);
-    let exact = 4.0 + 50.0 * 0.01 * (1.0 - (-101.0 * TICK_S / 0.01_f64).exp());
-    assert!((commands[200].feedback_force_n - exact).abs() < 1e-9, "{}", commands[200].feedback_force_n);
-
-    let none = ForceLawSettings::Damp(DampSettings { damping_n_s_per_m: 0.0, time_constant_s: 0.01 });
-    let settings = AugmentationSettings { force: none, hold: HoldSettings::Following, cue: true, ..settings() };
-    let timeline = Timeline::new(settings).alarm_at(100);
-    let supervisor = timeline.supervisor.clone();
-    let commands = timeline.run(800, |tick| 1e-3 * tick as f64);
-    // Afterwards the feedback force is blended from the force at the end of the event.
-    let during = commands.iter().enumerate().filter(|(_, c)| c.mode.is_augmented());
-    assert!(during.clone().count() > 100 && during.into_iter().all(|(k, c)| c.feedback_force_n == 1e-3 * k as f64));
-    assert_eq!(
-        [Mode::Teleoperation, Mode::Augmented, Mode::Reengaging].map(|mode| supervisor.cue(Modes::splat(mode))),
-        [false, true, false]
-    );
-}
-
-#[test]
-fn without_augmentation_the_scheme_is_the_classical_one() {
-    let settings = AugmentationSettings { enabled: false, ..settings() };
-    let commands = Timeline::new(settings).alarm_at(100).run(400, |tick| tick as f64);
-    assert!(commands.iter().enumerate().all(|(k, c)| c.mode.is_teleoperation() && c.feedback_force_n == k as f64));
-}
-
-#[test]
-fn decay_drops_faster_than_the_tissue_and_amplify_scales_the_drop() {
-    let tissue = |tick: u64| if tick < 100 { 5.0 } else { 5.0 - 0.01 * (tick - 100) as f64 };
-    let felt = |force| {
-        let commands = Timeline::new(AugmentationSettings { force, ..settings() }).alarm_at(110).run(400, tissue);
-        commands[160].feedback_force_n
-    };
-    let decayed = felt(ForceLawSettings::Decay(DecaySettings { ratio: 0.2, time_constant_s: 0.02 }));
-    let anchor = 5.0 - 0.09;
-    let exact = anchor * (0.2 + 0.8 * (-51.0 * TICK_S / 0.02_f64).exp());
-    assert!((decayed - exact).abs() < 1e-12, "{decayed} {exact}");
-    let amplified = felt(ForceLawSettings::Amplify(AmplifySettings { gain: 3.0 }));
-    assert!((amplified - (anchor - 3.0 * 0.51)).abs() < 1e-12, "{amplified}");
 }
 
 proptest! {

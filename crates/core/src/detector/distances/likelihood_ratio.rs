@@ -128,18 +128,6 @@ mod tests {
     }
 
     #[test]
-    fn after_a_reset_the_distance_restarts() {
-        let (mut used, mut new) = (LikelihoodRatio::<f64>::over(5, 0.02), LikelihoodRatio::<f64>::over(5, 0.02));
-        for k in 0..7 {
-            used.ratio(f64::from(k));
-        }
-        used.forget(true);
-        for k in 0..12 {
-            assert_eq!(used.ratio(0.01 * f64::from(k)), new.ratio(0.01 * f64::from(k)), "{k}");
-        }
-    }
-
-    #[test]
     fn a_nan_sample_is_forgotten_with_its_window() {
         let mut ratio = LikelihoodRatio::<f64>::over(3, 0.02);
         assert_eq!(ratio.ratio(f64::NAN), 0.0);

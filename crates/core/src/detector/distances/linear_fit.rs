@@ -64,23 +64,13 @@ crate::lane::gather!(LinearFit { window } same { length, newest, samples } store
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::fixtures::with_force;
     use super::*;
 
     #[test]
     fn a_straight_line_has_distance_0_and_a_drop_its_square() {
         let mut fit = LinearFit::<f64>::new(&DistanceSettings::DEFAULT, 1e-3);
-        let mut at = |force_n: f64| {
-            let input = DetectorInput {
-                force_n,
-                predicted_force_n: 0.0,
-                residual_n: 0.0,
-                correction: [0.0; 2],
-                depth_m: 0.0,
-                velocity_m_per_s: 0.0,
-                in_contact: true,
-            };
-            fit.update(&input)
-        };
+        let mut at = |force_n: f64| fit.update(&with_force(force_n));
         for sample in 0..50 {
             assert!(at(3.0 + 0.01 * f64::from(sample)) < 1e-20, "{sample}");
         }
@@ -95,7 +85,6 @@ mod tests {
 
     #[test]
     fn an_outlier_moves_the_line_by_its_least_squares_weight() {
-        use super::super::super::fixtures::with_force;
         // The weight of a sample of age a in the prediction from n samples is 1/n + (m + 1)(m - a)/S, with m = (n-1)/2
         // and S = n(n²-1)/12. At n = 20: 1/20 + 10.5 (9.5 - a)/665.
         for age in [0, 3, 19] {
@@ -112,7 +101,6 @@ mod tests {
 
     #[test]
     fn the_distance_is_0_for_a_rise_and_before_the_window_is_full() {
-        use super::super::super::fixtures::with_force;
         let mut fit = LinearFit::<f64>::new(&DistanceSettings::DEFAULT, 1e-3);
         let mut at = |force_n| fit.update(&with_force(force_n));
         let filling: Vec<f64> = (0..20).map(|sample| at(-f64::from(sample % 3))).collect();

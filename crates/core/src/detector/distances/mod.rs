@@ -217,18 +217,11 @@ fn square(x: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::fixtures::QUIET;
     use super::*;
 
     fn input(residual_n: f64, predicted_force_n: f64) -> DetectorInput<f64> {
-        DetectorInput {
-            force_n: predicted_force_n + residual_n,
-            predicted_force_n,
-            residual_n,
-            correction: [0.0; 2],
-            depth_m: 0.01,
-            velocity_m_per_s: 0.0,
-            in_contact: true,
-        }
+        DetectorInput { force_n: predicted_force_n + residual_n, predicted_force_n, residual_n, ..QUIET }
     }
 
     fn log_density(e: f64, mean: f64, std: f64) -> f64 {
@@ -293,26 +286,6 @@ mod tests {
         assert_eq!((threshold, drift), (0.5, 0.5), "half of the relative correction");
         for kind in [DistanceKind::Adaptive, DistanceKind::WindowedDerivative] {
             assert_eq!(hypotheses.tuning(kind), (7.0, 0.0), "multiples of the noise: {kind:?}");
-        }
-    }
-
-    #[test]
-    fn the_unit_of_a_distance_is_the_unit_of_its_formula() {
-        for kind in DistanceKind::ALL {
-            let unit = match kind {
-                DistanceKind::PageHinkley => "N",
-                DistanceKind::MeanChange
-                | DistanceKind::VarianceChange
-                | DistanceKind::ParameterChange
-                | DistanceKind::LikelihoodRatio
-                | DistanceKind::Adaptive
-                | DistanceKind::WindowedDerivative => "1",
-                DistanceKind::SquaredResidual
-                | DistanceKind::ForceDerivative
-                | DistanceKind::MovingAverage
-                | DistanceKind::LinearFit => "N²",
-            };
-            assert_eq!(kind.unit(), unit, "{kind:?}");
         }
     }
 

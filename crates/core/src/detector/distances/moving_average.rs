@@ -64,12 +64,6 @@ mod tests {
     }
 
     #[test]
-    fn at_1_khz_a_sample_has_a_weight_of_a_fifth() {
-        let average = MovingAverage::<f64>::new(&DistanceSettings::DEFAULT, 1e-3);
-        assert!((average.share - 0.2).abs() < 1e-3, "{}", average.share);
-    }
-
-    #[test]
     fn a_rise_has_distance_0() {
         let mut average = MovingAverage::<f64>::new(&DistanceSettings::DEFAULT, 1e-3);
         assert!((0..50).all(|k| average.update(&with_force(0.1 * f64::from(k))) == 0.0));

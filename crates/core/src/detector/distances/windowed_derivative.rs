@@ -158,11 +158,6 @@ mod tests {
     }
 
     #[test]
-    fn the_distance_is_not_accumulated() {
-        assert!(!derivative(1e-3).accumulates());
-    }
-
-    #[test]
     fn the_window_is_3_ms_and_at_least_one_sample() {
         assert_eq!([1e-3, 5e-4, 1e-5, 0.1].map(|tick_s| derivative(tick_s).length), [3, 6, MAX_SAMPLES, 1]);
     }

@@ -1,8 +1,6 @@
 //! The exact steps against the numerical integration, which shares no code with them.
 
-use super::super::{
-    ExactPlants, FractionalDelayPlants, GatheredPlants, IntegratedPlants, LimitedPlants, Plants, TissueForce,
-};
+use super::super::{ExactPlants, FractionalDelayPlants, IntegratedPlants, LimitedPlants, Plants, TissueForce};
 use crate::plant::{
     ActuatorLimits, ArmParameters, ControlTiming, Coupling, Damping, MasterParameters, MasterStep, SlaveParameters,
     SlaveStep,
@@ -132,116 +130,5 @@ fn samples_that_arrive_within_a_tick_act_from_their_arrival() {
         let integrated = IntegratedPlants::new(machines, timing, TICK_S, START_M, REFERENCE_M);
         let found = differences(split, integrated.split(force_share, reference_share), 200);
         assert_alike(found, &format!("{force_share} {reference_share}"));
-    }
-}
-
-#[test]
-fn motors_with_limits_and_lags_are_stepped_exactly() {
-    let (master, arm, slave) = (MasterParameters::default(), ArmParameters::default(), SlaveParameters::default());
-    let none = ActuatorLimits::NONE;
-    let cases = [
-        none,
-        ActuatorLimits { master_force_n: Some(1.2), slave_command: Some(0.8), ..none },
-        ActuatorLimits { master_force_rate_n_per_s: Some(20.0), slave_command_rate_per_s: Some(900.0), ..none },
-        ActuatorLimits { master_lag_s: 5e-3, ..none },
-        ActuatorLimits { slave_lag_s: 2e-3, ..none },
-        ActuatorLimits {
-            master_force_n: Some(1.5),
-            master_force_rate_n_per_s: Some(50.0),
-            slave_command_rate_per_s: Some(2000.0),
-            slave_command: Some(1.2),
-            master_lag_s: 3e-3,
-            slave_lag_s: 1e-3,
-        },
-    ];
-    for limits in cases {
-        let machines = (&master, &arm, &slave);
-        let limited = LimitedPlants::<f64>::new(machines, &limits, TICK_S, START_M, REFERENCE_M).expect("valid");
-        let integrated = IntegratedPlants::new(machines, ControlTiming::Sampled, TICK_S, START_M, REFERENCE_M);
-        assert_alike(differences(limited, integrated.limited(&limits), 250), &format!("{limits:?}"));
-    }
-}
-
-#[test]
-fn without_a_limit_motors_equal_sampled_control() {
-    let (master, arm, slave) = (MasterParameters::default(), ArmParameters::default(), SlaveParameters::default());
-    let machines = (&master, &arm, &slave);
-    let limited =
-        LimitedPlants::<f64>::new(machines, &ActuatorLimits::NONE, TICK_S, START_M, REFERENCE_M).expect("valid");
-    assert_alike(differences(exact(machines, ControlTiming::Sampled), limited, 250), "sampled");
-}
-
-#[test]
-fn a_limit_restrains_the_command() {
-    // The comparison above is meaningful only if the limits act.
-    let (master, arm, slave) = (MasterParameters::default(), ArmParameters::default(), SlaveParameters::default());
-    let machines = (&master, &arm, &slave);
-    for limits in [
-        ActuatorLimits { master_force_n: Some(1.2), ..ActuatorLimits::NONE },
-        ActuatorLimits { slave_command: Some(0.8), ..ActuatorLimits::NONE },
-        ActuatorLimits { slave_lag_s: 2e-3, ..ActuatorLimits::NONE },
-    ] {
-        let limited = LimitedPlants::<f64>::new(machines, &limits, TICK_S, START_M, REFERENCE_M).expect("valid");
-        let found = differences(exact(machines, ControlTiming::Sampled), limited, 250);
-        assert!(found[0] > 1e-6 || found[3] > 1e-6, "{limits:?}: {found:?}");
-    }
-}
-
-#[test]
-fn a_limit_out_of_range_is_refused() {
-    let (master, arm, slave) = (MasterParameters::default(), ArmParameters::default(), SlaveParameters::default());
-    let limits = ActuatorLimits { master_force_n: Some(-1.0), ..ActuatorLimits::NONE };
-    assert!(LimitedPlants::<f64>::new((&master, &arm, &slave), &limits, TICK_S, 0.0, 0.0).is_err());
-}
-
-#[cfg(target_arch = "x86_64")]
-#[test]
-fn eight_machines_side_by_side_move_like_each_alone() {
-    use super::super::{Avx2, InstructionSet};
-    use trocar_core::lane::Lane as _;
-    if !InstructionSet::Avx2.is_available() {
-        return;
-    }
-    let (arm, slave) = (ArmParameters::default(), SlaveParameters::default());
-    for differ in [false, true] {
-        let mut alone: [ExactPlants<f64>; 8] = std::array::from_fn(|lane| {
-            let mass_kg = if differ { 0.2 + 0.01 * lane as f64 } else { 0.245 };
-            let master = MasterParameters { mass_kg, ..MasterParameters::default() };
-            exact((&master, &arm, &slave), ControlTiming::Continuous)
-        });
-        let mut together = GatheredPlants::<Avx2>::gather(std::array::from_fn(|lane| &alone[lane])).expect("alike");
-        assert_eq!(matches!(together, GatheredPlants::Different(_)), differ);
-        for tick in 0..100 {
-            let ([desired, _, reference], [next, ..]) = (inputs(tick), inputs(tick + 1));
-            let force = |lane: usize| inputs(tick)[1] * (1.0 + lane as f64);
-            let (master, slave) = (together.master(), together.slave());
-            for (lane, plants) in alone.iter_mut().enumerate() {
-                let (m, s) = (plants.master(), plants.slave());
-                let expected = [m.position_m, m.velocity_m_per_s, m.hand_force_n, s.position_m, s.velocity_m_per_s];
-                let got = [
-                    master.position_m,
-                    master.velocity_m_per_s,
-                    master.hand_force_n,
-                    slave.position_m,
-                    slave.velocity_m_per_s,
-                ];
-                assert_eq!(got.map(|value| value.lane(lane).to_bits()), expected.map(f64::to_bits), "{tick} {lane}");
-                plants
-                    .step(desired, next, force(lane), reference, deflection(tick), TissueForce::zero())
-                    .expect("a step");
-            }
-            let wide = [desired, next].map(Avx2::splat);
-            let wide_deflection = Avx2::splat(deflection(tick));
-            together
-                .step(
-                    wide[0],
-                    wide[1],
-                    Avx2::from_lanes(force),
-                    Avx2::splat(reference),
-                    wide_deflection,
-                    TissueForce::zero(),
-                )
-                .expect("a step");
-        }
     }
 }

@@ -5,5 +5,4 @@ mod general;
 mod general_master;
 mod machines;
 mod observers;
-mod runs;
 mod tick;

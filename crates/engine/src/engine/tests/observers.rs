@@ -241,12 +241,6 @@ fn an_additional_observer_is_optional() {
     Additional::<f64>(None).observe(&signal);
 }
 
-#[test]
-fn a_signal_of_one_lane_is_unchanged() {
-    let (signal, lane) = (signals(2), signals(2).lane(0));
-    assert_eq!(format!("{signal:?}"), format!("{lane:?}"));
-}
-
 struct Quiet;
 
 impl Detector<f64> for Quiet {

@@ -233,11 +233,3 @@ fn an_observer_that_is_done_ends_the_run_before_the_machines_move() {
     assert!(matches!(parts.tick(0, 7.0, &mut plants, &mut observer), ControlFlow::Break(Ok(()))));
     assert_eq!(calls.borrow().last().map(String::as_str), Some("observer"));
 }
-
-#[test]
-fn a_run_begins_with_the_operator_and_reports_the_link() {
-    let (mut parts, calls) = parts(false);
-    assert_eq!(parts.begin(), 7.5);
-    assert_eq!(parts.link_report(3), None);
-    assert_eq!(*calls.borrow(), ["desired at 0, felt 0", "report 3"]);
-}

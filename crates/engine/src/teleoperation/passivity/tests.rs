@@ -28,9 +28,8 @@ struct Run {
 /// friction.
 const BRISTLE_N_PER_M: f64 = 1e3;
 
-/// The largest generated energy (J), the promised bound (J), the distance left behind at the end (m), and the largest
-/// motion of the needle (m).
-fn run(run: &Run) -> (f64, Option<f64>, f64, f64) {
+/// The largest generated energy (J), and the promised bound (J).
+fn run(run: &Run) -> (f64, Option<f64>) {
     let slave = SlaveParameters::default();
     let step = SlaveStep::new(&slave, ControlTiming::Continuous, TICK_S).expect("valid");
     let (master, arm) = (MasterParameters::default(), ArmParameters::default());
@@ -65,8 +64,7 @@ fn run(run: &Run) -> (f64, Option<f64>, f64, f64) {
     };
     let mut link = Link::<f64>::new(&settings, lines, &step, TICK_S, 0.0).expect("valid");
     let mut plants = ExactPlants::<f64>::new(&master_step, &step, 0.0, 0.0);
-    let (mut desired, mut largest) = (0.0, 0.0_f64);
-    let (mut bristle_m, mut before_m) = (0.0, 0.0);
+    let (mut desired, mut bristle_m, mut before_m) = (0.0, 0.0, 0.0);
     for tick in 0..2000_usize {
         let (m, s) = (plants.master(), plants.slave());
         let push_n = if tick % 400 > 350 { -1.0 } else { 0.0 };
@@ -86,11 +84,10 @@ fn run(run: &Run) -> (f64, Option<f64>, f64, f64) {
         let next = desired + ((aim - desired) * 0.02).clamp(-1e-4, 1e-4);
         plants.step(desired, next, feedback, reference, 0.0, TissueForce::zero()).expect("a step");
         desired = next;
-        largest = largest.max(s.position_m.abs());
     }
     let report = link.report(0).expect("the link has a scheme");
     assert!(report.slave_refused_j.is_finite() && report.master_dissipated_j.is_finite());
-    (report.generated_j, report.promised_j, report.left_behind_m, largest)
+    (report.generated_j, report.promised_j)
 }
 
 const SCHEMES: [Scheme; 3] = [Scheme::TimeDomain, Scheme::WaveVariables, Scheme::EnergyTank];
@@ -109,51 +106,26 @@ proptest! {
         scales in [0.3..2.0f64, 0.3..3.0f64],
     ) {
         let scheme = SCHEMES[scheme];
-        let (generated_j, promised_j, ..) =
+        let (generated_j, promised_j) =
             run(&Run { scheme, delays, loss, stiffness_n_per_m, friction_n, hand_m, scales });
         let promised_j = promised_j.expect("a promise");
         prop_assert!(generated_j <= promised_j + 1e-9, "{:?}: {} of {}", scheme, generated_j, promised_j);
     }
 }
 
-fn steady(scheme: Scheme, delays: [u64; 2]) -> Run {
-    Run {
-        scheme,
-        delays,
-        loss: 0.0,
-        stiffness_n_per_m: 100.0,
-        friction_n: 0.0,
-        hand_m: vec![0.01, 0.01, 0.01, 0.01, -0.005, -0.005, -0.005, -0.005],
-        scales: [1.0, 1.0],
-    }
-}
-
-#[test]
-fn a_scheme_lets_the_needle_follow_the_hand_and_return() {
-    for scheme in SCHEMES {
-        for delays in [[0, 0], [20, 20]] {
-            let (_, _, left_behind_m, largest_m) = run(&steady(scheme, delays));
-            assert!(largest_m > 6e-3, "{scheme:?} {delays:?}: it goes in by {largest_m}");
-            assert!(left_behind_m < 2e-3, "{scheme:?} {delays:?}: {left_behind_m}");
-        }
-    }
-}
-
 #[test]
 fn without_a_scheme_a_stiff_contact_over_a_delay_exceeds_every_promise() {
     // The property above is meaningful only if these runs are not passive without a scheme.
-    let contact = Run { stiffness_n_per_m: 5e3, ..steady(Scheme::None, [50, 50]) };
-    let (generated_j, promised_j, ..) = run(&contact);
+    let (generated_j, promised_j) = run(&Run {
+        scheme: Scheme::None,
+        delays: [50, 50],
+        loss: 0.0,
+        stiffness_n_per_m: 5e3,
+        friction_n: 0.0,
+        hand_m: vec![0.01, -0.005],
+        scales: [1.0, 1.0],
+    });
     assert!(promised_j.is_none() && generated_j > 0.05, "{generated_j}");
-}
-
-#[test]
-fn the_dampings_held_over_a_tick_are_named() {
-    let of = |scheme| PassivitySettings { scheme, ..PassivitySettings::DEFAULT }.held_dampings();
-    let damping = Some(("passivity.damping_limit_n_s_per_m", 50.0));
-    assert_eq!(of(Scheme::None), [None, None]);
-    assert_eq!([of(Scheme::TimeDomain), of(Scheme::EnergyTank)], [[damping, None]; 2]);
-    assert_eq!(of(Scheme::WaveVariables), [Some(("passivity.wave_impedance_n_s_per_m", 90.0)), damping]);
 }
 
 #[test]

@@ -1,5 +1,5 @@
 use super::super::{LAYER_LIST, LayerParameters, Layers, LayersParameters, Model, ShaftParameters, Tissue};
-use super::{SHAFT, TICK_S, assert_near, forces, ruptures};
+use super::{SHAFT, TICK_S, assert_near, forces, ruptures, rupturing};
 
 /// A layer of 10 mm and 100 N/m that yields at 1 N (10 mm) and is cut at 0.5 N (5 mm), at once and without friction.
 const PLAIN: LayerParameters = LayerParameters {
@@ -65,7 +65,9 @@ fn after_the_rupture_the_force_relaxes_exponentially() {
 
 #[test]
 fn a_layer_that_is_cut_at_its_rupture_force_gives_way_without_a_rupture() {
-    let mut tissue = tissue(&[LayerParameters { rupture_force_n: 0.5, ..PLAIN }]);
+    let blunt = LayerParameters { rupture_force_n: 0.5, ..PLAIN };
+    assert_eq!(rupturing(&Layers::<f64>::layers(&parameters(&[PLAIN, blunt, PLAIN]))), ["upper", "lower"]);
+    let mut tissue = tissue(&[blunt]);
     assert_eq!(ruptures(&mut tissue, &[4e-3, 6e-3, 8e-3, 0.012]), [0_usize; 0]);
     assert_near(&forces(&mut tissue, &[0.012, 0.013]), &[0.5, 0.5]);
 }
@@ -174,17 +176,6 @@ fn the_stiffest_spring_is_a_layers_slope_at_its_rupture_with_the_shaft_in_the_ro
     assert!((highest_slope(&[stiffening]) - 200.0).abs() < 1e-9);
     let rough = LayerParameters { grip_n: 0.1, ..stiffening };
     assert!((highest_slope(&[rough]) - (400.0 + 2e4_f64.sqrt())).abs() < 1e-9);
-}
-
-#[test]
-fn surface_rupturing_layers_and_unusual_values_follow_from_the_parameters() {
-    let blunt = LayerParameters { rupture_force_n: 0.5, ..PLAIN };
-    let parameters = LayersParameters { contact_m: 0.03, ..parameters(&[PLAIN, blunt, PLAIN]) };
-    assert_eq!(Layers::<f64>::surface_m(&parameters), Some(0.03));
-    assert_eq!(super::rupturing(&Layers::<f64>::layers(&parameters)), ["upper", "lower"]);
-    assert_eq!(Layers::<f64>::outside_measured(&LayersParameters::default()).len(), 0);
-    let unusual = LayersParameters { shaft: ShaftParameters { static_ratio: 20.0, ..SHAFT }, ..parameters };
-    assert_eq!(Layers::<f64>::outside_measured(&unusual).len(), 1);
 }
 
 #[test]

@@ -1,6 +1,5 @@
 //! Tissues with layers, and the properties of each kind in the registry.
 
-mod kinds;
 mod layers;
 mod tearing;
 

@@ -1,7 +1,7 @@
 use super::super::{
     Crack, LAYER_LIST, Model, ShaftParameters, Surface, Tearing, TearingLayer, TearingSettings, Tissue,
 };
-use super::{SHAFT, TICK_S, assert_near, forces, ruptures};
+use super::{SHAFT, TICK_S, assert_near, forces, ruptures, rupturing};
 
 /// A layer of 10 mm and 250 N/m without relaxation and friction. With a crack of 1 mm it ruptures at √2 N (5.66 mm),
 /// because `2 k₀ w ℓ R` is 2 N², and is cut at 0.2 N (0.8 mm).
@@ -91,6 +91,7 @@ fn the_crack_advances_at_its_speed_down_to_the_cutting_force_and_stops() {
 #[test]
 fn a_layer_that_is_cut_at_its_rupture_force_is_open_from_its_surface() {
     let soft = TearingLayer { release_length_m: 1e-5, ..PLAIN };
+    assert_eq!(rupturing(&Tearing::<f64>::layers(&settings(&[PLAIN, soft, PLAIN]))), ["upper", "lower"]);
     let mut tissue = tissue(&[soft]);
     assert_eq!(ruptures(&mut tissue, &[5e-4, 1e-3]), [0_usize; 0]);
     // From the first tick on, the crack follows at the deflection of 0.8 mm, which gives 0.2 N.
@@ -153,17 +154,6 @@ fn the_stiffest_spring_is_a_layers_fast_slope_with_the_shaft_in_the_rough_layers
     assert!((highest_slope(&[soft]) - (62_500.0_f64 + 8e3).sqrt()).abs() < 1e-9, "it does not rupture");
     let rough = TearingLayer { grip_n: 0.1, ..stiffening };
     assert!((highest_slope(&[rough]) - (400.0 + (62_500.0_f64 + 8e3).sqrt())).abs() < 1e-9);
-}
-
-#[test]
-fn surface_rupturing_layers_and_unusual_values_follow_from_the_settings() {
-    let soft = TearingLayer { release_length_m: 1e-5, ..PLAIN };
-    let settings = TearingSettings { surface: Surface { contact_m: 0.03 }, ..settings(&[PLAIN, soft, PLAIN]) };
-    assert_eq!(Tearing::<f64>::surface_m(&settings), Some(0.03));
-    assert_eq!(super::rupturing(&Tearing::<f64>::layers(&settings)), ["upper", "lower"]);
-    assert_eq!(Tearing::<f64>::outside_measured(&TearingSettings::default()).len(), 0);
-    let unusual = TearingSettings { shaft: ShaftParameters { static_ratio: 20.0, ..SHAFT }, ..settings };
-    assert_eq!(Tearing::<f64>::outside_measured(&unusual).len(), 1);
 }
 
 #[test]

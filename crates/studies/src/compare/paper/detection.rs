@@ -383,19 +383,3 @@ impl PaperStudy {
         ]
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::super::measures::squared_changes_n2;
-    use super::*;
-
-    #[test]
-    fn the_noise_is_compared_over_different_seeds() {
-        let study = PaperStudy::new().expect("runs");
-        for seeds in &study.noisy_seeds.0 {
-            let contrasts = seeds.iter().map(|seed| seed.derivative_contrast.to_bits());
-            assert_eq!(contrasts.collect::<std::collections::BTreeSet<u64>>().len(), NOISE_SEEDS);
-        }
-        assert_eq!(squared_changes_n2(&study.noisy).len(), study.noisy.trace.len());
-    }
-}

@@ -1,6 +1,7 @@
 //! Tests of the adaptive distance against its definition and on whole signals.
 
 use super::*;
+use crate::detector::fixtures::{Noise, QUIET, with_force};
 
 /// Processes forces (N) and positions (m) `tick_s` apart. Returns the times (s) at which the distance exceeds 7.
 fn alarms_s(tick_s: f64, end_s: f64, signal: impl Fn(f64) -> (f64, f64)) -> [Option<f64>; 3] {
@@ -12,15 +13,7 @@ fn alarms_s(tick_s: f64, end_s: f64, signal: impl Fn(f64) -> (f64, f64)) -> [Opt
         let (force_n, depth_m) = signal(time_s);
         // A synthetic noise of 10 mN, the same at every rate.
         let noise_n = 0.02 * (libm::fmod(libm::fabs(libm::sin(12.9898 * sample as f64)) * 43_758.5, 1.0) - 0.5);
-        let input = DetectorInput {
-            force_n: force_n + noise_n,
-            predicted_force_n: 0.0,
-            residual_n: 0.0,
-            correction: [0.0; 2],
-            depth_m,
-            velocity_m_per_s: 0.0,
-            in_contact: false,
-        };
+        let input = DetectorInput { force_n: force_n + noise_n, depth_m, ..QUIET };
         if adaptive.update(&input) > 7.0 {
             adaptive.reset(true);
             if count < found.len() {
@@ -110,9 +103,9 @@ fn an_offset_of_the_sensor_does_not_hide_a_rupture() {
 fn a_restart_under_load_keeps_the_offset_of_the_sensor() {
     // A sensor with an offset of 20 N. Its load of 2 N falls by 1.7 N, which is less than a tenth of the force.
     let mut adaptive = Adaptive::<f64>::new(&DistanceSettings::DEFAULT, 1e-3);
-    let mut noise = crate::detector::fixtures::Noise(5);
+    let mut noise = Noise(5);
     let mut largest = |adaptive: &mut Adaptive<f64>, force_n: f64, samples: u32| {
-        let input = |noise_n: f64| crate::detector::fixtures::with_force(force_n + 0.01 * noise_n);
+        let input = |noise_n: f64| with_force(force_n + 0.01 * noise_n);
         (0..samples).map(|_| adaptive.update(&input(noise.next()))).fold(0.0, f64::max)
     };
     largest(&mut adaptive, 20.0, 200);
@@ -157,6 +150,7 @@ fn no_window_is_longer_than_the_bins() {
 
 /// The definition in the doc comment, computed from the whole history of a signal without alarms, on bins of
 /// `bin_s`. Before the first bin the force and the position have their first values, and the surplus is 0.
+#[derive(Default)]
 struct Definition {
     bin_s: f64,
     force: Vec<f64>,
@@ -285,19 +279,7 @@ impl Definition {
 fn compare(tick_s: f64, samples: usize, mut signal: impl FnMut(f64) -> (f64, f64)) -> usize {
     let mut adaptive = Adaptive::<f64>::new(&DistanceSettings::DEFAULT, tick_s);
     let in_bin = (1e-3 / tick_s - 1e-9).ceil().max(1.0) as usize;
-    let mut definition = Definition {
-        bin_s: in_bin as f64 * tick_s,
-        force: vec![],
-        position: vec![],
-        surplus: vec![],
-        speed: vec![],
-        scales: [0.0; 5],
-        squares: 0.0,
-        products: 0.0,
-        stiffest: 0.0,
-        load: 0.0,
-        unloaded: 0.0,
-    };
+    let mut definition = Definition { bin_s: in_bin as f64 * tick_s, ..Definition::default() };
     let (mut last, mut steps, mut bin) = (None::<[f64; 2]>, [1e-4, f64::MAX], vec![]);
     let (mut forces, mut positions): (Vec<f64>, Vec<f64>) = (vec![], vec![]);
     let (mut expected, mut above) = (0.0, 0);
@@ -324,7 +306,7 @@ fn compare(tick_s: f64, samples: usize, mut signal: impl FnMut(f64) -> (f64, f64
             three.sort_by(f64::total_cmp);
             expected = definition.update(three[1], ago(&positions, 1), ago(&positions, 0), steps);
         }
-        let input = DetectorInput { force_n: force, depth_m: position, ..crate::detector::fixtures::QUIET };
+        let input = DetectorInput { force_n: force, depth_m: position, ..QUIET };
         let distance = adaptive.update(&input);
         assert!(
             (distance - expected).abs() <= 1e-6 * expected.abs(),
@@ -337,7 +319,7 @@ fn compare(tick_s: f64, samples: usize, mut signal: impl FnMut(f64) -> (f64, f64
 
 /// An insertion with loads of several stiffnesses, falls of several lengths, impacts, stops, and retreats.
 fn eventful(seed: u64, encoder_m: f64, noise_n: f64) -> impl FnMut(f64) -> (f64, f64) {
-    let mut noise = crate::detector::fixtures::Noise(seed);
+    let mut noise = Noise(seed);
     let (mut position, mut load, mut stiffness, mut speed, mut fall, mut phase) = (0.0, 0.5, 300.0, 0.01, 1.0, 0);
     let mut last_s = 0.0;
     move |time_s| {
@@ -378,7 +360,7 @@ fn a_force_that_does_not_change_is_stuck_after_a_fifth_of_a_second() {
     for tick_s in [1e-3, 5e-4] {
         let mut adaptive = Adaptive::<f64>::new(&DistanceSettings::DEFAULT, tick_s);
         let mut ready = |force_n| {
-            adaptive.update(&crate::detector::fixtures::with_force(force_n));
+            adaptive.update(&with_force(force_n));
             adaptive.is_ready() == Some(true)
         };
         let per_bin = (1e-3 / tick_s).round() as u32;
@@ -402,7 +384,7 @@ fn a_wanted_rate_scales_the_distance_by_the_threshold_over_its_level() {
     let mut above = 0;
     for sample in 0..3000 {
         let (force_n, depth_m) = signal(1e-3 * f64::from(sample));
-        let input = DetectorInput { force_n, depth_m, ..crate::detector::fixtures::QUIET };
+        let input = DetectorInput { force_n, depth_m, ..QUIET };
         let level = rated.tail.as_ref().expect("a rate is wanted").level();
         let (value, relative) = (plain.update(&input), rated.update(&input));
         assert!((relative - value * THRESHOLD / level).abs() < 1e-9 * value.max(1.0), "{sample}");
