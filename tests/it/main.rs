@@ -55,7 +55,6 @@ mod recording;
 mod report;
 mod rig;
 mod roc;
-mod schemas;
 mod silent_mistakes;
 mod stability;
 mod support;

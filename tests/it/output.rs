@@ -26,7 +26,7 @@ fn folder() -> TestFolder {
 }
 
 /// Returns a recording at 10 mm/s with a rupture after 1 s.
-pub(crate) fn insertion() -> String {
+fn insertion() -> String {
     let rows = (0..1500).map(|k| {
         let (t, since) = (f64::from(k) * 1e-3, if k > 1000 { 1.0 } else { 0.0 });
         format!("{t:.3},{:.6},{:.4}\n", 1e-2 * t, 3.0 * (t - 0.95 * since))
