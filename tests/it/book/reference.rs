@@ -9,16 +9,11 @@ use trocar::tissue::{LAYER_KEYS, LAYER_LIST, TissueSettings};
 use trocar::warning::Code;
 
 use super::GENERATED;
-use crate::support::file;
+use crate::support::assert_file;
 use crate::support::test_folder::TestFolder;
 
 fn assert_page(name: &str, text: &str) {
-    let path = file("docs/src/reference").join(name);
-    let text = format!("{GENERATED}\n{text}");
-    if std::env::var_os("BLESS").is_some() {
-        std::fs::write(&path, &text).expect("written");
-    }
-    assert!(std::fs::read_to_string(&path).expect("there") == text, "{name} is out of date; BLESS=1 renews it");
+    assert_file(&format!("docs/src/reference/{name}"), &format!("{GENERATED}\n{text}"));
 }
 
 /// Escapes a text for a cell of a table.
@@ -133,7 +128,8 @@ fn the_page_of_the_scenarios_lists_their_questions() {
 #[test]
 fn the_page_of_the_commands_agrees_with_their_help() {
     let folder = TestFolder::new();
-    let mut text = String::from("# Commands\n\nThe help of each command, as `trocar COMMAND --help` prints it.\n");
+    let help = folder.good(&["--help"]);
+    let mut text = format!("# Commands\n\nThe help of trocar, and that of each command.\n\n```text\n{help}```\n");
     for name in folder.commands() {
         write!(text, "\n## {name}\n\n```text\n{}```\n", folder.good(&[&name, "--help"])).expect("text");
     }

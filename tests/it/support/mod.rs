@@ -25,6 +25,15 @@ use trocar::teleoperation::{
 use trocar::time::TickGrid;
 use trocar::tissue::{AnyTissue, KelvinVoigt, KelvinVoigtSettings};
 
+/// Compares a text with a file of the repository; `BLESS=1` writes the file.
+pub fn assert_file(name: &str, text: &str) {
+    let (path, text) = (file(name), format!("{}\n", text.trim_end()));
+    if std::env::var_os("BLESS").is_some() {
+        std::fs::write(&path, &text).expect("written");
+    }
+    assert!(std::fs::read_to_string(&path).expect("there") == text, "{name} is out of date; BLESS=1 renews it");
+}
+
 /// Loads a scenario that must be good.
 pub fn scenario(name: &str, settings: &[&str]) -> Scenario {
     let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
