@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use crate::support::{assert_file, file};
 use crate::support::test_folder::{TestFolder, words};
+use crate::support::{assert_file, file};
 
 const SHORT: &str =
     "name = \"short\"\noperator.kind = \"ramp\"\ntissue.kind = \"kelvin-voigt\"\nsimulation.duration_s = 0.5\n";
