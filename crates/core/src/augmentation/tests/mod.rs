@@ -70,8 +70,8 @@ fn an_event_freezes_while_g_is_large_and_quiet_time_has_not_passed_reengages_and
     for (above_until, released, ended) in [
         // In 0.5 s of freeze the hand moves ahead by 5 mm + 0.1 mm; closing this gap at 20 mm/s takes 255 ms.
         (0, 600, 856),
-        // 50 ms of quiet after g fell.
-        (700, 749, 1079),
+        // 50 ms of quiet after g fell; 6.59 mm take 330 ms.
+        (700, 749, 1080),
         // The maximum of a freeze.
         (5000, 1100, 1606),
     ] {
