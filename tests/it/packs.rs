@@ -68,7 +68,8 @@ fn compare(name: &str, fixed: &[&str], varied: &[(&str, f64, f64)], packs: usize
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let given: Vec<String> = fixed.iter().map(|&setting| setting.to_owned()).collect();
     let augments = load(name, &given).augmentation.enabled;
-    let has_ramp = |setting: &&str| !setting.starts_with("augmentation.reengage=") && *setting != "augmentation.hold=none";
+    let has_ramp =
+        |setting: &&str| !setting.starts_with("augmentation.reengage=") && *setting != "augmentation.hold=none";
     let catches_up = augments && fixed.iter().all(has_ramp);
     let of_events = EVENTS.iter().filter(|_| augments);
     let ranges: Vec<_> =
