@@ -93,7 +93,7 @@ fn a_margin_without_a_limit_differs_from_that_of_an_unstable_loop() {
         format!("{of_loop:?}")
     };
     let cases: [(&str, &[&str], bool); 2] =
-        [("paper/classical", &[], true), ("layers/skin-augmented", &["scaling.force=100"], false)];
+        [("paper/classical", &[], true), ("layers/through-the-skin", &["scaling.force=100"], false)];
     for (name, settings, is_unlimited) in cases {
         let study = study(name, settings);
         assert_eq!(study.analysis.is_stable(), is_unlimited, "{name}");

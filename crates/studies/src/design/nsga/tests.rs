@@ -94,6 +94,7 @@ fn oracle_the_concave_front_of_zdt2_is_found_within_2_percent_of_its_volume() {
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn oracle_the_spherical_front_of_three_objectives_is_approached() {
     // DTLZ2 (Deb, Thiele, Laumanns and Zitzler, 2005) with 12 variables. A design's front is that of all candidates: 100
     // points of a generation fill less of the volume under a surface than under a curve.

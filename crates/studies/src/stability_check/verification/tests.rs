@@ -161,6 +161,7 @@ fn the_true_certificate_is_verified() {
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn forged_certificates_are_refused() {
     for name in NAMES {
         for (index, (phrase, forge)) in FORGERIES.iter().enumerate() {
@@ -204,6 +205,7 @@ fn a_wider_range_of_the_tissue_is_refused() {
 }
 
 #[test]
+#[ignore = "more than 5 s of processor time"]
 fn a_certificate_of_another_scenario_is_refused() {
     for (setting, phrase) in OTHERS {
         let refusal = refusal(&TRUE, &[setting]);
