@@ -22,7 +22,8 @@ def binary() -> Path:
     places = [Path(given)] if given else [REPOSITORY / "target" / profile / "trocar" for profile in ("debug", "release")]
     found = [place for place in places if place.is_file()]
     assert found, f"none of {', '.join(map(str, places))} is there: run `cargo build` before, or set TROCAR_BIN"
-    return found[0]
+    # Tests run it in other folders.
+    return found[0].resolve()
 
 
 @pytest.fixture(scope="session")
