@@ -14,7 +14,6 @@ use trocar_report::html::HtmlError;
 use trocar_report::{OutputError, PictureError};
 use trocar_scenario::ScenarioError;
 use trocar_stability::StabilityError;
-use trocar_studies::compare::PaperError;
 use trocar_studies::fmu::UnitError;
 use trocar_studies::roc::RocError;
 use trocar_studies::run::RunError;
@@ -207,15 +206,6 @@ impl From<CheckError> for Failure {
         match error {
             CheckError::Stability(error) => error.into(),
             CheckError::Run(error) => error.into(),
-        }
-    }
-}
-
-impl From<PaperError> for Failure {
-    fn from(error: PaperError) -> Self {
-        match error {
-            PaperError::Scenario(error) => error.into(),
-            PaperError::Run(error) => error.into(),
         }
     }
 }
