@@ -3,7 +3,8 @@
 use pyo3::prelude::*;
 use trocar_document::Study as _;
 use trocar_document::to_json;
-use trocar_studies::compare::{PaperError, PaperStudy};
+use trocar_studies::compare::PaperStudy;
+use trocar_studies::run::RunError;
 
 use crate::interrupt::interruptible;
 use crate::{convert, document, error};
@@ -16,9 +17,6 @@ pub(crate) fn paper(py: Python<'_>, threads: usize) -> PyResult<(Bound<'_, PyAny
         let document = study.document();
         Ok((to_json(&document.json), document::contents(&document, false)))
     })?;
-    let (json, contents) = studied.map_err(|error: PaperError| match error {
-        PaperError::Scenario(error) => error::scenario(py, &error),
-        PaperError::Run(error) => error::run(py, &error),
-    })?;
+    let (json, contents) = studied.map_err(|error: RunError| error::run(py, &error))?;
     Ok((convert::parsed(py, &json)?, convert::python(py, &contents)?))
 }

@@ -1,6 +1,6 @@
 use clap::Args;
 
-use super::error::CliError;
+use super::error::Failure;
 use super::finish::Finish;
 use super::quantity::quantity;
 use super::recorded::{ColumnArgs, RecordedFlags};
@@ -90,7 +90,7 @@ fn segment(text: &str) -> Result<(f64, f64), String> {
     if from < to { Ok((from, to)) } else { Err(format!("{from} s is not before {to} s; write the earlier time first")) }
 }
 
-pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &CalibrateArgs) -> Result<(), Failure> {
     let Some(recording) = &args.recording else { return run_lengths(args) };
     let flags = RecordedFlags {
         columns: &args.columns,
@@ -128,7 +128,7 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<(), CliError> {
     warnings.finish()
 }
 
-fn run_lengths(args: &CalibrateArgs) -> Result<(), CliError> {
+fn run_lengths(args: &CalibrateArgs) -> Result<(), Failure> {
     let request = CalibrationRequest { variance_ratio: args.variance_ratio, ..CalibrationRequest::default() };
     request.validate()?;
     let drift = request.drift();

@@ -4,7 +4,7 @@ use clap::Args;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::error::CliError;
+use super::error::Failure;
 use super::warnings::text;
 use super::{ScenarioArgs, terminal};
 use trocar_base::warning::Warning;
@@ -109,7 +109,7 @@ impl<'a> CheckedLoop<'a> {
     }
 }
 
-pub(super) fn run(args: &CheckArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &CheckArgs) -> Result<(), Failure> {
     let (sweeps, scenarios): (Vec<String>, Vec<String>) =
         args.files.iter().cloned().partition(|file| is_sweep(&Source::parse(file)));
     let (designs, scenarios): (Vec<String>, Vec<String>) =

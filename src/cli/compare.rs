@@ -1,6 +1,6 @@
 use clap::Args;
 
-use super::error::CliError;
+use super::error::Failure;
 use super::finish::Finish;
 use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, progress, report, run};
@@ -41,7 +41,7 @@ pub(super) struct CompareArgs {
     output: OutputArgs,
 }
 
-pub(super) fn run(args: &CompareArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &CompareArgs) -> Result<(), Failure> {
     let is_paper_pair = args.scenarios.is_empty();
     let paths = if is_paper_pair { PAPER_PAIR.map(str::to_owned).to_vec() } else { args.scenarios.clone() };
     let scenarios = args.changes.load(&paths)?;
@@ -81,7 +81,7 @@ fn command(args: &CompareArgs) -> String {
     command_line(["compare".to_owned()].into_iter().chain(flags).chain(["--report".to_owned()]))
 }
 
-pub(super) fn over_seeds(output: &OutputArgs, scenarios: &[Scenario], seeds: u64) -> Result<SeedStudy, CliError> {
+pub(super) fn over_seeds(output: &OutputArgs, scenarios: &[Scenario], seeds: u64) -> Result<SeedStudy, Failure> {
     let runs = usize::try_from(seeds).unwrap_or(usize::MAX).saturating_mul(scenarios.len());
     let bar = progress::bar(runs, output.quiet);
     bar.set_message("seeds");

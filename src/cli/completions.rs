@@ -2,7 +2,7 @@ use clap::builder::PossibleValuesParser;
 use clap::{Arg, Args, Command, CommandFactory, ValueHint};
 use clap_complete::Shell;
 
-use super::error::CliError;
+use super::error::Failure;
 use super::{Cli, terminal};
 use trocar_scenario::{KEYS, shipped_questions};
 
@@ -20,7 +20,7 @@ pub(super) struct CompletionsArgs {
     shell: Shell,
 }
 
-pub(super) fn run(args: &CompletionsArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &CompletionsArgs) -> Result<(), Failure> {
     let mut script = vec![];
     clap_complete::generate(args.shell, &mut with_values(Cli::command()), "trocar", &mut script);
     let script = String::from_utf8_lossy(&script).into_owned();

@@ -1,7 +1,8 @@
 use clap::Args;
 
-use super::error::CliError;
+use super::error::Failure;
 use super::terminal;
+use trocar_base::names::shortened;
 use trocar_base::warning::Code;
 use trocar_document::counted;
 use trocar_metrics::Declaration;
@@ -28,7 +29,7 @@ pub(super) struct ExplainArgs {
     word: Option<String>,
 }
 
-pub(super) fn run(args: &ExplainArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &ExplainArgs) -> Result<(), Failure> {
     match &args.word {
         None => terminal::print(&list()),
         Some(word) => terminal::print(&explained(word)?),
@@ -43,7 +44,7 @@ fn list() -> String {
     text
 }
 
-fn explained(word: &str) -> Result<String, CliError> {
+fn explained(word: &str) -> Result<String, Failure> {
     let metric = |metric: &&Declaration| metric.key(1) == number_one(word) || metric.name == word;
     if let Some(code) = Code::parse(word) {
         Ok(format!("{word}\n{}\n{}", paragraph(code.meaning()), paragraph(code.explanation())))
@@ -58,7 +59,8 @@ fn explained(word: &str) -> Result<String, CliError> {
         let metrics = || nearest_of(word, declarations().map(|metric| metric.name.to_owned()));
         let labels = || nearest_of(word, declarations().map(|metric| metric.label.to_owned()));
         let nearest = codes.or_else(|| nearest_key(word).map(str::to_owned)).or_else(metrics).or_else(labels);
-        Err(CliError::Unknown { word: word.to_owned(), nearest })
+        let meant = nearest.map_or(String::new(), |nearest| format!("; did you mean {nearest}?"));
+        Err(Failure::input(format!("there is no warning, key or metric {:?}{meant}", shortened(word))))
     }
 }
 

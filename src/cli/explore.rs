@@ -2,7 +2,7 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 
 use clap::Args;
 
-use super::error::CliError;
+use super::error::Failure;
 use super::{ScenarioArgs, interrupt, terminal};
 use crate::explore::{Catalogue, Options, serve};
 use trocar_scenario::Source;
@@ -34,7 +34,7 @@ pub(super) struct ExploreArgs {
     no_open: bool,
 }
 
-pub(super) fn run(args: &ExploreArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &ExploreArgs) -> Result<(), Failure> {
     // Load the scenario once, so that its errors are reported here and not on the page.
     ScenarioArgs { settings: vec![] }.load(std::slice::from_ref(&args.scenario))?;
     let options = Options {

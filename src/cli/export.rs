@@ -5,7 +5,7 @@ use clap::{Args, ValueEnum};
 use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
 
-use super::error::CliError;
+use super::error::Failure;
 use super::{SET_ONE, terminal};
 use trocar_report::write_file;
 use trocar_scenario::{Source, Values};
@@ -67,14 +67,12 @@ pub(super) struct ExportArgs {
     quiet: bool,
 }
 
-pub(super) fn run(args: &ExportArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &ExportArgs) -> Result<(), Failure> {
     let Format::Fmu = args.format;
     let source = Source::parse(&args.scenario);
     let name = Values::load(&source, &args.settings)?.name().to_owned();
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("{name}.fmu")));
-    if out.exists() && !args.force {
-        return Err(CliError::Exists { path: out.display().to_string() });
-    }
+    super::refuse_existing(&out, args.force)?;
     let (model, what) = match (args.rig, args.tissue) {
         (true, _) => (Model::Rig, "the controller of a rig"),
         (_, true) => (Model::Tissue, "the tissue"),
@@ -84,21 +82,28 @@ pub(super) fn run(args: &ExportArgs) -> Result<(), CliError> {
     let mut unit = Unit::new(&source, &args.settings, (model, version), library(args.library.as_deref())?)?;
     unit.files.extend(LICENCES.map(|(name, text)| (format!("documentation/licenses/{name}.txt"), text.into())));
     let count = unit.files.len();
-    write_file(&out, &packed(&unit).map_err(CliError::Pack)?)?;
+    let packed = packed(&unit).map_err(|error| Failure::work(format!("the unit cannot be packed: {error}")))?;
+    write_file(&out, &packed)?;
     if args.quiet {
         return Ok(());
     }
     terminal::print(&format!("{}: {what}, FMI {}.0, {count} files\n", out.display(), args.fmi))
 }
 
-fn library(given: Option<&Path>) -> Result<Vec<u8>, CliError> {
+fn library(given: Option<&Path>) -> Result<Vec<u8>, Failure> {
     use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
     let beside = || {
         let program = std::env::current_exe().unwrap_or_default();
         program.with_file_name(format!("{DLL_PREFIX}trocar_fmu{DLL_SUFFIX}"))
     };
     let path = given.map_or_else(beside, Path::to_owned);
-    std::fs::read(&path).map_err(|source| CliError::NoLibrary { path: path.display().to_string(), source })
+    std::fs::read(&path).map_err(|error| {
+        Failure::input(format!(
+            "{}: {error}: run `cargo build --release`, which builds the library of units next to trocar, or give its \
+             path with --library",
+            path.display()
+        ))
+    })
 }
 
 fn packed(unit: &Unit) -> Result<Vec<u8>, std::io::Error> {

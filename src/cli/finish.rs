@@ -1,6 +1,6 @@
 //! The end of a command: files, report and text.
 
-use super::error::CliError;
+use super::error::Failure;
 use super::{OutputArgs, figure, report, terminal};
 use trocar_document::{Document, to_json};
 use trocar_report::html::{Again, document_html};
@@ -15,7 +15,7 @@ pub(super) struct Finish<'a> {
 }
 
 impl Finish<'_> {
-    pub(super) fn write(&self, document: &Document<'_>) -> Result<(), CliError> {
+    pub(super) fn write(&self, document: &Document<'_>) -> Result<(), Failure> {
         write_document(&self.folder, document)?;
         if let Some(again) = &self.report {
             self.folder.write(report::FILE, document_html(document, again)?.as_bytes())?;
@@ -23,13 +23,13 @@ impl Finish<'_> {
         Ok(())
     }
 
-    pub(super) fn document(&self, document: &Document<'_>) -> Result<(), CliError> {
+    pub(super) fn document(&self, document: &Document<'_>) -> Result<(), Failure> {
         self.write(document)?;
         self.folder.commit()?;
         if self.output.json { terminal::print(&to_json(&document.json)) } else { self.print(document) }
     }
 
-    pub(super) fn print(&self, document: &Document<'_>) -> Result<(), CliError> {
+    pub(super) fn print(&self, document: &Document<'_>) -> Result<(), Failure> {
         let Self { output, folder, all, report } = self;
         if output.quiet {
             return Ok(());

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::{Args, ValueEnum};
 
-use super::error::CliError;
+use super::error::Failure;
 use super::finish::Finish;
 use super::quantity::column;
 use super::warnings::Warnings;
@@ -130,7 +130,7 @@ Examples:
   trocar identify --machine master free.csv --time t_s --master x_m \\
       --force hand_n --actuator motor_n";
 
-pub(super) fn run(args: &IdentifyArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &IdentifyArgs) -> Result<(), Failure> {
     let columns = used_columns(args)?;
     let stem = args.recordings.first().and_then(|first| Path::new(first).file_stem());
     let name = stem.map_or_else(|| "recording".into(), |stem| stem.to_string_lossy().into_owned());
@@ -139,7 +139,8 @@ pub(super) fn run(args: &IdentifyArgs) -> Result<(), CliError> {
     let flag = stop.clone();
     interrupt::on_first(move || flag.store(true, Ordering::Relaxed));
     watch(stop);
-    let identified = catch(|| identified(args, &columns)).map_err(|_| CliError::Interrupted { kept: None })??;
+    let identified =
+        catch(|| identified(args, &columns)).map_err(|_| Failure::interrupted("nothing was written"))??;
     let document = identified.document();
     let warnings = Warnings::new(&args.output);
     warnings.print(&document.warnings);
@@ -154,7 +155,7 @@ enum UsedColumns {
 }
 
 /// Requires each needed column, and no unused one.
-fn used_columns(args: &IdentifyArgs) -> Result<UsedColumns, CliError> {
+fn used_columns(args: &IdentifyArgs) -> Result<UsedColumns, Failure> {
     use MachineKind::{Arm, Master, Slave, Tissue};
     let IdentifyArgs { machine, master, slave, actuator, desired, .. } = args;
     let word = machine.word();
@@ -165,10 +166,15 @@ fn used_columns(args: &IdentifyArgs) -> Result<UsedColumns, CliError> {
         ("--desired", desired, &[Arm]),
     ] {
         if column.is_some() && !machines.contains(machine) {
-            return Err(CliError::UnusedColumn { flag, machine: word });
+            return Err(Failure::input(format!(
+                "{flag} is not used to identify the {word}; remove it, or give another --machine"
+            )));
         }
     }
-    let needed = |flag, column: &Option<Column>| column.clone().ok_or(CliError::MissingColumn { flag, machine: word });
+    let needed = |flag, column: &Option<Column>| {
+        let missing = || Failure::input(format!("to identify the {word}, {flag} is needed; give its column"));
+        column.clone().ok_or_else(missing)
+    };
     let (time, force) = (args.time.clone(), args.force.clone());
     let part = |part, position, input: &Option<Column>| {
         UsedColumns::Part(

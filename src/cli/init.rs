@@ -2,7 +2,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::error::CliError;
+use super::error::Failure;
 use super::terminal;
 use trocar_report::write_file;
 use trocar_scenario::Starter;
@@ -54,10 +54,8 @@ impl KindArgs {
     }
 }
 
-pub(super) fn run(args: &InitArgs) -> Result<(), CliError> {
-    if args.file.exists() && !args.force {
-        return Err(CliError::Exists { path: args.file.display().to_string() });
-    }
+pub(super) fn run(args: &InitArgs) -> Result<(), Failure> {
+    super::refuse_existing(&args.file, args.force)?;
     let name = args.file.file_stem().unwrap_or_default().to_string_lossy();
     let starter = args.kind.starter();
     write_file(&args.file, starter.text(&name).as_bytes())?;

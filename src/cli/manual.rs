@@ -2,7 +2,7 @@ use std::path::Path;
 
 use clap::{Args, CommandFactory};
 
-use super::error::CliError;
+use super::error::Failure;
 use super::{Cli, terminal};
 use trocar_report::write_file;
 
@@ -20,7 +20,7 @@ pub(super) struct ManArgs {
     out: Option<std::path::PathBuf>,
 }
 
-pub(super) fn run(args: &ManArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &ManArgs) -> Result<(), Failure> {
     let mut command = Cli::command();
     command.build();
     let Some(out) = &args.out else { return terminal::print(&page(command)?) };
@@ -28,15 +28,15 @@ pub(super) fn run(args: &ManArgs) -> Result<(), CliError> {
     terminal::print(&format!("manual pages: {}\n", out.display()))
 }
 
-fn write_pages(folder: &Path, name: &str, command: clap::Command) -> Result<(), CliError> {
+fn write_pages(folder: &Path, name: &str, command: clap::Command) -> Result<(), Failure> {
     for inner in command.get_subcommands().filter(|inner| inner.get_name() != "help") {
         write_pages(folder, &format!("{name}-{}", inner.get_name()), inner.clone())?;
     }
     Ok(write_file(&folder.join(format!("{name}.1")), page(command)?.as_bytes())?)
 }
 
-fn page(command: clap::Command) -> Result<String, CliError> {
+fn page(command: clap::Command) -> Result<String, Failure> {
     let mut text = vec![];
-    clap_mangen::Man::new(command).render(&mut text).map_err(CliError::Print)?;
+    clap_mangen::Man::new(command).render(&mut text).map_err(terminal::failed)?;
     Ok(String::from_utf8_lossy(&text).into_owned())
 }

@@ -34,11 +34,12 @@ mod terminal;
 mod warnings;
 mod within;
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
-use error::CliError;
+use error::Failure;
 use trocar_report::Destination;
 use trocar_scenario::{Scenario, ScenarioError, Source};
 
@@ -256,7 +257,7 @@ struct ScenarioArgs {
 }
 
 impl ScenarioArgs {
-    fn load(&self, paths: &[String]) -> Result<Vec<Scenario>, CliError> {
+    fn load(&self, paths: &[String]) -> Result<Vec<Scenario>, Failure> {
         let sources: Vec<Source> = paths.iter().map(|path| Source::parse(path)).collect();
         let named = |(loaded, path): (Result<Scenario, ScenarioError>, &String)| {
             loaded.map_err(|mut error| {
@@ -270,12 +271,30 @@ impl ScenarioArgs {
         let scenarios = loaded.into_iter().zip(paths).map(named).collect::<Result<Vec<_>, _>>()?;
         for (index, scenario) in scenarios.iter().enumerate() {
             if let Some(other) = scenarios[..index].iter().position(|other| other.name == scenario.name) {
-                let (first, second) = (paths[other].clone(), paths[index].clone());
-                return Err(CliError::SameName { name: scenario.name.clone(), first, second });
+                let (first, second) = (&paths[other], &paths[index]);
+                let remedy = if first == second {
+                    format!("{first} is given twice; remove one")
+                } else {
+                    format!(
+                        "{first} and {second}; change the name in one of them, or run them separately, each with its own \
+                         --out"
+                    )
+                };
+                return Err(Failure::input(format!(
+                    "two scenarios have the name {:?} and would write into the same folder: {remedy}",
+                    scenario.name
+                )));
             }
         }
         Ok(scenarios)
     }
+}
+
+fn refuse_existing(path: &Path, is_forced: bool) -> Result<(), Failure> {
+    if is_forced || !path.exists() {
+        return Ok(());
+    }
+    Err(Failure::input(format!("{} already exists; give another path, or --force to replace it", path.display())))
 }
 
 /// Returns the exit code of the command.
@@ -283,7 +302,16 @@ pub fn main() -> ExitCode {
     let matches = help::grouped(Cli::command()).get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     interrupt::begin();
-    let result = match cli.command {
+    let result = execute(cli.command);
+    interrupt::wait_for_end();
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => error.report(),
+    }
+}
+
+fn execute(command: Command) -> Result<(), Failure> {
+    match command {
         Command::Run(args) => run::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Explore(args) => explore::run(&args),
@@ -306,11 +334,6 @@ pub fn main() -> ExitCode {
         Command::Paper(args) => paper::run(&args),
         Command::Completions(args) => completions::run(&args),
         Command::Man(args) => manual::run(&args),
-    };
-    interrupt::wait_for_end();
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => error.report(),
     }
 }
 

@@ -2,7 +2,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::error::CliError;
+use super::error::Failure;
 use super::figure::FigureArgs;
 use super::terminal;
 use trocar_document::Study as _;
@@ -31,7 +31,7 @@ pub(super) struct PaperArgs {
 
 const PAGE: &str = "paper.html";
 
-pub(super) fn run(args: &PaperArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &PaperArgs) -> Result<(), Failure> {
     let destination = Destination { figures: args.figures.style(), ..Destination::new(&args.out) };
     let folder = destination.open("paper", "paper")?;
     let study = PaperStudy::new()?;

@@ -2,7 +2,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::error::CliError;
+use super::error::Failure;
 use super::terminal;
 use trocar_recording::{RUPTURES_S, in_vivo_like_csv};
 use trocar_report::write_file;
@@ -29,14 +29,12 @@ pub(super) struct RecordArgs {
     quiet: bool,
 }
 
-pub(super) fn run(args: &RecordArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &RecordArgs) -> Result<(), Failure> {
     let text = in_vivo_like_csv(args.seed);
     if args.out.as_os_str() == "-" {
         return terminal::print(&text);
     }
-    if args.out.exists() && !args.force {
-        return Err(CliError::Exists { path: args.out.display().to_string() });
-    }
+    super::refuse_existing(&args.out, args.force)?;
     write_file(&args.out, text.as_bytes())?;
     if args.quiet {
         return Ok(());

@@ -3,6 +3,7 @@
 use clap::Args;
 
 use super::ScenarioArgs;
+use super::error::Failure;
 use super::quantity::{column, quantity};
 use trocar_base::warning::{Code, Warning};
 use trocar_recording::{Column, Limits, Quantity, Roles, Signal, list_signals, signal_names, signals_by_name};
@@ -49,6 +50,15 @@ pub(super) struct RecordedFlags<'a> {
 }
 
 impl RecordedFlags<'_> {
+    pub(super) fn check_ruptures(&self, recordings: usize) -> Result<(), Failure> {
+        if self.ruptures_s.is_empty() || recordings <= 1 {
+            return Ok(());
+        }
+        Err(Failure::input(format!(
+            "--rupture-s labels a single recording, but there are {recordings}; use --labels FILE"
+        )))
+    }
+
     pub(super) fn unread(&self, values: &Values, reader: Reader) -> Vec<Warning> {
         keys_without_effect(values, &self.changes.settings, reader)
     }

@@ -1,4 +1,4 @@
-use super::error::CliError;
+use super::error::Failure;
 use super::terminal;
 use trocar_document::command_line;
 use trocar_report::Folder;
@@ -20,7 +20,7 @@ pub(super) fn set_flags(settings: &[String]) -> impl Iterator<Item = String> + '
     settings.iter().flat_map(|setting| ["--set".to_owned(), setting.clone()])
 }
 
-pub(super) fn print_path(folder: &Folder) -> Result<(), CliError> {
+pub(super) fn print_path(folder: &Folder) -> Result<(), Failure> {
     terminal::print(&format!("report: {}\n", folder.path.join(FILE).display()))
 }
 

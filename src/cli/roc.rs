@@ -1,6 +1,6 @@
 use clap::Args;
 
-use super::error::{CliError, DetectError};
+use super::error::Failure;
 use super::finish::Finish;
 use super::quantity::quantity;
 use super::recorded::{ColumnArgs, RecordedFlags};
@@ -82,7 +82,7 @@ pub(super) struct RocArgs {
     output: OutputArgs,
 }
 
-pub(super) fn run(args: &RocArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &RocArgs) -> Result<(), Failure> {
     let warnings = Warnings::new(&args.output);
     let study = Study {
         signals: signals(args, &warnings)?,
@@ -100,7 +100,7 @@ pub(super) fn run(args: &RocArgs) -> Result<(), CliError> {
     bar.finish_and_clear();
     let roc = roc?;
     if roc.cases == 0 {
-        return Err(CliError::Interrupted { kept: None });
+        return Err(Failure::interrupted("nothing was written"));
     }
     let document = roc.document(args.seeds);
     warnings.print(&document.warnings);
@@ -114,12 +114,12 @@ pub(super) fn run(args: &RocArgs) -> Result<(), CliError> {
     finish.document(&document)?;
     if roc.cases < roc.cases_planned {
         let kept = format!("{} of {} cases are in {}", roc.cases, roc.cases_planned, folder.path.display());
-        return Err(CliError::Interrupted { kept: Some(kept) });
+        return Err(Failure::interrupted(&kept));
     }
     warnings.finish()
 }
 
-fn signals(args: &RocArgs, warnings: &Warnings) -> Result<Vec<Signal>, CliError> {
+fn signals(args: &RocArgs, warnings: &Warnings) -> Result<Vec<Signal>, Failure> {
     let kinds: Vec<DistanceKind> = DistanceKind::ALL
         .into_iter()
         .filter(|kind| args.detectors.is_empty() || args.detectors.iter().any(|requested| requested == kind.word()))
@@ -130,13 +130,13 @@ fn signals(args: &RocArgs, warnings: &Warnings) -> Result<Vec<Signal>, CliError>
         ruptures_s: &args.ruptures_s,
         changes: &args.changes,
     };
-    if !args.ruptures_s.is_empty() && args.signals.len() > 1 {
-        return Err(DetectError::RupturesOfMany { recordings: args.signals.len() }.into());
-    }
+    flags.check_ruptures(args.signals.len())?;
     let varied = !(args.drop_n.is_empty() && args.sharpness_s.is_empty() && args.depth_m.is_empty());
     if !args.signals.is_empty() {
         if varied {
-            return Err(CliError::OnlySynthetic);
+            return Err(Failure::input(
+                "--drop-n, --sharpness-s and --depth-m vary the synthetic insertion; remove them or the other signals",
+            ));
         }
         return args.signals.iter().map(|path| signal(path, &flags, &kinds, warnings)).collect();
     }
@@ -164,7 +164,7 @@ fn signal(
     flags: &RecordedFlags<'_>,
     kinds: &[DistanceKind],
     warnings: &Warnings,
-) -> Result<Signal, CliError> {
+) -> Result<Signal, Failure> {
     let (mut values, guess) = recorded::load_guessed(path, flags, &[])?;
     if !values.is_given("recording.file") {
         return Ok(Signal::closed_loop(Scenario::load(&Source::parse(path), &flags.settings(None, &[]))?, kinds)?);

@@ -1,7 +1,7 @@
 use clap::Args;
 use rayon::prelude::*;
 
-use super::error::CliError;
+use super::error::Failure;
 use super::finish::Finish;
 use super::format::FormatArgs;
 use super::warnings::Warnings;
@@ -34,7 +34,7 @@ pub(super) struct RunArgs {
     output: OutputArgs,
 }
 
-pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &RunArgs) -> Result<(), Failure> {
     let scenarios = args.changes.load(&args.scenarios)?;
     let destination = Destination { samples: args.format.formats().to_vec(), ..args.output.destination() };
     let bar = progress::bar(scenarios.len(), args.output.quiet);
@@ -70,7 +70,7 @@ pub(super) fn run(args: &RunArgs) -> Result<(), CliError> {
     warnings.finish()
 }
 
-pub(super) fn write_runs(folder: &Folder, runs: &[Run]) -> Result<(), CliError> {
+pub(super) fn write_runs(folder: &Folder, runs: &[Run]) -> Result<(), Failure> {
     let write = |run: &Run| write_document(&folder.folder(&run.scenario.name), &RunReport::of(run).document());
     Ok(runs.par_iter().try_for_each(write)?)
 }

@@ -2,7 +2,7 @@ use clap::{Args, Subcommand};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::error::CliError;
+use super::error::Failure;
 use super::terminal;
 use trocar_document::{json_of, to_json};
 use trocar_report::{WIDTH, filled};
@@ -46,7 +46,7 @@ pub(super) struct ShippedScenario {
     path: String,
 }
 
-pub(super) fn run(args: &ScenariosArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &ScenariosArgs) -> Result<(), Failure> {
     match &args.action {
         Some(Action::Show { name }) => terminal::print(&Source::parse(name).read()?),
         None if args.json => {

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde_json::Value as Json;
 
 use super::check::CheckedFile;
-use super::error::CliError;
+use super::error::Failure;
 use super::scenarios::ShippedScenario;
 use super::terminal;
 use trocar_detect::calibration::CalibrationFile;
@@ -84,7 +84,7 @@ fn kinds() -> PossibleValuesParser {
     PossibleValuesParser::new(KINDS.iter().map(|(name, files, _)| PossibleValue::new(*name).help(*files)))
 }
 
-pub(super) fn run(args: &SchemaArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &SchemaArgs) -> Result<(), Failure> {
     let Some((name, _, schema)) = KINDS.iter().find(|(name, ..)| *name == args.kind) else { return Ok(()) };
     let mut schema = schema();
     schema["title"] = format!("trocar {name}").into();

@@ -3,16 +3,18 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::error::CliError;
+use super::error::Failure;
 use super::finish::Finish;
 use super::warnings::Warnings;
-use super::{OutputArgs, ScenarioArgs, interrupt, progress};
+use super::{OutputArgs, ScenarioArgs, interrupt, progress, terminal};
 use trocar_document::Study as _;
 use trocar_recording::{Limits, open_response};
 use trocar_report::html::{Again, command_line};
 use trocar_scenario::{Source, keys_outside_loop};
 use trocar_stability::{Axis, FrequencyResponse, MeasuredSides, Parameter, Terminations};
-use trocar_studies::stability_check::{MAX_STIFFNESS_N_PER_M, StabilityStudy, Verified, is_tissue, verify};
+use trocar_studies::stability_check::{
+    MAX_STIFFNESS_N_PER_M, StabilityStudy, VerificationError, Verified, is_tissue, verify,
+};
 
 const DEFAULT_SCENARIO: &str = "paper/depth-classical";
 const DEFAULT_X: &str = "scaling.force=0.1:10:200";
@@ -144,29 +146,38 @@ impl StabilityArgs {
     }
 }
 
-fn verified(args: &StabilityArgs, path: &Path) -> Result<(), CliError> {
-    let named = || path.display().to_string();
-    let scenario = args.scenario.clone().ok_or_else(|| CliError::NoScenario { file: named() })?;
+fn verified(args: &StabilityArgs, path: &Path) -> Result<(), Failure> {
+    let file = path.display();
+    let scenario = args.scenario.clone().ok_or_else(|| {
+        Failure::input(format!(
+            "a certificate holds for one scenario; name it: trocar stability SCENARIO --verify {file}"
+        ))
+    })?;
     let scenario = args.changes.load(&[scenario])?.remove(0);
-    let text = std::fs::read_to_string(path).map_err(|source| CliError::Unreadable { path: named(), source })?;
-    let all = verify(&text, &scenario).map_err(|source| CliError::Certificate { path: named(), source })?;
+    let text = std::fs::read_to_string(path).map_err(|error| Failure::input(format!("{file}: {error}")))?;
+    let all = verify(&text, &scenario).map_err(|error| {
+        let message = format!("{file}: {error}");
+        if matches!(error, VerificationError::Form(_)) { Failure::input(message) } else { Failure::work(message) }
+    })?;
     let mut out = std::io::stdout().lock();
     for Verified { name, conditions, claim } in all {
-        writeln!(out, "{name}: {conditions} conditions hold: {claim}").map_err(CliError::Print)?;
+        writeln!(out, "{name}: {conditions} conditions hold: {claim}").map_err(terminal::failed)?;
     }
     Ok(())
 }
 
-pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &StabilityArgs) -> Result<(), Failure> {
     if let Some(path) = &args.verify {
         return verified(args, path);
     }
     let name = args.scenario.as_deref().unwrap_or(DEFAULT_SCENARIO);
-    let axis = |text: &String| Axis::parse(text).map_err(|reason| CliError::Axis { axis: text.clone(), reason });
+    let axis = |text: &String| Axis::parse(text).map_err(|reason| Failure::input(format!("{text}: {reason}")));
     let (x, y) = (axis(&args.x)?, axis(&args.y)?);
     if x.parameter.varies_with(y.parameter) {
-        let reason = format!("sets the same parameter as --x {}; choose two different parameters", args.x);
-        return Err(CliError::Axis { axis: args.y.clone(), reason });
+        return Err(Failure::input(format!(
+            "{}: sets the same parameter as --x {}; choose two different parameters",
+            args.y, args.x
+        )));
     }
     let of_locus = args.locus.as_ref().map(axis).transpose()?;
     let of_absolute = args.absolute.as_ref().map(axis).transpose()?;
@@ -223,7 +234,7 @@ pub(super) fn run(args: &StabilityArgs) -> Result<(), CliError> {
         let kept = check.simulated.iter().flatten().count();
         if kept < map.stable.len() {
             let kept = format!("{kept} of {} runs are in {}", map.stable.len(), folder.path.display());
-            return Err(CliError::Interrupted { kept: Some(kept) });
+            return Err(Failure::interrupted(&kept));
         }
     }
     warnings.finish()
@@ -256,34 +267,32 @@ fn command(args: &StabilityArgs, name: &str) -> String {
     command_line(words.into_iter().chain(["--report".to_owned()]))
 }
 
-fn response(file: Option<&Path>) -> Result<Option<FrequencyResponse>, CliError> {
+fn response(file: Option<&Path>) -> Result<Option<FrequencyResponse>, Failure> {
     let Some(file) = file else { return Ok(None) };
-    let rows = open_response(file, &Limits::default()).map_err(CliError::Response)?;
+    let rows = open_response(file, &Limits::default())?;
     let rows = rows.iter().map(|row| [row.frequency_hz, row.magnitude, row.phase_rad]);
     Ok(FrequencyResponse::new(rows))
 }
 
-fn walls(text: &str) -> Result<Axis, CliError> {
+fn walls(text: &str) -> Result<Axis, Failure> {
     let axis = format!("{}={text}", Parameter::Damping.key());
-    Axis::parse(&axis).map_err(|reason| CliError::Axis { axis: text.to_owned(), reason })
+    Axis::parse(&axis).map_err(|reason| Failure::input(format!("{text}: {reason}")))
 }
 
-fn dampings(text: &str, max: f64) -> Result<(f64, f64), CliError> {
+fn dampings(text: &str, max: f64) -> Result<(f64, f64), Failure> {
     let numbers =
         text.split_once(':').and_then(|(low, high)| Some((low.trim().parse().ok()?, high.trim().parse().ok()?)));
     let is_range =
         |(low, high): &(f64, f64)| 0.0 <= *low && *low <= MAX_DAMPING_N_S_PER_M && low <= high && *high <= max;
     numbers.filter(is_range).ok_or_else(|| {
-        let reason = format!("write LOW:HIGH in N·s/m, as in 10:200, from 0 to {MAX_DAMPING_N_S_PER_M}");
-        CliError::Axis { axis: text.to_owned(), reason }
+        Failure::input(format!("{text}: write LOW:HIGH in N·s/m, as in 10:200, from 0 to {MAX_DAMPING_N_S_PER_M}"))
     })
 }
 
-fn tissue(text: &str) -> Result<(f64, f64), CliError> {
+fn tissue(text: &str) -> Result<(f64, f64), Failure> {
     let numbers =
         text.split_once(':').and_then(|(low, high)| Some((low.trim().parse().ok()?, high.trim().parse().ok()?)));
     numbers.filter(|range| is_tissue(*range)).ok_or_else(|| {
-        let reason = format!("write LOW:HIGH in N/m, as in 50:600, from 0 to {MAX_STIFFNESS_N_PER_M}");
-        CliError::Axis { axis: text.to_owned(), reason }
+        Failure::input(format!("{text}: write LOW:HIGH in N/m, as in 50:600, from 0 to {MAX_STIFFNESS_N_PER_M}"))
     })
 }

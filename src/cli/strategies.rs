@@ -2,7 +2,7 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 
 use super::compare::over_seeds;
-use super::error::CliError;
+use super::error::Failure;
 use super::finish::Finish;
 use super::warnings::Warnings;
 use super::{OutputArgs, ScenarioArgs, progress, report, run};
@@ -60,7 +60,7 @@ pub(super) struct StrategiesArgs {
     output: OutputArgs,
 }
 
-pub(super) fn run(args: &StrategiesArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &StrategiesArgs) -> Result<(), Failure> {
     let source = Source::parse(args.scenario.as_deref().unwrap_or(SCENARIO));
     if args.schemes {
         return schemes(args, &source);
@@ -79,7 +79,7 @@ pub(super) fn run(args: &StrategiesArgs) -> Result<(), CliError> {
     Finish { output: &args.output, folder, all: false, report: None }.document(&study.document())
 }
 
-fn schemes(args: &StrategiesArgs, source: &Source) -> Result<(), CliError> {
+fn schemes(args: &StrategiesArgs, source: &Source) -> Result<(), Failure> {
     let warnings = Warnings::new(&args.output);
     let study = SchemeStudy::of(source, &args.changes.settings)?;
     let runs = &study.comparison.runs;

@@ -2,8 +2,9 @@
 
 use clap::CommandFactory as _;
 
-use super::error::{DetectError, LinkError};
+use super::error::Kind;
 use super::*;
+use trocar_base::warning::{Code, Warning};
 use trocar_core::error::InvalidValue;
 use trocar_stability::StabilityError;
 use trocar_studies::sweep::SweepError;
@@ -46,92 +47,90 @@ fn scenario_error() -> ScenarioError {
     Scenario::load(&Source::parse("paper/classical"), &settings).expect_err("an unknown key")
 }
 
-fn code(error: &CliError) -> String {
+fn failure(words: &[&str]) -> Failure {
+    execute(parsed(words)).expect_err("a failure")
+}
+
+fn long_sweep() -> Failure {
+    let Command::Sweep(args) = parsed(&["sweep", "a.toml"]) else { panic!("a sweep") };
+    sweep::announce(&args, 7200.0, 12).expect_err("more than an hour")
+}
+
+fn denied(count: usize) -> Failure {
+    let command = OutputArgs::augment_args(clap::Command::new("x"));
+    let matches = command.get_matches_from(["x", "--quiet", "--deny-warnings"]);
+    let warnings = warnings::Warnings::new(&OutputArgs::from_arg_matches(&matches).expect("valid"));
+    warnings.print(&vec![Warning::new(Code::GuessedColumns, "x"); count]);
+    warnings.finish().expect_err("--deny-warnings")
+}
+
+fn code(error: &Failure) -> String {
     format!("{:?}", error.report())
 }
 
 #[test]
 fn invalid_input_ends_with_2_a_failure_with_1_and_an_interruption_with_130() {
-    let missing = || std::io::Error::from(std::io::ErrorKind::NotFound);
-    let text = || "x".to_owned();
+    let setting = || InvalidValue { name: "x", value: 1.0, requirement: "below 0", item: None };
     let input = [
-        CliError::Scenario(scenario_error()),
-        CliError::Setting(InvalidValue { name: "x", value: 1.0, requirement: "below 0", item: None }),
-        CliError::SameName { name: text(), first: text(), second: text() },
-        CliError::OnlySynthetic,
-        CliError::Exists { path: text() },
-        CliError::LongSweep { cases: 9, about: text() },
-        CliError::NoCase { case: 9, cases: 3 },
-        CliError::Axis { axis: text(), reason: text() },
-        CliError::Unknown { word: text(), nearest: None },
-        CliError::NoLibrary { path: text(), source: missing() },
-        CliError::Detect(DetectError::EmptyFolder { path: text() }),
-        CliError::Link(LinkError::Address { address: text(), source: missing() }),
-        CliError::Stability(StabilityError::Parameter(InvalidValue {
-            name: "x",
-            value: 1.0,
-            requirement: "y",
-            item: None,
-        })),
+        scenario_error().into(),
+        setting().into(),
+        failure(&["run", "paper/classical", "paper/classical"]),
+        failure(&["roc", "paper/classical", "--drop-n", "1"]),
+        failure(&["init", "Cargo.toml"]),
+        long_sweep(),
+        failure(&["sweep", "scenarios/sweeps/small.toml", "--case", "1000000"]),
+        failure(&["stability", "--x", "x"]),
+        failure(&["explain", "x"]),
+        failure(&["export", "fmu", "paper/augmented", "--library", "no/such"]),
+        failure(&["detect", "src"]),
+        failure(&["link", "master", "paper/augmented", "--to", "x"]),
+        StabilityError::Parameter(setting()).into(),
     ];
     for error in &input {
-        assert!(error.is_input() && code(error) == format!("{:?}", ExitCode::from(2)), "{error:?}");
+        assert!(error.kind == Kind::Input && code(error) == format!("{:?}", ExitCode::from(2)), "{error:?}");
     }
-    let failures = [
-        CliError::Warnings { count: 1 },
-        CliError::Pack(missing()),
-        CliError::Print(missing()),
-        CliError::Link(LinkError::Differs),
-        CliError::Link(LinkError::NotReady),
-        CliError::Link(LinkError::NotReplayed),
-        CliError::Link(LinkError::NoReply { address: text(), wait_s: 5 }),
-    ];
+    let failures = [denied(1), terminal::failed(std::io::ErrorKind::NotFound.into())];
     for error in &failures {
-        assert!(!error.is_input() && code(error) == format!("{:?}", ExitCode::FAILURE), "{error:?}");
+        assert!(error.kind == Kind::Work && code(error) == format!("{:?}", ExitCode::FAILURE), "{error:?}");
     }
-    let interrupted = CliError::Interrupted { kept: None };
-    assert!(!interrupted.is_input());
+    let interrupted = Failure::interrupted("nothing was written");
+    assert_eq!(interrupted.kind, Kind::Interrupted);
     assert_eq!(code(&interrupted), format!("{:?}", ExitCode::from(130)));
 }
 
 #[test]
 fn an_error_states_the_number_and_the_remedy() {
-    let message = |error: CliError| error.to_string();
-    let same = |first: &str, second: &str| {
-        message(CliError::SameName { name: "a".into(), first: first.into(), second: second.into() })
-    };
-    assert!(same("x.toml", "x.toml").ends_with("x.toml is given twice; remove one"));
-    assert!(same("x.toml", "y.toml").contains("x.toml and y.toml; change the name"));
-    assert_eq!(message(CliError::Interrupted { kept: None }), "interrupted: nothing was written");
-    assert_eq!(message(CliError::Interrupted { kept: Some("3 cases".into()) }), "interrupted: 3 cases");
-    assert!(message(CliError::Warnings { count: 1 }).starts_with("1 warning, "));
-    assert!(message(CliError::Warnings { count: 2 }).starts_with("2 warnings, "));
-    let unknown =
-        |nearest: Option<&str>| message(CliError::Unknown { word: "x".into(), nearest: nearest.map(str::to_owned) });
-    assert!(unknown(Some("y")).ends_with("; did you mean y?") && !unknown(None).contains("mean"));
-    assert!(message(CliError::NoCase { case: 9, cases: 3 }).contains("no case 9: it has 3 cases"));
-    assert!(
-        message(CliError::LongSweep { cases: 12, about: "2 h".into() })
-            .starts_with("12 cases take about 2 h; add --yes")
-    );
+    let message = |words: &[&str]| failure(words).to_string();
+    let same = |second: &str| message(&["run", "paper/classical", second]);
+    assert!(same("paper/classical").ends_with("paper/classical is given twice; remove one"));
+    let path = "scenarios/paper/classical.toml";
+    assert!(same(path).contains(&format!("paper/classical and {path}; change the name")));
+    assert_eq!(Failure::interrupted("3 cases").to_string(), "interrupted: 3 cases");
+    assert!(denied(1).to_string().starts_with("1 warning, "));
+    assert!(denied(2).to_string().starts_with("2 warnings, "));
+    assert!(message(&["explain", "detector.treshold"]).ends_with("; did you mean detector.threshold?"));
+    assert!(!message(&["explain", "qqqqqqqq"]).contains("mean"));
+    let no_case = message(&["sweep", "scenarios/sweeps/small.toml", "--case", "1000000"]);
+    assert!(no_case.contains("no case 1000000: it has "), "{no_case}");
+    assert!(long_sweep().to_string().starts_with("12 cases take about 2.0 h; add --yes"));
 }
 
 #[test]
 fn a_wrapped_error_is_reported_like_the_commands_own_error() {
-    let error: CliError = trocar_studies::roc::RocError::Scenario(scenario_error()).into();
-    assert!(matches!(error, CliError::Scenario(_)));
-    let error: CliError = SweepError::File(scenario_error()).into();
-    assert!(matches!(error, CliError::Scenario(_)));
-    let source = Box::new(trocar_studies::run::RunError::Scenario(scenario_error()));
-    let error: CliError = SweepError::Case { case: 3, values: "a = 1".into(), source }.into();
-    let CliError::Scenario(error) = error else { panic!("{error:?}") };
-    assert!(error.message.starts_with("case 3 (a = 1): "), "{}", error.message);
-    let error: CliError =
-        trocar_studies::stability_check::CheckError::Run(trocar_studies::run::RunError::Scenario(scenario_error()))
-            .into();
-    assert!(error.is_input(), "{error:?}");
-    let error: CliError = trocar_studies::fmu::UnitError::Scenario(scenario_error()).into();
-    assert!(matches!(error, CliError::Scenario(_)));
+    use trocar_studies::run::RunError;
+    let wrapped: [Failure; 4] = [
+        trocar_studies::roc::RocError::Scenario(scenario_error()).into(),
+        SweepError::File(scenario_error()).into(),
+        trocar_studies::stability_check::CheckError::Run(RunError::Scenario(scenario_error())).into(),
+        trocar_studies::fmu::UnitError::Scenario(scenario_error()).into(),
+    ];
+    for error in &wrapped {
+        assert!(error.kind == Kind::Input && error.scenario() == Some(&scenario_error()), "{error:?}");
+    }
+    let source = Box::new(RunError::Scenario(scenario_error()));
+    let error = Failure::from(SweepError::Case { case: 3, values: "a = 1".into(), source });
+    let message = &error.scenario().expect("with its place").message;
+    assert!(message.starts_with("case 3 (a = 1): "), "{message}");
 }
 
 #[test]
@@ -151,5 +150,5 @@ fn scenarios_with_the_same_name_are_refused_and_an_error_names_its_file() {
     let error = load(&["paper/classical", "no/such.toml"], &[]).expect_err("no file");
     assert!(error.to_string().contains("no/such.toml"), "{error}");
     let error = load(&["paper/classical"], &["scaling.force=2", "scaling.force=-3"]).expect_err("the last one applies");
-    assert!(error.is_input() && error.to_string().contains("-3"), "{error}");
+    assert!(error.kind == Kind::Input && error.to_string().contains("-3"), "{error}");
 }

@@ -2,8 +2,9 @@ use std::cell::Cell;
 use std::io::Write;
 
 use super::OutputArgs;
-use super::error::CliError;
+use super::error::Failure;
 use trocar_base::warning::Warning;
+use trocar_document::counted;
 use trocar_report::{WIDTH, filled};
 
 pub(super) struct Warnings {
@@ -28,9 +29,12 @@ impl Warnings {
     }
 
     /// Ends the command.
-    pub(super) fn finish(&self) -> Result<(), CliError> {
+    pub(super) fn finish(&self) -> Result<(), Failure> {
         match self.count.get() {
-            count if self.are_errors && count > 0 => Err(CliError::Warnings { count }),
+            count if self.are_errors && count > 0 => {
+                let counted = counted(count as u64, "warning");
+                Err(Failure::work(format!("{counted}, and --deny-warnings makes them errors")))
+            }
             _ => Ok(()),
         }
     }

@@ -45,7 +45,7 @@ impl TissueRange {
         Self { source: TissueSource::SpringDamper, springs: Springs::constant(stiffness_n_per_m, damping_n_s_per_m) }
     }
 
-    /// `None` for a tissue that stiffens with depth under a live hand.
+    /// `None` for a model that states no springs.
     pub fn of_parameters(scenario: &Scenario) -> Option<Self> {
         let (source, springs) = match &scenario.tissue {
             TissueSpec::Recording { .. } => match scenario.stated_tissue {
@@ -60,8 +60,7 @@ impl TissueRange {
         Some(Self { source, springs })
     }
 
-    /// `None` if it depends on the depth and none is given.
-    pub fn of_model(settings: &TissueSettings, depth_m: Option<f64>) -> Option<Self> {
+    fn of_model(settings: &TissueSettings, depth_m: f64) -> Option<Self> {
         let springs = settings.springs(depth_m)?;
         let source = match settings {
             TissueSettings::KelvinVoigt(_) => TissueSource::SpringDamper,
@@ -121,14 +120,14 @@ impl TissueByDepth {
         Some(Self { tissue, hand_m: (low_m - tremor_m, high_m + tremor_m) })
     }
 
-    /// `None` for a tissue without springs.
+    /// `None` for a model that states no springs.
     pub fn range(&self, position_scale: f64) -> Option<TissueRange> {
         let (low_m, high_m) = self.hand_m;
         match &self.tissue {
             Scaled::Model(settings) => {
                 let surface_m = settings.surface_m().unwrap_or(0.0);
                 let depth_m = (OVERSHOOT * (high_m * position_scale - surface_m)).max(0.0);
-                TissueRange::of_model(settings, Some(depth_m))
+                TissueRange::of_model(settings, depth_m)
             }
             Scaled::Recording(curves, presliding_m) => {
                 let until_m = (low_m + OVERSHOOT * (high_m - low_m)) * position_scale;

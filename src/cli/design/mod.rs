@@ -4,7 +4,7 @@ mod help;
 use clap::Args;
 
 use self::bars::Bars;
-use super::error::CliError;
+use super::error::Failure;
 use super::finish::Finish;
 use super::warnings::Warnings;
 use super::{OutputArgs, interrupt, report as page};
@@ -42,7 +42,7 @@ pub(super) struct DesignArgs {
     output: OutputArgs,
 }
 
-pub(super) fn run(args: &DesignArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &DesignArgs) -> Result<(), Failure> {
     let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
     match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
         Ok(pool) => pool.install(|| design(args)),
@@ -50,7 +50,7 @@ pub(super) fn run(args: &DesignArgs) -> Result<(), CliError> {
     }
 }
 
-fn design(args: &DesignArgs) -> Result<(), CliError> {
+fn design(args: &DesignArgs) -> Result<(), Failure> {
     let problem = Problem::load(&Source::parse(&args.file), &args.settings)?;
     let folder = args.output.destination().open("design", &problem.name)?;
     let warnings = Warnings::new(&args.output);
@@ -80,7 +80,7 @@ fn design(args: &DesignArgs) -> Result<(), CliError> {
 }
 
 /// An interrupted design says what was kept.
-fn failed(error: DesignError<OutputError>, folder: &Folder, problem: &Problem) -> CliError {
+fn failed(error: DesignError<OutputError>, folder: &Folder, problem: &Problem) -> Failure {
     let kept = match error {
         DesignError::Run(error) => return error.into(),
         DesignError::Keep(error) => return error.into(),
@@ -90,13 +90,11 @@ fn failed(error: DesignError<OutputError>, folder: &Folder, problem: &Problem) -
         DesignError::Stopped(Stage::Certificates) => "the search and the certificates so far are".to_owned(),
         DesignError::Stopped(Stage::OtherPatients) => "the search is".to_owned(),
     };
-    CliError::Interrupted {
-        kept: Some(format!("{kept} kept in {}; run the same command to continue", folder.path.display())),
-    }
+    Failure::interrupted(&format!("{kept} kept in {}; run the same command to continue", folder.path.display()))
 }
 
 /// The warning that several seeds give identical runs.
-fn unused_seeds(problem: &Problem) -> Result<Vec<trocar_base::warning::Warning>, CliError> {
+fn unused_seeds(problem: &Problem) -> Result<Vec<trocar_base::warning::Warning>, Failure> {
     let scenario = problem.example()?;
     Ok(if scenario.has_random_numbers() {
         vec![]
@@ -106,13 +104,17 @@ fn unused_seeds(problem: &Problem) -> Result<Vec<trocar_base::warning::Warning>,
 }
 
 /// The stored state of the search, or that before its first generation. The search of another design is an error.
-fn stored(args: &DesignArgs, folder: &Folder, problem: &Problem) -> Result<State, CliError> {
+fn stored(args: &DesignArgs, folder: &Folder, problem: &Problem) -> Result<State, Failure> {
     let read = |name: &str| std::fs::read_to_string(folder.path.join(name)).ok();
     let canonical = problem.canonical();
     match read(DESIGN).filter(|existing| existing != canonical) {
         Some(existing) if !args.overwrite && read(SEARCH).is_some() => {
             let difference = trocar_studies::sweep::difference(&existing, canonical);
-            return Err(CliError::OtherDesign { folder: folder.path.display().to_string(), difference });
+            return Err(Failure::input(format!(
+                "{} holds the search of another design, or of the same one before a change:\n{difference}give another \
+                 --out, or --overwrite to replace it",
+                folder.path.display()
+            )));
         }
         Some(_) => {
             // The search goes first, so that an interruption is harmless.

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::DetectArgs;
 use super::inputs::{Input, inputs};
 use super::labels::{self, LabelRows};
-use crate::cli::error::{CliError, DetectError};
+use crate::cli::error::{Failure, Kind};
 use crate::cli::finish::Finish;
 use crate::cli::format::LONG_ROWS;
 use crate::cli::warnings::Warnings;
@@ -20,15 +20,13 @@ use trocar_scenario::{DetectionSpec, Reader, Values};
 
 const SETTINGS: [&str; 6] = ["", "recording", "recording.columns", "recording.scale", "estimator", "detector"];
 
-pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &DetectArgs) -> Result<(), Failure> {
     if is_collection(args) {
         // Check the flags first, so that an invalid flag is reported once and not for each recording.
         Values::from_settings("recording", &args.settings(None)).map_err(recorded::of_flags)?;
     }
     let inputs = inputs(args)?;
-    if !args.ruptures_s.is_empty() && inputs.len() > 1 {
-        return Err(DetectError::RupturesOfMany { recordings: inputs.len() }.into());
-    }
+    args.flags().check_ruptures(inputs.len())?;
     let labels = labels::given(args, &inputs)?;
     let work: Vec<_> = inputs.into_iter().zip(labels).collect();
     let out = Destination { samples: args.format.formats().to_vec(), ..args.output.destination() };
@@ -43,7 +41,7 @@ fn is_collection(args: &DetectArgs) -> bool {
     args.recordings.len() > 1 || args.recordings.iter().any(|recording| Path::new(recording).is_dir())
 }
 
-fn single(args: &DetectArgs, out: &Destination, input: Input, labels: Option<LabelRows>) -> Result<(), CliError> {
+fn single(args: &DetectArgs, out: &Destination, input: Input, labels: Option<LabelRows>) -> Result<(), Failure> {
     let folder = out.open("detect", &folder_of(&input))?;
     let study = one(args, input, labels)?;
     let document = study.document();
@@ -70,7 +68,7 @@ fn long_files(folder: &Folder, rows: usize) -> String {
     folder.samples.iter().filter_map(size).collect()
 }
 
-fn many(args: &DetectArgs, out: &Destination, work: Vec<(Input, Option<LabelRows>)>) -> Result<(), CliError> {
+fn many(args: &DetectArgs, out: &Destination, work: Vec<(Input, Option<LabelRows>)>) -> Result<(), Failure> {
     let out = out.open("detect", "detect")?;
     let bar = progress::bar(work.len(), args.output.quiet);
     bar.set_message("detecting");
@@ -89,6 +87,7 @@ fn many(args: &DetectArgs, out: &Destination, work: Vec<(Input, Option<LabelRows
     let outcomes: Vec<_> = work.into_par_iter().map(of).collect();
     bar.finish_and_clear();
 
+    // True if all failures come from invalid input.
     let (mut failed, mut input_at_fault) = (0, true);
     let mut entries = vec![];
     let warnings = Warnings::new(&args.output);
@@ -98,7 +97,7 @@ fn many(args: &DetectArgs, out: &Destination, work: Vec<(Input, Option<LabelRows
         }
         let outcome = detected.map_err(|error| {
             failed += 1;
-            input_at_fault &= error.is_input();
+            input_at_fault &= error.kind == Kind::Input;
             error.print(Some(&file));
             error.to_string()
         });
@@ -108,7 +107,10 @@ fn many(args: &DetectArgs, out: &Destination, work: Vec<(Input, Option<LabelRows
     let again = args.report.then(|| again(args, vec![], &args.recordings));
     Finish { output: &args.output, folder: out, all: false, report: again }.document(&detections.document())?;
     if failed > 0 {
-        return Err(DetectError::Some { failed, recordings: detections.entries.len(), input_at_fault }.into());
+        // Their errors are already printed.
+        let recordings = detections.entries.len();
+        let message = format!("{failed} of {recordings} recordings failed, see above; the others are complete");
+        return Err(if input_at_fault { Failure::input(message) } else { Failure::work(message) });
     }
     warnings.finish()
 }
@@ -131,7 +133,7 @@ fn folder_of(input: &Input) -> String {
     if input.is_scenario() { format!("{}/detection", input.folder) } else { input.folder.clone() }
 }
 
-fn one(args: &DetectArgs, input: Input, labels: Option<LabelRows>) -> Result<DetectionStudy, CliError> {
+fn one(args: &DetectArgs, input: Input, labels: Option<LabelRows>) -> Result<DetectionStudy, Failure> {
     let Input { given, folder: name, values, guess } = input;
     let mut values = values?.with_adaptive_detector();
     let spec = DetectionSpec::resolve(&mut values).map_err(recorded::placed(&given))?;
@@ -150,7 +152,7 @@ fn warn(warnings: &Warnings, given: &str, of_recording: &[Warning]) {
 }
 
 /// From `--labels`, else the scenario or `--rupture-s`, else the label file in the recording's folder.
-fn labels_of(given: &str, spec: &DetectionSpec, rows: Option<LabelRows>) -> Result<Option<Vec<Label>>, CliError> {
+fn labels_of(given: &str, spec: &DetectionSpec, rows: Option<LabelRows>) -> Result<Option<Vec<Label>>, Failure> {
     let time_s = spec.recording.recording.time_s();
     let from_s = time_s.first().copied().unwrap_or(0.0);
     let to_s = time_s.last().copied().unwrap_or(0.0);
@@ -162,5 +164,5 @@ fn labels_of(given: &str, spec: &DetectionSpec, rows: Option<LabelRows>) -> Resu
         None => labels::from_sidecar(given)?,
         rows => rows,
     };
-    Ok(rows.map(|rows| rows.labels(from_s, to_s, spec.recording.recording.origin_s())).transpose()?)
+    rows.map(|rows| rows.labels(from_s, to_s, spec.recording.recording.origin_s())).transpose()
 }

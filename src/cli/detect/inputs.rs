@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use super::DetectArgs;
-use crate::cli::error::{CliError, DetectError};
+use crate::cli::error::Failure;
 use crate::cli::recorded;
 use trocar_base::names::distinct;
 use trocar_base::warning::Warning;
@@ -41,7 +41,7 @@ impl Input {
 }
 
 /// In the order of the arguments. A folder is replaced by its files.
-pub(super) fn given(args: &DetectArgs) -> Result<Vec<String>, CliError> {
+pub(super) fn given(args: &DetectArgs) -> Result<Vec<String>, Failure> {
     let mut given = vec![];
     for recording in &args.recordings {
         if Path::new(recording).is_dir() {
@@ -53,7 +53,7 @@ pub(super) fn given(args: &DetectArgs) -> Result<Vec<String>, CliError> {
     Ok(given)
 }
 
-pub(super) fn inputs(args: &DetectArgs) -> Result<Vec<Input>, CliError> {
+pub(super) fn inputs(args: &DetectArgs) -> Result<Vec<Input>, Failure> {
     let given = given(args)?;
     let flags = args.flags();
     let (values, guesses): (Vec<_>, Vec<_>) = given
@@ -77,8 +77,8 @@ pub(super) fn inputs(args: &DetectArgs) -> Result<Vec<Input>, CliError> {
 
 /// The CSV files of a folder, sorted by name, or else the files of the other formats. Leaves out label files, also the
 /// file of `--labels`.
-fn listed(folder: &str, labels: Option<&Path>) -> Result<Vec<String>, CliError> {
-    let refuse = |source| DetectError::Folder { path: folder.to_owned(), source };
+fn listed(folder: &str, labels: Option<&Path>) -> Result<Vec<String>, Failure> {
+    let refuse = |error: std::io::Error| Failure::input(format!("{folder}: cannot read the folder: {error}"));
     let labels = labels.and_then(|labels| labels.canonicalize().ok());
     let mut files = vec![];
     for entry in std::fs::read_dir(folder).map_err(refuse)? {
@@ -98,7 +98,7 @@ fn listed(folder: &str, labels: Option<&Path>) -> Result<Vec<String>, CliError> 
         found = ending(&|end| Format::ALL.iter().any(|format| format.suffixes().contains(&end)));
     }
     if found.is_empty() {
-        return Err(DetectError::EmptyFolder { path: folder.to_owned() }.into());
+        return Err(Failure::input(format!("{folder}: this folder has no *.csv file; name the recordings")));
     }
     found.sort();
     Ok(found)

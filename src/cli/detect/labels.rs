@@ -2,7 +2,7 @@ use std::path::{Path, PathBuf};
 
 use super::DetectArgs;
 use super::inputs::{Input, SIDECAR_END};
-use crate::cli::error::{DetectError, LabelProblem};
+use crate::cli::error::Failure;
 use trocar_detect::Label;
 use trocar_recording::{CALENDAR_S, Format, LabelRow, Limits, open_labels};
 
@@ -13,13 +13,13 @@ pub(super) struct LabelRows {
 }
 
 /// `None` for a recording without rows.
-pub(super) fn given(args: &DetectArgs, inputs: &[Input]) -> Result<Vec<Option<LabelRows>>, DetectError> {
+pub(super) fn given(args: &DetectArgs, inputs: &[Input]) -> Result<Vec<Option<LabelRows>>, Failure> {
     let mut by_input: Vec<Option<LabelRows>> = inputs.iter().map(|_| None).collect();
     let Some(path) = &args.labels else { return Ok(by_input) };
     let file = path.display().to_string();
     let is_single = inputs.len() == 1;
     for row in open_labels(path, &Limits::default(), !is_single)? {
-        let refuse = |problem| DetectError::Label { file: file.clone(), line: row.line, problem };
+        let refuse = |problem: String| Failure::input(format!("{file} line {}: {problem}", row.line));
         // The labels of a single recording need no file name.
         let index = row.file.as_deref().map_or(Ok(0), |name| named(name, inputs).map_err(refuse))?;
         let labels = by_input[index].get_or_insert_with(|| LabelRows { file: file.clone(), rows: vec![] });
@@ -33,8 +33,7 @@ pub(super) fn given(args: &DetectArgs, inputs: &[Input]) -> Result<Vec<Option<La
 }
 
 /// The name is the path on the command line, or the file name if that is unique.
-fn named(name: &str, inputs: &[Input]) -> Result<usize, LabelProblem> {
-    let file = || name.to_owned();
+fn named(name: &str, inputs: &[Input]) -> Result<usize, String> {
     let last = |given: &str| Path::new(given).file_name().is_some_and(|own| own.to_string_lossy() == name);
     let builtin = |given: &str| given.strip_prefix("builtin:").is_some_and(|own| own == name);
     let exact: Vec<usize> = (0..inputs.len()).filter(|&index| inputs[index].given == name).collect();
@@ -42,17 +41,19 @@ fn named(name: &str, inputs: &[Input]) -> Result<usize, LabelProblem> {
         || (0..inputs.len()).filter(|&i| last(&inputs[i].given) || builtin(&inputs[i].given)).collect();
     let found: Vec<usize> = if exact.is_empty() { same_file_name() } else { exact };
     match found.as_slice() {
-        [] => Err(LabelProblem::Unknown { file: file() }),
+        [] => Err(format!(
+            "'{name}' is not one of the given recordings; name it as on the command line, or remove its labels"
+        )),
         [index] => Ok(*index),
         [first, second, ..] => {
-            let (first, second) = (inputs[*first].given.clone(), inputs[*second].given.clone());
-            Err(LabelProblem::Ambiguous { file: file(), first, second })
+            let (first, second) = (&inputs[*first].given, &inputs[*second].given);
+            Err(format!("'{name}' matches {first} and {second}; name it as on the command line"))
         }
     }
 }
 
 /// Rows of the label file in the recording's folder, if it exists.
-pub(super) fn from_sidecar(recording: &str) -> Result<Option<LabelRows>, DetectError> {
+pub(super) fn from_sidecar(recording: &str) -> Result<Option<LabelRows>, Failure> {
     let Some(path) = sidecar(recording).filter(|path| path.exists()) else { return Ok(None) };
     let rows = open_labels(&path, &Limits::default(), false)?;
     Ok(Some(LabelRows { file: path.display().to_string(), rows }))
@@ -70,24 +71,33 @@ fn sidecar(recording: &str) -> Option<PathBuf> {
 impl LabelRows {
     /// Sorted by time, from `from_s` to `to_s` (s). Labels of the calendar, in s since 1970, count from `origin_s`,
     /// like the times of the recording.
-    pub(super) fn labels(&self, from_s: f64, to_s: f64, origin_s: f64) -> Result<Vec<Label>, DetectError> {
-        let refuse = |line, problem| Err(DetectError::Label { file: self.file.clone(), line, problem });
+    pub(super) fn labels(&self, from_s: f64, to_s: f64, origin_s: f64) -> Result<Vec<Label>, Failure> {
+        let refuse = |line: u64, problem: String| Err(Failure::input(format!("{} line {line}: {problem}", self.file)));
         let mut timed: Vec<(f64, &LabelRow)> = vec![];
         for row in &self.rows {
             let Some(time_s) = row.time_s else { continue };
             let time_s = if time_s.abs() >= CALENDAR_S { time_s - origin_s } else { time_s };
             if !(from_s..=to_s).contains(&time_s) {
-                return refuse(row.line, LabelProblem::Outside { time_s, from_s, to_s });
+                let problem = format!(
+                    "the rupture at {time_s} s is outside the recording, which lasts from {from_s} to {to_s} s in its own \
+                     time"
+                );
+                return refuse(row.line, problem);
             }
             timed.push((time_s, row));
         }
         if let (Some(none), Some((_, other))) = (self.rows.iter().find(|row| row.time_s.is_none()), timed.first()) {
-            return refuse(none.line, LabelProblem::Contradiction { other_line: other.line });
+            let problem = format!(
+                "an empty time means that the recording has no rupture, but line {} labels one; remove one of the two",
+                other.line
+            );
+            return refuse(none.line, problem);
         }
         timed.sort_by(|a, b| a.0.total_cmp(&b.0));
         if let Some(pair) = timed.windows(2).find(|pair| pair[0].0 == pair[1].0) {
             let (time_s, first_line) = (pair[0].0, pair[0].1.line);
-            return refuse(pair[1].1.line, LabelProblem::Twice { time_s, first_line });
+            let problem = format!("the rupture at {time_s} s is already on line {first_line}; remove one");
+            return refuse(pair[1].1.line, problem);
         }
         Ok(timed.into_iter().map(|(time_s, row)| Label { time_s, kind: row.kind.clone() }).collect())
     }
@@ -119,8 +129,9 @@ mod tests {
             [index("a/x.csv"), index("b/x.csv"), index("y.csv"), index("punch")],
             [Some(0), Some(1), Some(2), Some(3)]
         );
-        assert!(matches!(named("x.csv", &inputs), Err(LabelProblem::Ambiguous { .. })));
-        assert!(matches!(named("z.csv", &inputs), Err(LabelProblem::Unknown { .. })));
+        let problem = |name| named(name, &inputs).expect_err("no unique name");
+        assert!(problem("x.csv").starts_with("'x.csv' matches a/x.csv and b/x.csv; "));
+        assert!(problem("z.csv").starts_with("'z.csv' is not one of the given recordings; "));
     }
 
     #[test]

@@ -1,13 +1,13 @@
 use super::DetectArgs;
 use super::inputs::given;
-use crate::cli::error::CliError;
+use crate::cli::error::Failure;
 use crate::cli::{recorded, terminal};
 use trocar_detect::document::signals_document;
 use trocar_document::to_json;
 use trocar_report::document_text;
 use trocar_scenario::recording_signals;
 
-pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &DetectArgs) -> Result<(), Failure> {
     let mut objects = vec![];
     for (index, recording) in given(args)?.iter().enumerate() {
         let mut values = recorded::load(recording, &args.settings(Some(recording)))?;

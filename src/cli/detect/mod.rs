@@ -12,7 +12,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::error::{CliError, DetectError};
+use super::error::Failure;
 use super::format::FormatArgs;
 use super::quantity::quantity;
 use super::recorded::{ColumnArgs, RecordedFlags};
@@ -79,7 +79,7 @@ pub(super) struct DetectArgs {
     output: OutputArgs,
 }
 
-pub(super) fn run(mut args: DetectArgs) -> Result<(), CliError> {
+pub(super) fn run(mut args: DetectArgs) -> Result<(), Failure> {
     if let Some(file) = &args.settings_file {
         args.tuning = tuning(file)?;
     }
@@ -90,7 +90,9 @@ pub(super) fn run(mut args: DetectArgs) -> Result<(), CliError> {
     }
     if args.recordings.iter().any(|recording| recording == STREAM) {
         if args.recordings.len() > 1 {
-            return Err(DetectError::StreamAmongOthers.into());
+            return Err(Failure::input(
+                "- reads a live stream from standard input; it cannot be combined with recordings",
+            ));
         }
         let recordings_only = [
             ("--labels", args.labels.is_some()),
@@ -100,24 +102,29 @@ pub(super) fn run(mut args: DetectArgs) -> Result<(), CliError> {
         ];
         for (flag, given) in recordings_only.into_iter().chain(args.columns.of_files()) {
             if given {
-                return Err(DetectError::NotForStreams { flag }.into());
+                return Err(Failure::input(format!(
+                    "{flag} is for recordings, not for a live stream; write the stream to a file and detect in that file"
+                )));
             }
         }
         return stream::run(args);
     }
     for (flag, given) in [("--interval-s", args.interval_s.is_some()), ("--every", args.every.is_some())] {
         if given {
-            return Err(DetectError::OnlyForStreams { flag }.into());
+            return Err(Failure::input(format!("{flag} is for a live stream: trocar detect -")));
         }
     }
     if args.list { list::run(args) } else { files::run(args) }
 }
 
 /// A file with neither section is an error.
-fn tuning(file: &str) -> Result<Vec<String>, CliError> {
+fn tuning(file: &str) -> Result<Vec<String>, Failure> {
     let values = Values::load(&Source::parse(file), &[])?;
     if TUNED_SECTIONS.iter().all(|section| values.section_place(section).is_none()) {
-        return Err(DetectError::NoSettings { file: file.to_owned() }.into());
+        return Err(Failure::input(format!(
+            "{file} has neither [estimator] nor [detector]; give a file that has them, such as calibrated.toml of trocar \
+             calibrate"
+        )));
     }
     Ok(values.written_settings(&TUNED_SECTIONS))
 }

@@ -1,17 +1,19 @@
 //! Detection on standard input, in constant memory.
 
-use std::io::{self, ErrorKind};
+use std::io;
 
 use super::DetectArgs;
 use super::rows::{Format, RowWriter};
 use super::source::{Event, StandardInput};
 use super::warnings::LiveWarnings;
-use crate::cli::error::{CliError, DetectError};
+use crate::cli::error::Failure;
 use crate::cli::recorded::of_flags;
+use crate::cli::terminal::closed;
 use crate::cli::warnings::text as warning_text;
 use trocar_detect::live_text;
 use trocar_detect::sampling_rate;
 use trocar_detect::{ASSUMED_STEP_M, LiveDetector, LiveStep, LiveSummary, VelocitySource};
+use trocar_document::counted;
 use trocar_recording::{LiveLine, LiveTable, RecordingError};
 use trocar_report::wrapped;
 use trocar_scenario::{DetectionSettings, Reader, Values, keys_without_effect, recording_columns};
@@ -21,7 +23,7 @@ const END: &str = "end of input";
 /// The name in messages.
 const NAME: &str = "standard input";
 
-pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &DetectArgs) -> Result<(), Failure> {
     let values = Values::from_settings("stream", &args.settings(None)).map_err(of_flags)?;
     let mut values = values.with_adaptive_detector();
     let settings = DetectionSettings::resolve(&mut values).map_err(of_flags)?;
@@ -54,7 +56,9 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
             Event::Bytes(bytes) => session.take(bytes),
             Event::End => break session.finish().map(|()| END),
             Event::Stop => break Ok("signal"),
-            Event::Failed(error) => break Err(Ended::Failed(DetectError::Stream(error).into())),
+            Event::Failed(error) => {
+                break Err(Ended::Failed(Failure::work(format!("cannot read standard input: {error}"))));
+            }
         };
         if let Err(end) = outcome {
             break Err(end);
@@ -72,18 +76,13 @@ pub(super) fn run(args: &DetectArgs) -> Result<(), CliError> {
 enum Ended {
     /// The reader of the output is closed.
     OutputClosed,
-    Failed(CliError),
+    Failed(Failure),
 }
 
 impl From<io::Error> for Ended {
     fn from(error: io::Error) -> Self {
         closed(error).map_or_else(Self::Failed, |()| Self::OutputClosed)
     }
-}
-
-/// A closed reader such as `head` is not an error.
-fn closed(error: io::Error) -> Result<(), CliError> {
-    if error.kind() == ErrorKind::BrokenPipe { Ok(()) } else { Err(CliError::Print(error)) }
 }
 
 struct Session {
@@ -117,7 +116,7 @@ impl Session {
         let sample = match line {
             Ok(LiveLine::Sample(sample)) => sample,
             Ok(LiveLine::Nothing) => return Ok(()),
-            Err(error) if !self.table.has_header() => return Err(Ended::Failed(DetectError::Table(error).into())),
+            Err(error) if !self.table.has_header() => return Err(Ended::Failed(error.into())),
             Err(error) => {
                 self.lines += 1;
                 self.malformed += 1;
@@ -157,12 +156,15 @@ impl Session {
     }
 
     /// A stream without a sample is an error.
-    fn summarise(&mut self, ended: &str) -> Result<(), CliError> {
+    fn summarise(&mut self, ended: &str) -> Result<(), Failure> {
         let summary: LiveSummary = self.detector.summary();
         let skipped = self.malformed + summary.not_later;
         self.warnings.flush();
         if summary.samples == 0 && ended == END {
-            return Err(DetectError::NoSample { rows: self.lines }.into());
+            return Err(Failure::input(format!(
+                "standard input: {} without the two usable samples that are needed; see --help for the columns",
+                counted(self.lines, "row")
+            )));
         }
         self.rows.summary(&summary, self.lines, skipped, ended).or_else(closed)?;
         if !self.rows.is_json() {

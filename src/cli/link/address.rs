@@ -1,38 +1,42 @@
 use std::net::{SocketAddr, ToSocketAddrs, UdpSocket};
 use std::path::Path;
 
-use crate::cli::error::LinkError;
+use crate::cli::error::Failure;
 use trocar_link::Key;
 
-pub(super) fn resolved(text: &str) -> Result<SocketAddr, LinkError> {
-    let failed = |source| LinkError::Address { address: text.to_owned(), source };
+pub(super) fn resolved(text: &str) -> Result<SocketAddr, Failure> {
+    let failed = |error: std::io::Error| {
+        Failure::input(format!("{text}: {error}: give a host and a port, as in 127.0.0.1:7711"))
+    };
     let mut addresses = text.to_socket_addrs().map_err(failed)?;
     addresses.next().ok_or_else(|| failed(std::io::Error::other("no address of this name")))
 }
 
 /// Non-blocking.
-pub(super) fn bound(address: SocketAddr) -> Result<UdpSocket, LinkError> {
-    let open = || {
+pub(super) fn bound(address: SocketAddr) -> Result<UdpSocket, Failure> {
+    let open = || -> std::io::Result<UdpSocket> {
         let socket = UdpSocket::bind(address)?;
         socket.set_nonblocking(true)?;
         Ok(socket)
     };
-    open().map_err(|source| LinkError::Bind { address: address.to_string(), source })
+    open().map_err(|error| Failure::input(format!("{address}: {error}: choose another address or port")))
 }
 
 /// Without a file, only loopback addresses are allowed.
-pub(super) fn key(file: Option<&Path>, address: SocketAddr) -> Result<Key, LinkError> {
+pub(super) fn key(file: Option<&Path>, address: SocketAddr) -> Result<Key, Failure> {
     let Some(file) = file else {
-        let is_here = address.ip().is_loopback();
-        return if is_here {
-            Ok(Key::of_loopback())
-        } else {
-            Err(LinkError::NeedsKey { address: address.to_string() })
-        };
+        if address.ip().is_loopback() {
+            return Ok(Key::of_loopback());
+        }
+        return Err(Failure::input(format!(
+            "{address} is not an address of this machine only: give both sides the same key with --key-file (head -c 32 \
+             /dev/urandom > key)"
+        )));
     };
-    let path = || file.display().to_string();
-    let bytes = std::fs::read(file).map_err(|source| LinkError::KeyFile { path: path(), source })?;
-    Key::new(&bytes).map_err(|source| LinkError::Key { path: path(), source })
+    let path = file.display();
+    let bytes = std::fs::read(file)
+        .map_err(|error| Failure::input(format!("{path}: {error}: give a file with the key of both sides")))?;
+    Key::new(&bytes).map_err(|error| Failure::input(format!("{path}: {error}")))
 }
 
 #[cfg(test)]

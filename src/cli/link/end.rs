@@ -1,4 +1,4 @@
-use crate::cli::error::CliError;
+use crate::cli::error::Failure;
 use trocar_engine::engine::EngineError;
 use trocar_link::{Greeted, MasterEnd, PACKET_BYTES, Role, SlaveEnd};
 use trocar_scenario::Scenario;
@@ -18,7 +18,7 @@ macro_rules! either {
 }
 
 impl End {
-    pub(super) fn new(role: Role, scenario: &Scenario, greeted: &Greeted) -> Result<Self, CliError> {
+    pub(super) fn new(role: Role, scenario: &Scenario, greeted: &Greeted) -> Result<Self, Failure> {
         let session = greeted.session.clone();
         Ok(match role {
             Role::Master => Self::Master(Box::new(MasterEnd::new(scenario, session)?)),

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use super::error::CliError;
+use super::error::Failure;
 use super::format::FormatArgs;
 
 const EXAMPLES: &str = "\
@@ -109,7 +109,7 @@ struct SideArgs {
     json: bool,
 }
 
-pub(super) fn run(args: &LinkArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &LinkArgs) -> Result<(), Failure> {
     match &args.command {
         Command::Master(args) => side::master(args),
         Command::Slave(args) => side::slave(args),

@@ -5,7 +5,8 @@ use std::net::{SocketAddr, UdpSocket};
 use super::end::{End, either};
 use super::pace::{Clock, send, take_all};
 use super::side::nonce;
-use crate::cli::error::{CliError, LinkError};
+use crate::cli::error::Failure;
+use trocar_document::counted;
 use trocar_engine::teleoperation::RecoverySettings;
 use trocar_link::{Heard, Key, Rejoin, Role, Silence, SilenceChange, Trips};
 
@@ -73,7 +74,7 @@ impl Peer<'_> {
     }
 
     /// Notices a silence, and looks for a new process while it lasts.
-    pub(super) fn check(&mut self) -> Result<(), LinkError> {
+    pub(super) fn check(&mut self) -> Result<(), Failure> {
         let now_ns = self.clock.now_ns();
         if let Some(SilenceChange::Silent(for_s)) = self.silence.check(now_ns - self.start_ns) {
             self.report(for_s);
@@ -88,7 +89,7 @@ impl Peer<'_> {
         Ok(())
     }
 
-    fn greet(&mut self) -> Result<(), LinkError> {
+    fn greet(&mut self) -> Result<(), Failure> {
         self.rejoin = Some(Rejoin::new(self.role, self.key.clone(), nonce()?, self.scenario, self.start_ns));
         Ok(())
     }
@@ -108,14 +109,22 @@ impl Peer<'_> {
 
     /// Returns the error of a link that was not whole: the other side is silent at the end, or was started anew, or
     /// this side has joined at a later tick than 0.
-    pub(super) fn outcome(&self, first_tick: u64) -> Result<(), CliError> {
+    pub(super) fn outcome(&self, first_tick: u64) -> Result<(), Failure> {
         let peer = self.role.other().word();
-        let error = match (self.silence.since_ns(), self.restarts, first_tick) {
-            (Some(since_ns), _, _) => LinkError::PeerLost { peer, since_s: 1e-9 * since_ns as f64 },
+        let problem = match (self.silence.since_ns(), self.restarts, first_tick) {
+            (Some(since_ns), _, _) => {
+                let since_s = 1e-9 * since_ns as f64;
+                format!("nothing has come from the {peer} since {since_s:.3} s of the run: start both sides again")
+            }
             (None, 0, 0) => return Ok(()),
-            (None, 0, tick) => LinkError::Joined { peer, tick },
-            (None, restarts, _) => LinkError::PeerRestarted { peer, times: trocar_document::counted(restarts, "time") },
+            (None, 0, tick) => {
+                format!("joined the {peer} at tick {tick} of its run: the ticks before had no messages")
+            }
+            (None, restarts, _) => {
+                let times = counted(restarts, "time");
+                format!("the {peer} was started anew during the run, {times}: its first process has ended early")
+            }
         };
-        Err(error.into())
+        Err(Failure::work(problem))
     }
 }

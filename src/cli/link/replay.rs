@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use crate::cli::error::{CliError, LinkError};
+use crate::cli::error::Failure;
 use crate::cli::{terminal, warnings};
 use trocar_document::Study as _;
 use trocar_engine::engine::Trace;
@@ -42,7 +42,7 @@ pub(super) struct ReplayArgs {
     quiet: bool,
 }
 
-pub(super) fn run(args: &ReplayArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &ReplayArgs) -> Result<(), Failure> {
     let load = |name: &str| Scenario::load(&Source::Disk(args.folder.join(name)), &[]);
     let of_link = |role: Role, name: &str| read(&args.folder.join(role.word()).join(name));
     // Report missing logs before anything is written.
@@ -51,7 +51,7 @@ pub(super) fn run(args: &ReplayArgs) -> Result<(), CliError> {
         refuse_restarts(&args.folder.join(role.word()).join("summary.json"))?;
     }
     let scenario = load("master/scenario.toml")?;
-    let delays = |role: Role, direction| -> Result<Vec<u32>, LinkError> {
+    let delays = |role: Role, direction| -> Result<Vec<u32>, Failure> {
         let (name, text) = of_link(role, "delays.csv")?;
         Ok(read_direction(&name, &text, direction, &scenario.grid)?)
     };
@@ -71,7 +71,7 @@ pub(super) fn run(args: &ReplayArgs) -> Result<(), CliError> {
     let own = run_scenario(scenario)?;
     let (mut text, mut is_same) = (format!("{}\n", document_text(&report.document(), false)), true);
     for ((name, log), role) in traces.into_iter().zip([Role::Master, Role::Slave]) {
-        let compared = |trace: &Trace| first_difference(&name, &log, trace).map_err(LinkError::from);
+        let compared = |trace: &Trace| first_difference(&name, &log, trace);
         let (ticks, difference) = compared(&replay.trace)?;
         is_same &= difference.is_none();
         let _ = match difference {
@@ -91,15 +91,21 @@ pub(super) fn run(args: &ReplayArgs) -> Result<(), CliError> {
     if !args.quiet {
         terminal::print(&text)?;
     }
-    if is_same { Ok(()) } else { Err(LinkError::NotReplayed.into()) }
+    if !is_same {
+        return Err(Failure::work("the replay differs from the link; the two should agree bit for bit"));
+    }
+    Ok(())
 }
 
 /// A log without a summary has no restart.
-fn refuse_restarts(path: &Path) -> Result<(), LinkError> {
+fn refuse_restarts(path: &Path) -> Result<(), Failure> {
     let summary = std::fs::read(path).ok().and_then(|text| serde_json::from_slice::<serde_json::Value>(&text).ok());
     let is_above_0 = |key: &str| summary.as_ref().is_some_and(|summary| summary[key].as_u64().is_some_and(|n| n > 0));
     if is_above_0("restarts") || is_above_0("first_tick") {
-        return Err(LinkError::NotWhole { path: path.display().to_string() });
+        return Err(Failure::work(format!(
+            "{}: a side was started anew during this link, so one simulation cannot repeat it: start both sides again",
+            path.display()
+        )));
     }
     Ok(())
 }
@@ -110,10 +116,10 @@ fn told(difference: &Difference, trace: &Trace) -> String {
     format!("tick {tick} ({time_s} s): {column} is {logged:?} in the link and {simulated:?} in the simulation")
 }
 
-fn read(path: &Path) -> Result<(String, String), LinkError> {
+fn read(path: &Path) -> Result<(String, String), Failure> {
     let name = path.display().to_string();
-    match std::fs::read_to_string(path) {
-        Ok(text) => Ok((name, text)),
-        Err(source) => Err(LinkError::Log { path: name, source }),
-    }
+    let text = std::fs::read_to_string(path).map_err(|error| {
+        Failure::input(format!("{name}: {error}: give the folder of a link, which contains master and slave"))
+    })?;
+    Ok((name, text))
 }

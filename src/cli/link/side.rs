@@ -5,7 +5,7 @@ use super::end::{End, either};
 use super::pace::{Clock, send, take_all};
 use super::peer::Peer;
 use super::{MasterArgs, SideArgs, SlaveArgs, address, priority};
-use crate::cli::error::{CliError, LinkError};
+use crate::cli::error::Failure;
 use crate::cli::{interrupt, terminal};
 use trocar_document::{Study as _, TextFile, to_json};
 use trocar_link::{
@@ -35,12 +35,15 @@ struct Side<'a> {
     folder: Folder,
 }
 
-pub(super) fn master(args: &MasterArgs) -> Result<(), CliError> {
+pub(super) fn master(args: &MasterArgs) -> Result<(), Failure> {
     let scenario = load(&args.side)?;
     let slave = address::resolved(&args.to)?;
     let key = address::key(args.side.key_file.as_deref(), slave)?;
     if has_channel(&scenario) {
-        return Err(LinkError::Channel.into());
+        return Err(Failure::input(
+            "the delays, jitter, loss and outages of [channel] act in simulations only: set them to 0, and delay the \
+             packets with tc netem",
+        ));
     }
     // Refuse an invalid scenario before anything is sent.
     scenario.master_side()?;
@@ -57,7 +60,7 @@ pub(super) fn master(args: &MasterArgs) -> Result<(), CliError> {
     side.run(&greeted, slave)
 }
 
-pub(super) fn slave(args: &SlaveArgs) -> Result<(), CliError> {
+pub(super) fn slave(args: &SlaveArgs) -> Result<(), Failure> {
     let scenario = load(&args.side)?;
     let listen = address::resolved(&args.listen)?;
     let key = address::key(args.side.key_file.as_deref(), listen)?;
@@ -82,11 +85,11 @@ pub(super) fn slave(args: &SlaveArgs) -> Result<(), CliError> {
     side.run(&greeted, master)
 }
 
-fn load(args: &SideArgs) -> Result<Scenario, CliError> {
+fn load(args: &SideArgs) -> Result<Scenario, Failure> {
     Ok(Scenario::load(&Source::parse(&args.scenario), &args.settings)?)
 }
 
-fn folder(args: &SideArgs, scenario: &Scenario, role: Role) -> Result<Folder, CliError> {
+fn folder(args: &SideArgs, scenario: &Scenario, role: Role) -> Result<Folder, Failure> {
     let name = format!("{}/{}", scenario.name, role.word());
     Ok(Destination::new(&args.out).open("link", &name)?)
 }
@@ -99,11 +102,10 @@ fn has_channel(scenario: &Scenario) -> bool {
         || !scenario.backward_schedule.is_empty()
 }
 
-pub(super) fn nonce() -> Result<[u8; 16], LinkError> {
+pub(super) fn nonce() -> Result<[u8; 16], Failure> {
     let mut nonce = [0; 16];
-    getrandom::fill(&mut nonce).map_err(|error| LinkError::Bind {
-        address: "random numbers of the system".into(),
-        source: std::io::Error::other(error.to_string()),
+    getrandom::fill(&mut nonce).map_err(|error| {
+        Failure::input(format!("random numbers of the system: {error}: choose another address or port"))
     })?;
     Ok(nonce)
 }
@@ -113,21 +115,26 @@ fn first_ns(start_ns: i64, now_ns: i64) -> i64 {
     if start_ns >= now_ns { start_ns } else { now_ns + LEAD_NS }
 }
 
-fn interrupted() -> CliError {
-    CliError::Interrupted { kept: None }
+fn not_ready() -> Failure {
+    Failure::work("the slave does not answer any more: start both sides again")
 }
 
 impl Side<'_> {
-    fn call(&self, to: SocketAddr, args: &MasterArgs) -> Result<(Greeted, i64), CliError> {
+    fn call(&self, to: SocketAddr, args: &MasterArgs) -> Result<(Greeted, i64), Failure> {
         let mut calling = Calling::new(self.key.clone(), nonce()?, fingerprint(&self.scenario));
         let give_up_ns = self.clock.now_ns() + i64::from(args.wait_s) * SECOND_NS;
         while calling.replies() < REPLIES {
             let now_ns = self.clock.now_ns();
             if calling.differs() {
-                return Err(LinkError::Differs.into());
+                return Err(Failure::work(
+                    "the slave has another scenario, other settings or another version of trocar: give both sides the same",
+                ));
             }
             if now_ns > give_up_ns {
-                return Err(LinkError::NoReply { address: args.to.clone(), wait_s: args.wait_s }.into());
+                return Err(Failure::work(format!(
+                    "no slave replied at {} within {} s: start it, with the same --key-file if there is one",
+                    args.to, args.wait_s
+                )));
             }
             self.check_interrupt()?;
             send(&self.socket, &calling.hello(now_ns), to);
@@ -138,7 +145,7 @@ impl Side<'_> {
         while calling.greeted(start_ns).is_none() {
             let now_ns = self.clock.now_ns();
             if now_ns > first_ns - GREETING_NS {
-                return Err(LinkError::NotReady.into());
+                return Err(not_ready());
             }
             self.check_interrupt()?;
             if let Some(start) = calling.start(now_ns, start_ns) {
@@ -146,7 +153,7 @@ impl Side<'_> {
             }
             self.listen(now_ns + GREETING_NS, &mut calling);
         }
-        let greeted = calling.greeted(start_ns).ok_or(LinkError::NotReady)?;
+        let greeted = calling.greeted(start_ns).ok_or_else(not_ready)?;
         Ok((greeted, first_ns))
     }
 
@@ -159,7 +166,7 @@ impl Side<'_> {
     }
 
     /// Returns the result, the time of the first tick (ns) and the master's address.
-    fn wait(&self) -> Result<((Greeted, i64), SocketAddr), CliError> {
+    fn wait(&self) -> Result<((Greeted, i64), SocketAddr), Failure> {
         let mut waiting = Waiting::new(self.key.clone(), nonce()?, fingerprint(&self.scenario));
         let (mut begins, mut has_warned) = (None::<(i64, SocketAddr)>, false);
         loop {
@@ -194,11 +201,14 @@ impl Side<'_> {
         }
     }
 
-    fn check_interrupt(&self) -> Result<(), CliError> {
-        if self.stop.load(Ordering::Relaxed) { Err(interrupted()) } else { Ok(()) }
+    fn check_interrupt(&self) -> Result<(), Failure> {
+        if self.stop.load(Ordering::Relaxed) {
+            return Err(Failure::interrupted("nothing was written"));
+        }
+        Ok(())
     }
 
-    fn run(self, begins: &(Greeted, i64), to: SocketAddr) -> Result<(), CliError> {
+    fn run(self, begins: &(Greeted, i64), to: SocketAddr) -> Result<(), Failure> {
         let (greeted, first_ns) = begins;
         let mut end = End::new(self.role, &self.scenario, greeted)?;
         let grid = self.scenario.grid;
@@ -206,7 +216,10 @@ impl Side<'_> {
         let failed = |source| RunError::Engine { name: self.scenario.name.clone(), source };
         let first_tick = ((first_ns - greeted.start_ns) as f64 / tick_ns).ceil() as u64;
         if first_tick >= grid.ticks() {
-            return Err(LinkError::TooLate { peer: self.role.other().word() }.into());
+            let peer = self.role.other().word();
+            return Err(Failure::work(format!(
+                "the run of the {peer} ends too soon to join it: start both sides again"
+            )));
         }
         either!(&mut end, one => one.skip_to(first_tick)).map_err(failed)?;
         // The slave's ticks are half a tick later, so that neither side races the other's packet.
@@ -276,12 +289,12 @@ impl Side<'_> {
         };
         self.write(&end, &summary)?;
         if self.stop.load(Ordering::Relaxed) {
-            return Err(CliError::Interrupted { kept: Some("the ticks so far were written".into()) });
+            return Err(Failure::interrupted("the ticks so far were written"));
         }
         outcome
     }
 
-    fn write(&self, end: &End, summary: &SideSummary) -> Result<(), CliError> {
+    fn write(&self, end: &End, summary: &SideSummary) -> Result<(), Failure> {
         let (columns, direction) = match self.role {
             Role::Master => (MasterEnd::COLUMNS, Direction::Backward),
             Role::Slave => (SlaveEnd::COLUMNS, Direction::Forward),

@@ -2,7 +2,7 @@ use std::io;
 
 use super::{Manifest, SWEEP, stored, terminal};
 use crate::cli::OutputArgs;
-use crate::cli::error::CliError;
+use crate::cli::error::Failure;
 use crate::cli::figure;
 use crate::cli::finish::Finish;
 use crate::cli::report as page;
@@ -10,7 +10,7 @@ use crate::cli::warnings::Warnings;
 use trocar_base::warning::Warning;
 use trocar_document::Study as _;
 use trocar_report::html::Again;
-use trocar_report::{ColumnFormat, Folder, OutputError, PictureError, document_text};
+use trocar_report::{ColumnFormat, Folder, OutputError, document_text};
 use trocar_studies::sweep::{Design, DrawnCases, Rows, SweepError, SweepReport, case_tables, findings};
 
 pub(super) struct Whole<'a> {
@@ -27,15 +27,15 @@ pub(super) fn finish(
     whole: Whole<'_>,
     output: &OutputArgs,
     warnings: &Warnings,
-) -> Result<(), CliError> {
+) -> Result<(), Failure> {
     write(folder, whole, output, warnings).map_err(kept)
 }
 
-fn write(folder: &Folder, whole: Whole<'_>, output: &OutputArgs, warnings: &Warnings) -> Result<(), CliError> {
+fn write(folder: &Folder, whole: Whole<'_>, output: &OutputArgs, warnings: &Warnings) -> Result<(), Failure> {
     let Whole { design, canonical, manifest, rows, report: line, printed } = whole;
     let hash = &manifest.sweep_sha256;
     folder.write(SWEEP, canonical.as_bytes())?;
-    let tables = || -> Result<(), CliError> {
+    let tables = || -> Result<(), Failure> {
         let formats = [ColumnFormat::Parquet].into_iter().chain(design.csv.then_some(ColumnFormat::Csv));
         let write = |format: ColumnFormat| {
             folder.stream(&format!("cases.{format}"), |out| {
@@ -44,7 +44,7 @@ fn write(folder: &Folder, whole: Whole<'_>, output: &OutputArgs, warnings: &Warn
         };
         Ok(formats.into_iter().try_for_each(write)?)
     };
-    let summary = || -> Result<Vec<Warning>, CliError> {
+    let summary = || -> Result<Vec<Warning>, Failure> {
         let mut findings = findings(design, &rows)?;
         let found = findings.warnings.clone();
         findings.warnings.splice(0..0, printed);
@@ -70,7 +70,7 @@ fn write(folder: &Folder, whole: Whole<'_>, output: &OutputArgs, warnings: &Warn
     if line.is_some() && !output.quiet && !output.json { page::print_path(folder) } else { Ok(()) }
 }
 
-pub(super) fn report(folder: &Folder, output: &OutputArgs, files: &str) -> Result<(), CliError> {
+pub(super) fn report(folder: &Folder, output: &OutputArgs, files: &str) -> Result<(), Failure> {
     if output.quiet && !output.json {
         return Ok(());
     }
@@ -92,13 +92,13 @@ fn figures(folder: &Folder) -> String {
     figure::lines(&names)
 }
 
-fn kept(error: CliError) -> CliError {
-    match error {
-        CliError::Output(OutputError::Write { path, source })
-        | CliError::Picture(PictureError::Write(OutputError::Write { path, source })) => {
-            CliError::Sweep(SweepError::Io { path, source })
+fn kept(error: Failure) -> Failure {
+    match error.error.downcast() {
+        Ok(error) => {
+            let OutputError::Write { path, source } = *error;
+            SweepError::Io { path, source }.into()
         }
-        other => other,
+        Err(other) => Failure { error: other, ..error },
     }
 }
 

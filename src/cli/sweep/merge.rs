@@ -5,7 +5,7 @@ use clap::Args;
 use super::finish::{Whole, finish};
 use super::stored::Stored;
 use super::{Manifest, OutputArgs, WRITER};
-use crate::cli::error::CliError;
+use crate::cli::error::Failure;
 use crate::cli::report as page;
 use crate::cli::warnings::Warnings;
 use trocar_report::MANIFEST;
@@ -30,7 +30,7 @@ pub(super) struct MergeArgs {
     output: OutputArgs,
 }
 
-pub(super) fn run(args: &MergeArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &MergeArgs) -> Result<(), Failure> {
     let mut folders = vec![];
     for folder in &args.folders {
         folders.extend(shards(folder)?);
@@ -52,7 +52,7 @@ pub(super) fn run(args: &MergeArgs) -> Result<(), CliError> {
     warnings.finish()
 }
 
-fn shards(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
+fn shards(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     let is_shard = |path: &Path| {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         name.starts_with("shard-") && path.join(MANIFEST).is_file()

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use self::finish::{Whole, finish, report};
 use self::stored::Stored;
-use super::error::CliError;
+use super::error::Failure;
 use super::warnings::Warnings;
 use super::{OutputArgs, interrupt, progress, report as page, terminal};
 use trocar_document::{json_of, to_json};
@@ -75,7 +75,7 @@ enum SweepCommand {
     Merge(merge::MergeArgs),
 }
 
-pub(super) fn run(args: &SweepArgs) -> Result<(), CliError> {
+pub(super) fn run(args: &SweepArgs) -> Result<(), Failure> {
     match (&args.command, &args.file) {
         (Some(SweepCommand::Merge(args)), _) => merge::run(args),
         (None, Some(file)) => sweep(args, file),
@@ -83,12 +83,12 @@ pub(super) fn run(args: &SweepArgs) -> Result<(), CliError> {
     }
 }
 
-fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
+fn sweep(args: &SweepArgs, file: &str) -> Result<(), Failure> {
     let plan = Plan::load(&Source::parse(file), &args.settings)?;
     let cases = plan.design.cases();
     if let Some(case) = args.case {
         if case >= cases {
-            return Err(CliError::NoCase { case, cases });
+            return Err(Failure::input(format!("the sweep has no case {case}: it has {cases} cases, numbered from 0")));
         }
         return terminal::print(&plan.scenario(case)?.echo());
     }
@@ -125,7 +125,8 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
     let is_quiet = ends.iter().all(|scenario| !scenario.has_random_numbers());
     let printed = if is_quiet { seeds_without_effect(&ends[..1], plan.design.seeds) } else { vec![] };
     warnings.print(&printed);
-    announce(args, &plan, manifest.part.1 - manifest.part.0)?;
+    let part_cases = manifest.part.1 - manifest.part.0;
+    announce(args, estimate_s(args, &plan, part_cases), part_cases)?;
     write_file(&folder.path.join(SWEEP), plan.canonical().as_bytes())?;
     let part = Part::open(&folder.path.join(CASES), layout)?;
     // From here on this process owns the folder.
@@ -134,7 +135,7 @@ fn sweep(args: &SweepArgs, file: &str) -> Result<(), CliError> {
     if done < all {
         let kept =
             format!("{done} of {all} cases are kept in {}; run the same command to continue", folder.path.display());
-        return Err(CliError::Interrupted { kept: Some(kept) });
+        return Err(Failure::interrupted(&kept));
     }
     if !shard.is_whole() {
         return shard_done(args, &of_sweep, &manifest);
@@ -178,17 +179,17 @@ fn estimate_s(args: &SweepArgs, plan: &Plan, cases: u64) -> f64 {
     begin.elapsed().as_secs_f64() * cases as f64 / tried.max(1) as f64
 }
 
-/// More than an hour requires `--yes`.
-fn announce(args: &SweepArgs, plan: &Plan, cases: u64) -> Result<(), CliError> {
-    // This estimate is an upper bound, because vectorised cases take less time.
-    let estimate_s = estimate_s(args, plan, cases);
+/// More than an hour requires `--yes`. The estimate is an upper bound, because vectorised cases take less time.
+pub(super) fn announce(args: &SweepArgs, estimate_s: f64, cases: u64) -> Result<(), Failure> {
     let about = match estimate_s {
         short if short < 90.0 => format!("{:.0} s", short.ceil()),
         medium if medium < 5400.0 => format!("{:.0} min", medium / 60.0),
         long => format!("{:.1} h", long / 3600.0),
     };
     if estimate_s > MAX_UNASKED_S && !args.yes {
-        return Err(CliError::LongSweep { cases, about });
+        return Err(Failure::input(format!(
+            "{cases} cases take about {about}; add --yes to start, use fewer points or seeds, or run parts with --shard"
+        )));
     }
     if !args.output.quiet {
         anstream::eprintln!("{cases} case{}, at most about {about}", if cases == 1 { "" } else { "s" });
@@ -200,7 +201,7 @@ fn drop_packs(folder: &Folder) {
     let _ = std::fs::remove_file(folder.path.join(CASES));
 }
 
-fn run_part(args: &SweepArgs, plan: &Plan, part: &Part) -> Result<u64, CliError> {
+fn run_part(args: &SweepArgs, plan: &Plan, part: &Part) -> Result<u64, Failure> {
     let threads = args.threads.map_or_else(rayon::current_num_threads, usize::from);
     let all = usize::try_from(part.layout().part_cases()).unwrap_or(usize::MAX);
     let bar = progress::rated_bar(all, args.output.quiet);
@@ -215,7 +216,7 @@ fn run_part(args: &SweepArgs, plan: &Plan, part: &Part) -> Result<u64, CliError>
     Ok(done?)
 }
 
-fn shard_done(args: &SweepArgs, of_sweep: &Path, manifest: &Manifest) -> Result<(), CliError> {
+fn shard_done(args: &SweepArgs, of_sweep: &Path, manifest: &Manifest) -> Result<(), Failure> {
     if args.output.json {
         return terminal::print(&to_json(&json_of(manifest)));
     }

@@ -4,7 +4,7 @@ use std::path::Path;
 use serde_json::{Map, Value as Json};
 
 use super::{CASES, SWEEP, WRITER};
-use crate::cli::error::CliError;
+use crate::cli::error::Failure;
 use crate::cli::report::FILE as REPORT;
 use trocar_document::json_of;
 use trocar_report::{MANIFEST, OutputError, write_file};
@@ -22,7 +22,7 @@ pub(super) struct Stored {
 
 impl Stored {
     /// Another sweep in the folder is an error.
-    pub(super) fn of(folder: &Path, canonical: &str, hash: &str) -> Result<Self, CliError> {
+    pub(super) fn of(folder: &Path, canonical: &str, hash: &str) -> Result<Self, Failure> {
         let manifest = trocar_report::Manifest::of(folder);
         let mut differences = vec![];
         let sweep = serde_json::from_value(Json::Object(manifest.details.clone())).ok();
@@ -77,7 +77,7 @@ pub(super) fn details(sweep: &Manifest) -> Map<String, Json> {
 }
 
 /// The sweep file is last, so after an interruption the others still belong to it.
-pub(super) fn remove_another(folder: &Path, canonical: &str) -> Result<(), CliError> {
+pub(super) fn remove_another(folder: &Path, canonical: &str) -> Result<(), Failure> {
     if std::fs::read_to_string(folder.join(SWEEP)).map_or(true, |existing| existing == canonical) {
         return Ok(());
     }

@@ -1,6 +1,6 @@
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OperatorTraits {
-    /// `None` for a recorded or live hand.
+    /// `None` for a recorded hand.
     pub intended_scale: Option<f64>,
     pub notices: bool,
 }

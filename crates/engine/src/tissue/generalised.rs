@@ -108,7 +108,7 @@ impl<L: Lane> Model for Generalised<L> {
         Some(settings.surface.contact_m)
     }
 
-    fn springs(settings: &GeneralisedSettings, depth_m: Option<f64>) -> Option<Springs> {
+    fn springs(settings: &GeneralisedSettings, depth_m: f64) -> Option<Springs> {
         let GeneralisedSettings { depths_m, mus, lambdas, .. } = settings;
         let at = |values: &[f64], depth_m: f64| {
             let end = depths_m.partition_point(|&given_m| given_m <= depth_m).min(depths_m.len() - 1);
@@ -121,7 +121,7 @@ impl<L: Lane> Model for Generalised<L> {
             }
         };
         let mu = |depth_m: f64| at(mus, depth_m);
-        let (power, depth_m) = (settings.power.power, depth_m?);
+        let power = settings.power.power;
         let damping = largest_n(|depth_m| at(lambdas, depth_m).0, power, depth_m);
         Some(Springs::between(slopes_n_per_m(mu, power, depth_m), (0.0, damping)))
     }
@@ -179,7 +179,7 @@ mod tests {
                 (force_n(depth_m) - force_n(depth_m - 1e-5)) / 1e-5
             });
             let (least, largest) = slopes.fold((f64::MAX, f64::MIN), |(a, b), slope| (a.min(slope), b.max(slope)));
-            let springs = <Generalised<f64> as Model>::springs(&settings, Some(0.03)).expect("a depth is known");
+            let springs = <Generalised<f64> as Model>::springs(&settings, 0.03).expect("stated");
             let (low, high) = springs.stiffness_n_per_m;
             assert!(low <= least.max(0.0) + 0.5 && largest <= high + 0.5, "{low} {least} {largest} {high}");
         }

@@ -60,8 +60,8 @@ impl<L: Lane> Model for HuntCrossley<L> {
         Some(settings.surface.contact_m)
     }
 
-    fn springs(settings: &HuntCrossleySettings, depth_m: Option<f64>) -> Option<Springs> {
-        let (power, depth_m) = (settings.power.power, depth_m?);
+    fn springs(settings: &HuntCrossleySettings, depth_m: f64) -> Option<Springs> {
+        let power = settings.power.power;
         let damping = settings.lambda * depth_m.powf(power);
         Some(Springs::between(slopes_n_per_m(|_| (settings.mu, 0.0), power, depth_m), (0.0, damping)))
     }
@@ -100,11 +100,10 @@ mod tests {
     #[test]
     fn the_spring_stiffens_from_the_surface_down_to_the_depth() {
         let settings = HuntCrossleySettings { mu: 500.0, power: PowerSettings { power: 2.0 }, ..Default::default() };
-        let springs = HuntCrossley::<f64>::springs(&settings, Some(0.02)).expect("a depth is known");
+        let springs = HuntCrossley::<f64>::springs(&settings, 0.02).expect("stated");
         let ((low, high), (_, damping)) = (springs.stiffness_n_per_m, springs.damping_n_s_per_m);
         assert!(low == 0.0 && (high - 20.0).abs() < 1e-9, "{low} {high}");
         assert!((damping - settings.lambda * 4e-4).abs() < 1e-12, "{damping}");
-        assert_eq!(HuntCrossley::<f64>::springs(&settings, None), None);
         let surface = Surface { contact_m: 0.013 };
         assert_eq!(HuntCrossley::<f64>::surface_m(&HuntCrossleySettings { surface, ..settings }), Some(0.013));
     }

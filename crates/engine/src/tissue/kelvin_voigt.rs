@@ -54,7 +54,7 @@ impl<L: Lane> Model for KelvinVoigt<L> {
         Some(settings.surface.contact_m)
     }
 
-    fn springs(settings: &KelvinVoigtSettings, _depth_m: Option<f64>) -> Option<Springs> {
+    fn springs(settings: &KelvinVoigtSettings, _depth_m: f64) -> Option<Springs> {
         Some(Springs::constant(settings.stiffness_n_per_m, settings.damping_n_s_per_m))
     }
 }
@@ -72,7 +72,7 @@ mod tests {
             damping_n_s_per_m: 4.5,
             surface: Surface { contact_m: 0.013 },
         };
-        assert_eq!(KelvinVoigt::<f64>::springs(&settings, None), Some(Springs::constant(123.0, 4.5)));
+        assert_eq!(KelvinVoigt::<f64>::springs(&settings, 0.0), Some(Springs::constant(123.0, 4.5)));
         assert_eq!(KelvinVoigt::<f64>::surface_m(&settings), Some(0.013));
         let mut tissue = KelvinVoigt::<f64>::new(&settings).expect("valid");
         assert_eq!(tissue.react(0, 0.013, 1.0).force_n, 0.0);

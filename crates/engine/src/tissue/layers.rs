@@ -284,8 +284,7 @@ impl<L: Lane> Model for Layers<L> {
     }
 
     /// From 0 for a layer that is being cut, to the stiffest layer just before its rupture or during cutting.
-    fn springs(settings: &LayersParameters, depth_m: Option<f64>) -> Option<Springs> {
-        let depth_m = depth_m.unwrap_or(f64::INFINITY);
+    fn springs(settings: &LayersParameters, depth_m: f64) -> Option<Springs> {
         let (mut advancing, mut drawn_back, mut damping) = (0.0_f64, 0.0_f64, 0.0_f64);
         let (mut top_m, mut of_shaft) = (0.0, 0.0);
         let mut above = (0.0, 0.0);

@@ -114,7 +114,7 @@ impl TissueSettings {
         of_kind!(self, Part(kind_settings) => Part::<f64>::surface_m(kind_settings))
     }
 
-    pub fn springs(&self, depth_m: Option<f64>) -> Option<Springs> {
+    pub fn springs(&self, depth_m: f64) -> Option<Springs> {
         of_kind!(self, Part(kind_settings) => Part::<f64>::springs(kind_settings, depth_m))
     }
 

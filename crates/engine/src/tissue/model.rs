@@ -77,8 +77,8 @@ pub trait Model: Sized {
         None
     }
 
-    /// `None` if they depend on an unknown depth.
-    fn springs(_settings: &Self::Settings, _depth_m: Option<f64>) -> Option<Springs> {
+    /// Up to a depth in m; `None` if the model states none.
+    fn springs(_settings: &Self::Settings, _depth_m: f64) -> Option<Springs> {
         None
     }
 

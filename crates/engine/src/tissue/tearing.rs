@@ -251,9 +251,8 @@ impl<L: Lane> Model for Tearing<L> {
     }
 
     /// With fast slopes.
-    fn springs(settings: &TearingSettings, depth_m: Option<f64>) -> Option<Springs> {
+    fn springs(settings: &TearingSettings, depth_m: f64) -> Option<Springs> {
         let width_m = settings.crack.crack_width_m;
-        let depth_m = depth_m.unwrap_or(f64::INFINITY);
         let (mut highest, mut top_m, mut of_shaft) = (0.0_f64, 0.0, 0.0);
         let mut relaxation = None;
         for (_, layer) in &settings.layers {

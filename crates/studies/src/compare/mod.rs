@@ -17,8 +17,7 @@ pub use facts::{Fact, paper_facts};
 
 pub use noise::{ADDED_NOISE_STD_N, NoiseCheck, check_in_noise};
 pub use paper::{
-    FIGURES, Judgement, NOISE_SEEDS, PAPER_VARIANCE_N2, PaperError, PaperFigure, PaperFile, PaperStudy, QuietStretch,
-    Statement,
+    FIGURES, Judgement, NOISE_SEEDS, PAPER_VARIANCE_N2, PaperFigure, PaperFile, PaperStudy, QuietStretch, Statement,
 };
 pub use scheme_document::SchemeReport;
 pub use schemes::{IMPEDANCE_FREQUENCIES_HZ, SchemeRow, SchemeStudy};

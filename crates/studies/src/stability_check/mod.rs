@@ -44,9 +44,9 @@ pub enum CheckError {
     Run(#[from] RunError),
 }
 
-/// Fails for a tissue that stiffens with depth under a live hand.
+/// Fails for a model of the tissue that states no springs.
 pub fn tissue_range(scenario: &Scenario) -> Result<TissueRange, RunError> {
-    let unknown = || ScenarioError::new("the stiffness of the tissue depends on the depth that the live hand reaches");
+    let unknown = || ScenarioError::new("this kind of tissue states no springs, which the analysis needs");
     Ok(TissueRange::of_parameters(scenario).ok_or_else(unknown)?)
 }
 

@@ -36,7 +36,7 @@ pub fn verify(text: &str, scenario: &Scenario) -> Result<Vec<Verified>, Verifica
     let file: CertificateFile =
         serde_json::from_str(text).map_err(|error| VerificationError::Form(error.to_string()))?;
     let tissue = TissueRange::of_parameters(scenario)
-        .ok_or(VerificationError::Excluded("the stiffness of its tissue depends on a live hand".to_owned()))?;
+        .ok_or(VerificationError::Excluded("its tissue states no springs".to_owned()))?;
     let stiffness_n_per_m = tissue.sector_n_per_m();
     let of_loop = LinearLoop::of(scenario, tissue)?;
     let of_scenario =

@@ -46,13 +46,3 @@ pub enum SweepError {
         source: std::io::Error,
     },
 }
-
-impl SweepError {
-    pub fn is_input(&self) -> bool {
-        match self {
-            Self::File(_) | Self::Changed { .. } | Self::Parts { .. } => true,
-            Self::Case { source, .. } => matches!(**source, RunError::Scenario(_)),
-            Self::Io { .. } | Self::Busy { .. } => false,
-        }
-    }
-}

@@ -94,24 +94,16 @@ pub struct PaperStudy {
     drawn: [Run; 3],
 }
 
-#[derive(Debug, thiserror::Error)]
-pub enum PaperError {
-    #[error(transparent)]
-    Scenario(#[from] ScenarioError),
-    #[error(transparent)]
-    Run(#[from] RunError),
-}
-
 fn load(name: &str, settings: &[String]) -> Result<Scenario, ScenarioError> {
     Scenario::load(&Source::parse(name), settings)
 }
 
 impl PaperStudy {
-    pub fn new() -> Result<Self, PaperError> {
+    pub fn new() -> Result<Self, RunError> {
         let of_settings = |index: usize| {
             let (name, settings) = RUNS[index];
             let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-            Ok::<_, PaperError>(run(load(name, &settings)?)?)
+            Ok::<_, RunError>(run(load(name, &settings)?)?)
         };
         let runs: [Run; RUNS.len()] =
             try_map(RUNS.len(), of_settings)?.try_into().unwrap_or_else(|_| unreachable!("a run for each of RUNS"));

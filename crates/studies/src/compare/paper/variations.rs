@@ -2,8 +2,8 @@ use std::sync::Arc;
 
 use super::measures::{Errors, contrast, squared_changes_n2};
 use super::statement::Judgement;
-use super::{PaperError, load, quiet_residual_n, quiet_stretches};
-use crate::run::{Run, measure, run};
+use super::{load, quiet_residual_n, quiet_stretches};
+use crate::run::{Run, RunError, measure, run};
 use trocar_base::parallel::try_map;
 use trocar_core::estimation::{Parameters, RlsSettings};
 use trocar_metrics::Metrics;
@@ -48,7 +48,7 @@ pub(super) struct OfSettings {
     pub(super) quiet_variance_n2: f64,
 }
 
-pub(super) fn over_settings(name: &str) -> Result<Varied<OfSettings>, PaperError> {
+pub(super) fn over_settings(name: &str) -> Result<Varied<OfSettings>, RunError> {
     let base = load(name, &[])?;
     let of = |index: usize| {
         let (gain, zone) = SETTINGS[index];
@@ -65,7 +65,7 @@ pub(super) fn over_settings(name: &str) -> Result<Varied<OfSettings>, PaperError
         };
         let both = with(Parameters::StiffnessAndDamping)?;
         let residual_n = quiet_residual_n(&quiet_stretches(&both));
-        Ok::<_, PaperError>(OfSettings {
+        Ok::<_, RunError>(OfSettings {
             both: Errors::of(&both),
             alone: Errors::of(&with(Parameters::Stiffness)?),
             quiet_variance_n2: super::measures::mean_and_variance(residual_n).1,
@@ -76,12 +76,12 @@ pub(super) fn over_settings(name: &str) -> Result<Varied<OfSettings>, PaperError
 }
 
 /// With K and B, and with K alone.
-pub(super) fn with_default_estimator(name: &str) -> Result<[f64; 2], PaperError> {
+pub(super) fn with_default_estimator(name: &str) -> Result<[f64; 2], RunError> {
     let base = load(name, &[])?;
     let with = |parameters: Parameters| {
         let mut scenario = base.clone();
         scenario.estimator = RlsSettings { parameters, ..RlsSettings::default() };
-        Ok::<_, PaperError>(Errors::of(&run(scenario)?).mean_n)
+        Ok::<_, RunError>(Errors::of(&run(scenario)?).mean_n)
     };
     Ok([with(Parameters::StiffnessAndDamping)?, with(Parameters::Stiffness)?])
 }
@@ -106,7 +106,7 @@ fn with_fall(scenario: &Scenario, fall_s: f64) -> Scenario {
     scenario
 }
 
-pub(super) fn over_falls(classical: &Scenario) -> Result<Varied<Run>, PaperError> {
+pub(super) fn over_falls(classical: &Scenario) -> Result<Varied<Run>, RunError> {
     let of = |index: usize| run(with_fall(classical, FALLS_S[index]));
     Ok(Varied(try_map(FALLS_S.len(), of)?))
 }
@@ -123,7 +123,7 @@ pub(super) fn detects_both(metrics: &Metrics) -> bool {
     metrics.ruptures.len() == 2 && metrics.missed_ruptures + metrics.false_alarms == 0
 }
 
-pub(super) fn in_noise() -> Result<Varied<Vec<NoisySeed>>, PaperError> {
+pub(super) fn in_noise() -> Result<Varied<Vec<NoisySeed>>, RunError> {
     let noise = format!("sensor.force_noise_std_n={ADDED_NOISE_STD_N}");
     let with = |further: &str| load("paper/classical", &[noise.clone(), further.to_owned()]);
     let shipped = with("simulation.seed=0")?;
@@ -137,7 +137,7 @@ pub(super) fn in_noise() -> Result<Varied<Vec<NoisySeed>>, PaperError> {
                 scenario
             };
             let noisy = run(seeded(&shipped))?;
-            Ok::<_, PaperError>(NoisySeed {
+            Ok::<_, RunError>(NoisySeed {
                 derivative_contrast: contrast(&noisy, &squared_changes_n2(&noisy)),
                 residual_contrast: contrast(&noisy, &noisy.trace.distance),
                 residual_detects: detects_both(&noisy.metrics),
@@ -150,7 +150,7 @@ pub(super) fn in_noise() -> Result<Varied<Vec<NoisySeed>>, PaperError> {
 }
 
 /// The smallest and largest working factor for each of [`FALLS_S`].
-pub(super) fn working_thresholds(distance: &str) -> Result<Varied<Option<(f64, f64)>>, PaperError> {
+pub(super) fn working_thresholds(distance: &str) -> Result<Varied<Option<(f64, f64)>>, RunError> {
     let base = load("paper/classical", &[format!("detector.distance={distance}")])?;
     let steps = -THRESHOLD_STEPS..=THRESHOLD_STEPS;
     let factors: Vec<f64> = steps.map(|step| 2.0_f64.powf(0.5 * f64::from(step))).collect();
@@ -162,11 +162,11 @@ pub(super) fn working_thresholds(distance: &str) -> Result<Varied<Option<(f64, f
             for setting in [&mut cusum.threshold, &mut cusum.drift, &mut cusum.cap] {
                 *setting *= factors[index];
             }
-            Ok::<_, PaperError>(detects_both(&measure(&scenario)?))
+            Ok::<_, RunError>(detects_both(&measure(&scenario)?))
         })?;
         let working: Vec<f64> =
             factors.iter().zip(works).filter(|(_, works)| *works).map(|(factor, _)| *factor).collect();
-        Ok::<_, PaperError>(working.first().copied().zip(working.last().copied()))
+        Ok::<_, RunError>(working.first().copied().zip(working.last().copied()))
     };
     Ok(Varied(FALLS_S.into_iter().map(of_fall).collect::<Result<_, _>>()?))
 }
