@@ -103,7 +103,7 @@ impl PaperStudy {
         let of_settings = |index: usize| {
             let (name, settings) = RUNS[index];
             let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-            Ok::<_, RunError>(run(load(name, &settings)?)?)
+            run(load(name, &settings)?)
         };
         let runs: [Run; RUNS.len()] =
             try_map(RUNS.len(), of_settings)?.try_into().unwrap_or_else(|_| unreachable!("a run for each of RUNS"));
