@@ -196,7 +196,11 @@ impl From<StabilityError> for Failure {
             StabilityError::Plant(_) | StabilityError::Parameter(_) | StabilityError::Measured { .. } => {
                 Self::input(error)
             }
-            _ => Self::work(error),
+            StabilityError::Algebra(_)
+            | StabilityError::TooFast { .. }
+            | StabilityError::TooLarge { .. }
+            | StabilityError::UncoveredEvents
+            | StabilityError::Solver { .. } => Self::work(error),
         }
     }
 }
