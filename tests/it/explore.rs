@@ -290,10 +290,28 @@ fn a_hand_pushes_through_the_skin_in_real_time() {
     assert!(moved_mm < 0.5, "frozen, and moved by {moved_mm} mm");
     assert!(last_s <= passed_s, "{last_s} s in {passed_s} s: not faster than time");
     page.send(&json!({ "type": "stop", "id": page.last_id }));
-    // The same motion runs with both schemes, and the classical needle moves on.
+    // The same motion runs with both schemes: the augmented run equals the one above, and the classical needle moves
+    // on.
     let result = page.receive("pushed");
     let overshoot_mm = |run: usize| result["overshoot_mm"][run][0].as_f64().expect("an overshoot");
     assert!(overshoot_mm(0) > 3.0 && overshoot_mm(1) < 1.0, "{result}");
+    let panels = result["figure"]["rows"]
+        .as_array()
+        .expect("rows")
+        .iter()
+        .flat_map(|row| row["panels"].as_array().expect("panels"));
+    let lines: Vec<_> = panels
+        .filter(|panel| panel["id"] == "position")
+        .flat_map(|panel| panel["lines"].as_array().expect("lines"))
+        .collect();
+    let slave = lines.iter().find(|line| line["name"] == "slave, augmented").expect("a line");
+    let points =
+        slave["points"][0].as_array().expect("times").iter().zip(slave["points"][1].as_array().expect("positions"));
+    let near = |time_s: &Json| (time_s.as_f64().expect("a time") - last_s).abs() < 0.02;
+    let again: Vec<f64> =
+        points.filter(|(time_s, _)| near(time_s)).map(|(_, mm)| mm.as_f64().expect("a position")).collect();
+    let felt = frozen[frozen.len() - 1];
+    assert!(!again.is_empty() && again.iter().all(|mm| (mm - felt).abs() < 0.02), "{again:?}, {felt}");
 }
 
 #[test]

@@ -682,6 +682,9 @@ mod tests {
             (MissReason::AlarmOfAnother { alarm_s: 3.0 }, "3.000 s"),
             (MissReason::AfterAlarm { alarm_s: 0.5 }, "0.500 s"),
             (MissReason::NotReady { waits_for: "the noise" }, "waits for the noise"),
+            (MissReason::NoFall, "no fall"),
+            (MissReason::NoDrop, "drop_only"),
+            (MissReason::EarlierEvent, "an earlier alarm"),
         ] {
             let message = reason.to_string();
             assert!(message.contains(phrase), "{message}");

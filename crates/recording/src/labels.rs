@@ -75,17 +75,17 @@ mod tests {
 
     #[test]
     fn invalid_labels_are_rejected_with_their_place() {
+        let refusal = |table: &str| read(table, true).expect_err("refused");
         for (table, problem) in [
             ("file,time_s\na.csv,soon\n", "l.csv line 2, column 'time_s': 'soon' is not a number"),
             ("file,time_s\na.csv,1\na.csv,NaN\n", "l.csv line 3, column 'time_s': 'NaN' is not fin"),
             ("file,time_s\n,1\n", "l.csv line 2, column 'file': the field is empty"),
             ("file,time_s\na.csv,1,2\n", "l.csv line 2: the row has 3 fields, the header 2"),
-            ("time_s\n1\n", "no column 'file'"),
-            ("file,time\na,1\n", "did you mean 'time'?"),
-            ("", "holds no data"),
         ] {
-            let message = read(table, true).expect_err("refused");
-            assert!(message.contains(problem), "{message}");
+            assert!(refusal(table).starts_with(problem), "{}", refusal(table));
         }
+        assert!(refusal("time_s\n1\n").contains("no column 'file'"));
+        assert!(refusal("file,time\na,1\n").contains("did you mean 'time'?"));
+        assert!(refusal("").contains("holds no data"));
     }
 }
